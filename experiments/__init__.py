@@ -1,0 +1,1 @@
+"""Episodes of planners in simulated traffic; only this package knows SUMO and files."""

@@ -1,0 +1,17 @@
+"""Errors of the experiments package; the command line turns them into one line."""
+
+
+class ExperimentError(Exception):
+    """Base of all errors of the experiments package."""
+
+
+class ConfigError(ExperimentError, ValueError):
+    """A scenario file or an option holds something that is not allowed."""
+
+
+class SimulationError(ExperimentError):
+    """The simulator refused or failed."""
+
+
+class ResultsError(ExperimentError):
+    """A result could not be written or read."""

@@ -1,0 +1,1 @@
+"""Trajectory planning in the Frenet frame: numerics only, no simulator, no files."""

@@ -1,0 +1,40 @@
+"""The one way that planner code is compiled: numba, cached on disk."""
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar, cast
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., object])
+
+
+def _fresh_cache_dir() -> str:
+    """Name a cache folder after the planner's sources.
+
+    numba notices a change in a function's own file only; a changed callee in
+    another file would leave a stale caller behind.
+    """
+    root = Path(__file__).parent
+    digest = hashlib.sha256()
+    for source in sorted(root.rglob("*.py")):
+        digest.update(source.read_bytes())
+    cache = root / "__pycache__"
+    if not os.access(root, os.W_OK):
+        cache = Path.home() / ".cache" / "rearview"
+    return str(cache / f"compiled-{digest.hexdigest()[:12]}")
+
+
+if not numba.config.CACHE_DIR:
+    numba.config.CACHE_DIR = _fresh_cache_dir()
+
+
+def compiled(function: F) -> F:
+    """Compile `function` to machine code at its first call.
+
+    Division by zero gives inf or nan as in numpy; floating point is not
+    reordered, so that results are the same on every run.
+    """
+    return cast(F, numba.njit(cache=True, error_model="numpy")(function))

@@ -1,0 +1,114 @@
+"""Cost terms of the cruise planner; [Thesis] 4.6 as corrected, and what was added.
+
+Every term is non-negative and grows with what it names.
+"""
+
+import math
+
+import numpy as np
+
+from planner.compiled import compiled
+from planner.cruise.settings import SafetyTerm
+from planner.states import FloatArray
+
+MIN_SPEED_SCALE = 2.0  # near a stop line, where the reference speed is 0 [m/s]
+TERMS = ("jerk", "safety", "offset", "speed", "headway", "consistency")
+
+
+@compiled
+def edge_clearance(gap: float, size: float, scale: float) -> float:
+    """Price of passing one body at `gap` from its edge, additive over bodies [-].
+
+    size · (1 - gap / scale)² below `scale`, 0 above. Without the factor `size` (r_ob
+    of [Thesis] eq. 4.19) a larger obstacle would be passed more closely, since the
+    way round it is farther from the centre line.
+
+    Args:
+        gap: Edge to edge [m].
+        size: Radius of the body's circumscribed circle [m].
+        scale: Gap from which on a body costs nothing [m].
+    """
+    if gap >= scale:
+        return 0.0
+    lack = 1.0 - max(gap, 0.0) / scale
+    return size * lack * lack
+
+
+@compiled
+def headway_lack(gap: float, needed: float) -> float:
+    """Squared share of the needed gap that is missing [-], 0 ... 1."""
+    if gap >= needed:
+        return 0.0
+    lack = 1.0 - max(gap, 0.0) / needed
+    return lack * lack
+
+
+def size_kernel(step: float, sigma: float) -> FloatArray:
+    """Kernel of [Thesis] eq. 4.17, 4.18 over terminal offsets, (2 m + 1,).
+
+    Corrected: f = g + |min g|, cut at |x| <= sqrt(3) sigma, where g has its minimum;
+    so f is positive, falls from the centre and ends at zero. Its sum is 1.
+    """
+    edge = math.sqrt(3.0) * sigma
+    x = step * np.arange(-math.floor(edge / step), math.floor(edge / step) + 1)
+    lowest = -2.0 / sigma**2 * math.exp(-1.5)
+    shape = np.exp(-0.5 * (x / sigma) ** 2) * (1.0 - (x / sigma) ** 2) / sigma**2
+    return (shape - lowest) / np.sum(shape - lowest)
+
+
+def gaussian_kernel(step: float, sigma: float) -> FloatArray:
+    """Gaussian over terminal offsets as in the conventional method [100], (2 m + 1,)."""
+    x = step * np.arange(-math.ceil(4.0 * sigma / step), math.ceil(4.0 * sigma / step) + 1)
+    shape = np.exp(-0.5 * (x / sigma) ** 2)
+    return shape / shape.sum()
+
+
+def convolved_safety(
+    hit_size: FloatArray, term: SafetyTerm, step: float, sigma: float
+) -> FloatArray:
+    """Safety by convolution along the terminal offsets, for each profile.
+
+    [Thesis] eq. 4.16, 4.19: zero padded. The conventional method [100] convolves the
+    binary collision vector with a Gaussian.
+
+    Args:
+        hit_size: Largest obstacle that each candidate hits, 0 if none,
+            (n_profiles, n_offsets) [m].
+        term: Which of the two.
+        step: Between terminal offsets [m].
+        sigma: Of the kernel [m].
+
+    Returns:
+        (n_profiles, n_offsets).
+    """
+    if term is SafetyTerm.BINARY_CONVOLUTION:
+        values = (hit_size > 0.0).astype(np.float64)
+        kernel = gaussian_kernel(step, sigma)
+    else:
+        values, kernel = hit_size, size_kernel(step, sigma)
+    half = kernel.size // 2
+    padded = np.pad(values, ((0, 0), (half, half)))
+    windows = np.lib.stride_tricks.sliding_window_view(padded, kernel.size, axis=1)
+    return np.asarray(windows @ kernel)
+
+
+def speed_deviation(
+    s: FloatArray, s_dot: FloatArray, s_grid: FloatArray, v_grid: FloatArray
+) -> FloatArray:
+    """Mean squared difference from the speed that the road asks for, relative to it.
+
+    Relative, so that standing costs the same on a tight bend as on a straight: else
+    the ego would rather wait in the bend for ever than pass an obstacle there.
+
+    Args:
+        s: Profiles, (n_profiles, n_steps) [m].
+        s_dot: (n_profiles, n_steps) [m/s].
+        s_grid: Where the reference speed is known, (n,) [m].
+        v_grid: Reference speed there, (n,) [m/s].
+
+    Returns:
+        (n_profiles,) [-]; 1 for standing where one could drive.
+    """
+    wanted = np.interp(s, s_grid, v_grid)
+    deviation = (s_dot - wanted) / np.maximum(wanted, MIN_SPEED_SCALE)
+    return np.mean(deviation**2, axis=1)

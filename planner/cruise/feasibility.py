@@ -1,0 +1,182 @@
+"""Motion of one candidate and the limits that it must keep; [Thesis] 4.5."""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.compiled import compiled
+from planner.geometry.frenet import cartesian_rates
+from planner.motion.polynomials import quintic_coefficients
+from planner.states import FloatArray
+
+MIN_STRETCH = 0.05  # 1 - kappa_r l; below it the Frenet frame is not usable
+MIN_SPEED = 0.1  # below it l(t) gives no direction [m/s]
+TOLERANCE = 1e-6
+
+
+class Check(IntEnum):
+    """What removed a candidate; the order is that of the checks."""
+
+    PASSED = 0
+    REVERSING = 1  # the profile would drive backwards
+    SPEED = 2
+    STOP_LINE = 3
+    DOMAIN = 4  # the offset reaches the centre of curvature
+    ROAD = 5
+    CURVATURE = 6
+    ACCELERATION = 7
+    LATERAL_ACCELERATION = 8
+    COLLISION = 9
+
+
+class Reference(NamedTuple):
+    """The reference path at the profiles' points; all (n_profiles, n_steps)."""
+
+    x: FloatArray
+    y: FloatArray
+    cos_heading: FloatArray
+    sin_heading: FloatArray
+    curvature: FloatArray
+    curvature_rate: FloatArray
+    left: FloatArray  # road bounds [m]
+    right: FloatArray
+
+
+class Limits(NamedTuple):
+    """Limits of every candidate; widened to where the ego already is beyond them."""
+
+    acceleration: float  # [m/s²]
+    deceleration: float  # positive [m/s²]
+    lateral_acceleration: float  # [m/s²]
+    curvature: float  # [1/m]
+    front: float  # rear axle to the body's front that must stay on the road [m]
+    rear: float  # the same to its rear [m]
+    half_width: float  # body and road margin [m]
+
+
+@compiled
+def lateral_over_time(
+    c: tuple[float, float, float, float, float, float],
+    t: float,
+    s_dot: float,
+    s_ddot: float,
+) -> tuple[float, float, float, float]:
+    """(l, l', l'', d³l/dt³) of a quintic l(t) at time `t` within its duration."""
+    l = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
+    rate = c[1] + t * (
+        2.0 * c[2] + t * (3.0 * c[3] + t * (4.0 * c[4] + t * 5.0 * c[5]))
+    )
+    second = 2.0 * c[2] + t * (6.0 * c[3] + t * (12.0 * c[4] + t * 20.0 * c[5]))
+    third = 6.0 * c[3] + t * (24.0 * c[4] + t * 60.0 * c[5])
+    speed = max(s_dot, MIN_SPEED)
+    slope = rate / speed
+    return l, slope, (second - slope * s_ddot) / (speed * speed), third
+
+
+@compiled
+def lateral_over_distance(
+    c: tuple[float, float, float, float, float, float],
+    driven: float,
+    s_dot: float,
+    s_ddot: float,
+    s_dddot: float,
+) -> tuple[float, float, float, float]:
+    """(l, l', l'', d³l/dt³) of a quintic l(s), `driven` metres after its start."""
+    d = driven
+    l = c[0] + d * (c[1] + d * (c[2] + d * (c[3] + d * (c[4] + d * c[5]))))
+    slope = c[1] + d * (
+        2.0 * c[2] + d * (3.0 * c[3] + d * (4.0 * c[4] + d * 5.0 * c[5]))
+    )
+    bend = 2.0 * c[2] + d * (6.0 * c[3] + d * (12.0 * c[4] + d * 20.0 * c[5]))
+    third = 6.0 * c[3] + d * (24.0 * c[4] + d * 60.0 * c[5])
+    jerk = (third * s_dot * s_dot + 3.0 * bend * s_ddot) * s_dot + slope * s_dddot
+    return l, slope, bend, jerk
+
+
+@compiled
+def lateral_quintic(
+    start: tuple[float, float, float], offset: float, length: float
+) -> tuple[float, float, float, float, float, float]:
+    """Quintic from (l, rate, second rate) to (offset, 0, 0); [Thesis] eq. 4.1-4.5."""
+    return quintic_coefficients(start[0], start[1], start[2], offset, 0.0, 0.0, length)
+
+
+@compiled
+def squared_jerk(
+    c: tuple[float, float, float, float, float, float], T: float
+) -> float:
+    """Integral over 0 ... T of the squared third derivative; [Thesis] eq. 4.15."""
+    a, b, d = 6.0 * c[3], 24.0 * c[4], 60.0 * c[5]
+    return T * (
+        a * a
+        + T * (a * b + T * ((b * b + 2.0 * a * d) / 3.0 + T * (b * d / 2.0)))
+        + T * T * T * T * d * d / 5.0
+    )
+
+
+@compiled
+def road_excess(
+    l: float,
+    cos_error: float,
+    sin_error: float,
+    curvature: float,
+    left: float,
+    right: float,
+    limits: Limits,
+) -> float:
+    """How far the body reaches over the road's edge [m]; negative inside.
+
+    The body's ends lie at l + d sin(e) -+ w/2 cos(e) - kappa_r (d cos(e))² / 2 in the
+    Frenet frame, to second order in their distance d from the rear axle.
+    """
+    side = limits.half_width * cos_error
+    excess = max(l + side - left, right - l + side)
+    for d in (limits.front, -limits.rear):
+        along = d * cos_error
+        end = l + d * sin_error - 0.5 * curvature * along * along
+        excess = max(excess, end + side - left, right - end + side)
+    return excess
+
+
+@compiled
+def to_plane(
+    reference: Reference,
+    p: int,
+    i: int,
+    s_dot: float,
+    s_ddot: float,
+    l: float,
+    slope: float,
+    bend: float,
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """One point from the Frenet frame to the plane; [Thesis] eq. 3.45 as corrected.
+
+    Headings stay (cos, sin) pairs: a cycle turns some ten thousand points and needs
+    the angle of fifty.
+
+    Returns:
+        (x, y, cos heading, sin heading, curvature, speed, acceleration, cos and sin of
+        the heading error).
+    """
+    cos_r, sin_r = reference.cos_heading[p, i], reference.sin_heading[p, i]
+    cos_error, sin_error, curvature, speed, acceleration = cartesian_rates(
+        l,
+        reference.curvature[p, i],
+        reference.curvature_rate[p, i],
+        s_dot,
+        s_ddot,
+        slope,
+        bend,
+    )
+    return (
+        reference.x[p, i] - sin_r * l,
+        reference.y[p, i] + cos_r * l,
+        cos_r * cos_error - sin_r * sin_error,
+        sin_r * cos_error + cos_r * sin_error,
+        curvature,
+        speed,
+        acceleration,
+        cos_error,
+        sin_error,
+    )

@@ -1,0 +1,486 @@
+"""The cruise planner: [Thesis] ch. 4 made fit for the closed loop."""
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.bodies import Bodies, bodies_of, gaps_to, leader_of
+from planner.cruise import costs, sampling
+from planner.cruise.evaluation import (
+    CONSISTENCY,
+    HEADWAY,
+    JERK,
+    OFFSET,
+    SAFETY,
+    Lateral,
+    Longitudinal,
+    Surroundings,
+    candidate_motion,
+    evaluate,
+)
+from planner.cruise.feasibility import Check, Limits, Reference, road_excess
+from planner.cruise.headway import headway_pairs
+from planner.cruise.settings import (
+    CruiseSettings,
+    LateralMotion,
+    Normalisation,
+    SafetyTerm,
+)
+from planner.fallback import fallback
+from planner.geometry.clearance import near_pairs
+from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.scene import Scene
+from planner.states import FloatArray, Trajectory
+
+REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
+
+
+@dataclass(frozen=True, slots=True)
+class CruiseMemory:
+    """What one cycle leaves to the next."""
+
+    trajectory: Trajectory
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CruisePlanner:
+    """Sample, check, price, choose; `plan` is a pure function of scene and memory."""
+
+    settings: CruiseSettings
+
+    def plan(self, scene: Scene, memory: object) -> PlanResult:
+        """Plan one cycle; see `planner.interface.Planner`."""
+        reason = invalid(scene)
+        if reason is not None:
+            stats = PlanStats(reason=reason)
+            return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
+        last = memory.trajectory if isinstance(memory, CruiseMemory) else None
+        cycle = _Cycle.of(scene, self.settings, last)
+        verdict, blocker, hit_size, raw = evaluate(
+            cycle.longitudinal,
+            cycle.lateral,
+            cycle.reference,
+            cycle.limits,
+            cycle.excess_now,
+            cycle.around,
+        )
+        terms, total = _price(cycle, self.settings, verdict, hit_size, raw)
+        removed = {
+            check.name.lower(): count
+            for check in Check
+            if check is not Check.PASSED
+            and (count := int(np.count_nonzero(verdict == check)))
+        }
+        for check, count in cycle.dropped.items():
+            removed[check] = removed.get(check, 0) + count
+        survivors = np.flatnonzero(verdict == Check.PASSED)
+        blocking = _blocker_of_cheapest(cycle.bodies, verdict, blocker, total)
+        candidates = verdict.size + sum(cycle.dropped.values())
+        if survivors.size == 0:
+            return _fall_back(scene, self.settings, cycle, last, candidates, removed)
+        best = int(survivors[np.argmin(total[survivors])])
+        trajectory = cycle.trajectory(best)
+        stats = PlanStats(
+            candidates=candidates,
+            survivors=int(survivors.size),
+            removed=removed,
+            costs={
+                **{name: float(terms[best, k]) for k, name in enumerate(costs.TERMS)},
+                "total": float(total[best]),
+                "jerk_integral": float(raw[best, JERK]),
+                "mean_offset_squared": float(raw[best, OFFSET]),
+            },
+            blocker=blocking,
+        )
+        return PlanResult(PlanStatus.OK, trajectory, CruiseMemory(trajectory), stats)
+
+
+def invalid(scene: Scene) -> str | None:
+    """Say what makes a scene unusable, None if nothing does."""
+    for state in (scene.ego, scene.ego_frenet):
+        for field in fields(state):
+            value = getattr(state, field.name)
+            if not math.isfinite(value):
+                return f"the ego's {field.name} is {value}"
+    if not (math.isfinite(scene.target_speed) and scene.target_speed >= 0.0):
+        return f"the target speed is {scene.target_speed}"
+    if not scene.step > 0.0:
+        return f"the time step is {scene.step}"
+    return None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cycle:
+    """Everything that one cycle's evaluation reads."""
+
+    bodies: Bodies
+    longitudinal: Longitudinal
+    lateral: Lateral
+    reference: Reference
+    limits: Limits
+    excess_now: float
+    around: Surroundings
+    speed_term: FloatArray  # per profile [-]
+    dropped: dict[str, int]  # candidates of profiles that cannot be driven
+    has_last: bool
+
+    @classmethod
+    def of(
+        cls, scene: Scene, settings: CruiseSettings, last: Trajectory | None
+    ) -> "_Cycle":
+        """Sample the profiles and put the scene into arrays."""
+        speed_ahead = sampling.reference_speed(scene, settings)
+        n_steps = round((settings.horizon or max(settings.times)) / settings.step) + 1
+        bodies = bodies_of(scene, n_steps)
+        profiles = sampling.longitudinal_profiles(
+            scene, settings, speed_ahead, leader_of(scene, bodies)
+        )
+        limits, excess_now = _limits(scene, settings)
+        offsets = sampling.terminal_offsets(
+            scene.road, profiles.s.ravel(), limits.half_width, settings
+        )
+        profiles, dropped = _drivable(scene, profiles)
+        dropped = {check: n * offsets.size for check, n in dropped.items() if n}
+        last_l = np.zeros_like(profiles.s)
+        if last is not None:
+            last_l = np.interp(profiles.s, last.s, last.l)
+        longitudinal = Longitudinal(
+            profiles.s,
+            profiles.s_dot,
+            profiles.s_ddot,
+            profiles.s_dddot,
+            profiles.duration,
+            profiles.count,
+            profiles.jerk,
+            last_l,
+        )
+        reference = _reference(scene, profiles.s)
+        ego = scene.ego_frenet
+        over_time = settings.lateral_motion is LateralMotion.TIME
+        lateral = Lateral(
+            over_time,
+            (ego.l, ego.l_dot, ego.l_ddot)
+            if over_time
+            else (ego.l, ego.l_prime, ego.l_second),
+            offsets,
+            settings.min_manoeuvre_length,
+            settings.step,
+        )
+        return cls(
+            bodies,
+            longitudinal,
+            lateral,
+            reference,
+            limits,
+            excess_now,
+            _surroundings(scene, settings, bodies, longitudinal, reference, offsets),
+            costs.speed_deviation(profiles.s, profiles.s_dot, *speed_ahead),
+            dropped,
+            last is not None,
+        )
+
+    def trajectory(self, index: int) -> Trajectory:
+        """Candidate `index` as a trajectory."""
+        p, o = divmod(index, self.lateral.offsets.size)
+        count = int(self.longitudinal.count[p])
+        x, y, cos_h, sin_h, curvature, speed, acceleration, l = candidate_motion(
+            p,
+            float(self.lateral.offsets[o]),
+            self.longitudinal,
+            self.lateral,
+            self.reference,
+        )[:, :count]
+        return Trajectory(
+            self.lateral.step * np.arange(count),
+            x,
+            y,
+            np.arctan2(sin_h, cos_h),
+            curvature,
+            np.maximum(speed, 0.0),
+            acceleration,
+            self.longitudinal.s[p, :count],
+            l,
+        )
+
+
+def _limits(scene: Scene, settings: CruiseSettings) -> tuple[Limits, float]:
+    """Limits of this cycle, and how far the body is over the road's edge now.
+
+    Where the ego already exceeds a limit, after a fallback say, it may do so no more
+    than now: else no way back would be left.
+    """
+    vehicle, own, ego = scene.vehicle, scene.vehicle.limits, scene.ego
+    whole_body = settings.cover_discs > 1
+    deceleration = settings.max_deceleration or own.max_deceleration
+    lateral = settings.max_lateral_acceleration or own.max_lateral_acceleration
+    limits = Limits(
+        max(own.max_acceleration, ego.acceleration) + 1e-6,
+        max(deceleration, -ego.acceleration) + 1e-6,
+        max(lateral, ego.speed**2 * abs(ego.curvature)) + 1e-6,
+        max(settings.max_curvature or own.max_curvature, abs(ego.curvature)) + 1e-6,
+        vehicle.front_reach if whole_body else 0.0,
+        vehicle.rear_overhang if whole_body else 0.0,
+        vehicle.width / 2.0 + settings.road_margin,
+    )
+    at = scene.ego_frenet
+    curvature = float(scene.path.at(at.s).curvature)
+    error = math.atan2(at.l_prime, 1.0 - curvature * at.l)
+    left, right = scene.road.at(np.array([at.s]))
+    excess = road_excess(
+        at.l,
+        math.cos(error),
+        math.sin(error),
+        curvature,
+        float(left[0]),
+        float(right[0]),
+        limits,
+    )
+    return limits, excess
+
+
+def _drivable(
+    scene: Scene, profiles: sampling.Profiles
+) -> tuple[sampling.Profiles, dict[str, int]]:
+    """Leave out profiles that no lateral motion can mend."""
+    steps = np.arange(profiles.s.shape[1])
+    valid = steps < profiles.count[:, None]
+    slowest = np.where(valid, profiles.s_dot, np.inf).min(axis=1)
+    fastest = np.where(valid, profiles.s_dot, 0.0).max(axis=1)
+    last = profiles.s[np.arange(profiles.s.shape[0]), profiles.count - 1]
+    limit = max(scene.vehicle.limits.max_speed, scene.ego_frenet.s_dot) + 0.5
+    line = min(scene.stop_lines, default=math.inf)
+    reverses = slowest < -REVERSE_TOLERANCE
+    speeds = ~reverses & (fastest > limit)
+    crosses = ~reverses & ~speeds & (last + scene.vehicle.front_reach > line)
+    keep = ~(reverses | speeds | crosses)
+    kept = sampling.Profiles(
+        *(getattr(profiles, field.name)[keep] for field in fields(profiles))
+    )
+    return kept, {
+        Check.REVERSING.name.lower(): int(np.count_nonzero(reverses)),
+        Check.SPEED.name.lower(): int(np.count_nonzero(speeds)),
+        Check.STOP_LINE.name.lower(): int(np.count_nonzero(crosses)),
+    }
+
+
+def _reference(scene: Scene, s: FloatArray) -> Reference:
+    """The path and the road under the profiles; the road also under the front."""
+    points = scene.path.at(s)
+    left, right = scene.road.at(s)
+    front_left, front_right = scene.road.at(s + scene.vehicle.front_reach)
+    return Reference(
+        points.x,
+        points.y,
+        points.cos_heading,
+        points.sin_heading,
+        points.curvature,
+        points.curvature_rate,
+        np.minimum(left, front_left),
+        np.maximum(right, front_right),
+    )
+
+
+def _discs(scene: Scene, settings: CruiseSettings) -> tuple[FloatArray, float]:
+    """Disc centres from the rear axle, and their radius."""
+    if settings.cover_discs == 1:
+        return np.zeros(1), settings.single_disc_radius
+    return np.array(scene.vehicle.disc_offsets), scene.vehicle.disc_radius
+
+
+def _gaps(
+    scene: Scene, settings: CruiseSettings, bodies: Bodies, points: FloatArray
+) -> FloatArray:
+    """Smallest gap of a motion (4, n_steps) to each body [m]."""
+    return gaps_to(
+        points,
+        bodies.x,
+        bodies.y,
+        bodies.cos_heading,
+        bodies.sin_heading,
+        bodies.half_length,
+        bodies.half_width,
+        bodies.radius,
+        *_discs(scene, settings),
+    )
+
+
+def _thresholds(
+    scene: Scene, settings: CruiseSettings, bodies: Bodies
+) -> FloatArray:
+    """Gap that each body is due; no more than there is now, so that a way out stays."""
+    ego = scene.ego
+    here = np.array(
+        [[ego.x], [ego.y], [math.cos(ego.heading)], [math.sin(ego.heading)]]
+    )
+    now = _gaps(scene, settings, bodies, here)
+    return np.minimum(settings.margin, now - 1e-6)
+
+
+def _surroundings(
+    scene: Scene,
+    settings: CruiseSettings,
+    bodies: Bodies,
+    longitudinal: Longitudinal,
+    reference: Reference,
+    offsets: FloatArray,
+) -> Surroundings:
+    """Put the bodies and the pairs that can matter into arrays."""
+    vehicle = scene.vehicle
+    discs, disc_radius = _discs(scene, settings)
+    widest = float(np.abs(offsets).max(initial=abs(scene.ego_frenet.l)))
+    reach = widest + 0.5 + disc_radius + float(np.abs(discs).max())
+    pairs = near_pairs(
+        reference.x,
+        reference.y,
+        longitudinal.count,
+        bodies.x,
+        bodies.y,
+        bodies.size,
+        bodies.follower,
+        reach + settings.scales.clearance,
+    )
+    moving = np.arange(len(bodies.ids)) >= bodies.n_static
+    lags = headway_pairs(
+        longitudinal.s,
+        longitudinal.s_dot,
+        longitudinal.count,
+        bodies.s,
+        bodies.speed,
+        bodies.half_length,
+        moving & ~bodies.follower,
+        vehicle.front_reach,
+        vehicle.rear_overhang,
+        settings.standstill_gap,
+        settings.time_headway,
+        settings.rear_time_headway,
+    )
+    return Surroundings(
+        bodies.x,
+        bodies.y,
+        bodies.cos_heading,
+        bodies.sin_heading,
+        bodies.l,
+        bodies.half_length,
+        bodies.half_width,
+        bodies.radius,
+        bodies.size,
+        _thresholds(scene, settings, bodies),
+        *pairs,
+        *lags,
+        discs,
+        disc_radius,
+        settings.scales.clearance,
+        vehicle.width / 2.0 + 0.2,
+    )
+
+
+def _price(
+    cycle: _Cycle,
+    settings: CruiseSettings,
+    verdict: NDArray[np.int64],
+    hit_size: FloatArray,
+    raw: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Make the terms comparable and add them up; [Thesis] eq. 4.14.
+
+    Returns:
+        (terms (n, 6) in the order of `costs.TERMS`, weighted; total (n,)).
+    """
+    n_offsets = cycle.lateral.offsets.size
+    safety = raw[:, SAFETY]
+    if settings.safety_term is not SafetyTerm.EDGE_CLEARANCE:
+        safety = costs.convolved_safety(
+            hit_size.reshape(-1, n_offsets),
+            settings.safety_term,
+            settings.lateral_step,
+            settings.convolution_sigma,
+        ).ravel()
+    speed = np.repeat(cycle.speed_term, n_offsets)
+    columns = (raw[:, JERK], safety, raw[:, OFFSET], speed, raw[:, HEADWAY])
+    terms = np.column_stack([*columns, raw[:, CONSISTENCY]])
+    weights, scales = settings.weights, settings.scales
+    if settings.normalisation is Normalisation.PER_CYCLE:
+        passed = verdict == Check.PASSED
+        scale = terms[passed].max(axis=0, initial=0.0)
+        scale = np.where(scale > 0.0, scale, 1.0)
+    else:
+        horizon = settings.horizon or max(settings.times)
+        scale = np.array(
+            [
+                scales.jerk * horizon,
+                1.0,
+                scales.offset,
+                1.0,
+                1.0,
+                scales.consistency,
+            ]
+        )
+    weight = np.array(
+        [
+            weights.jerk,
+            weights.safety,
+            weights.offset,
+            weights.speed,
+            weights.headway,
+            weights.consistency if cycle.has_last else 0.0,
+        ]
+    )
+    terms *= weight / scale
+    return terms, terms.sum(axis=1)
+
+
+def _blocker_of_cheapest(
+    bodies: Bodies,
+    verdict: NDArray[np.int64],
+    blocker: NDArray[np.int64],
+    total: FloatArray,
+) -> str | None:
+    """Name what the cheapest candidate would hit; None if it is free."""
+    drivable = np.flatnonzero((verdict == Check.PASSED) | (verdict == Check.COLLISION))
+    if drivable.size == 0:
+        return None
+    cheapest = drivable[np.argmin(total[drivable])]
+    if verdict[cheapest] == Check.PASSED:
+        return None
+    return bodies.ids[int(blocker[cheapest])]
+
+
+def _fall_back(
+    scene: Scene,
+    settings: CruiseSettings,
+    cycle: _Cycle,
+    last: Trajectory | None,
+    candidates: int,
+    removed: dict[str, int],
+) -> PlanResult:
+    """No candidate survived: go down the ladder and say why."""
+    threshold = cycle.around.threshold
+    line = min(scene.stop_lines, default=math.inf)
+
+    def blocker(trajectory: Trajectory) -> str | None:
+        if trajectory.s[-1] + scene.vehicle.front_reach > line:
+            return "stop line"
+        points = np.array(
+            [
+                trajectory.x,
+                trajectory.y,
+                np.cos(trajectory.heading),
+                np.sin(trajectory.heading),
+            ]
+        )[:, : cycle.bodies.x.shape[1]]
+        gaps = _gaps(scene, settings, cycle.bodies, points)
+        hits = np.flatnonzero((gaps < threshold) & ~cycle.bodies.follower)
+        return cycle.bodies.ids[int(hits[np.argmin(gaps[hits])])] if hits.size else None
+
+    horizon = settings.horizon or max(settings.times)
+    status, trajectory = fallback(scene, last, blocker, horizon)
+    checks = ", ".join(f"{name} {n}" for name, n in removed.items())
+    stats = PlanStats(
+        reason=f"no candidate of {candidates} survived ({checks})",
+        candidates=candidates,
+        removed=removed,
+        blocker=blocker(trajectory),
+    )
+    return PlanResult(status, trajectory, CruiseMemory(trajectory), stats)

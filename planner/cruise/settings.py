@@ -1,0 +1,135 @@
+"""Parameters of the cruise planner, with the presets of [Thesis] ch. 4."""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+from planner.errors import InvalidInputError
+
+
+class LateralMotion(StrEnum):
+    """What the lateral quintic is a function of."""
+
+    TIME = "time"  # l(t), as in [Thesis] 4.3; undefined at a standstill
+    DISTANCE = "distance"  # l(s), well defined at every speed
+
+
+class SafetyTerm(StrEnum):
+    """How nearness to bodies is priced."""
+
+    EDGE_CLEARANCE = "edge_clearance"  # additive, on the distance to each body's edge
+    SIZE_CONVOLUTION = "size_convolution"  # [Thesis] 4.16-4.19
+    BINARY_CONVOLUTION = "binary_convolution"  # the conventional method [100]
+
+
+class Normalisation(StrEnum):
+    """What makes terms of different units comparable."""
+
+    FIXED_SCALES = "fixed_scales"  # physical scales, the same in every cycle
+    PER_CYCLE = "per_cycle"  # each term over its maximum among the survivors
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """Weights of the cost terms, [-]; zero switches a term off."""
+
+    jerk: float = 0.4
+    safety: float = 0.3
+    offset: float = 0.3
+    speed: float = 6.0
+    headway: float = 3.0
+    consistency: float = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """Physical scales: a term at its scale costs its weight."""
+
+    jerk: float = 4.0  # mean squared jerk of a lively manoeuvre [m²/s⁶]
+    offset: float = 4.0  # mean squared offset: 2 m aside [m²]
+    clearance: float = 1.5  # edge distance from which a body costs nothing [m]
+    consistency: float = 1.0  # mean squared change of the plan's offset [m²]
+
+
+@dataclass(frozen=True, slots=True)
+class CruiseSettings:
+    """Everything that can be set; the defaults are for the closed loop."""
+
+    lateral_motion: LateralMotion = LateralMotion.DISTANCE
+    lateral_step: float = 0.5  # [m]
+    lateral_limit: float = 5.0  # largest terminal offset [m]
+    min_manoeuvre_length: float = 12.0  # of a lateral motion over distance [m]
+    times: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 5.0)  # manoeuvre durations [s]
+    speed_fractions: tuple[float, ...] = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 1.0)
+    stop_times: tuple[float, ...] = (2.0, 3.0, 4.0, 5.0, 6.5, 8.0)  # [s]
+    follow_times: tuple[float, ...] = (2.0, 3.0, 4.0, 5.0)  # [s]
+    horizon: float = 5.0  # [s]; 0 ends each candidate with its manoeuvre
+    step: float = 0.1  # between trajectory points [s]
+
+    cover_discs: int = 3  # 3 cover the rectangle, 1 is the thesis' disc at the axle
+    single_disc_radius: float = 1.0  # r_car of Table 4.1, used by one disc [m]
+    margin: float = 0.3  # clearance that every candidate keeps [m]
+    road_margin: float = 0.1  # between the body and the road's edge [m]
+    max_curvature: float | None = None  # None: the vehicle's limit [1/m]
+    max_lateral_acceleration: float | None = None  # None: the vehicle's limit [m/s²]
+    max_deceleration: float | None = None  # None: the vehicle's limit [m/s²]
+    comfort_lateral_acceleration: float = 2.2  # sets the speed in curves [m/s²]
+    comfort_deceleration: float = 1.5  # with which curves are approached [m/s²]
+    stop_gap: float = 1.0  # front bumper to stop line [m]
+    standstill_gap: float = 2.5  # front bumper to a standing leader [m]
+    time_headway: float = 1.2  # [s]
+    rear_time_headway: float = 0.8  # left to a vehicle behind in a lane entered [s]
+
+    safety_term: SafetyTerm = SafetyTerm.EDGE_CLEARANCE
+    convolution_sigma: float = 1.0  # [m]
+    normalisation: Normalisation = Normalisation.FIXED_SCALES
+    weights: Weights = Weights()
+    scales: Scales = Scales()
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be sampled."""
+        positive = ("lateral_step", "min_manoeuvre_length", "step", "time_headway")
+        for name in (*positive, "convolution_sigma", "comfort_lateral_acceleration"):
+            if not getattr(self, name) > 0.0:
+                raise InvalidInputError(f"{name} = {getattr(self, name)} must be > 0")
+        times = (*self.times, *self.stop_times, *self.follow_times)
+        if not self.times or min(times) < self.step:
+            raise InvalidInputError(f"times = {times} must be at least {self.step} s")
+        if not self.speed_fractions or not all(
+            0.0 <= fraction <= 1.0 for fraction in self.speed_fractions
+        ):
+            raise InvalidInputError("speed_fractions must lie in 0 ... 1")
+        if self.cover_discs not in (1, 3):
+            raise InvalidInputError(f"cover_discs = {self.cover_discs}, allowed: 1, 3")
+        if self.horizon and self.horizon < max(self.times):
+            raise InvalidInputError(
+                f"horizon = {self.horizon} must be 0 or at least {max(self.times)}"
+            )
+
+
+def thesis_settings(safety_term: SafetyTerm, weights: Weights) -> CruiseSettings:
+    """Make the printed set-up: Table 4.1 with the readings of planner/README.md.
+
+    231 candidates: T = 4.0, 4.1 ... 5.0 s times l = -5.0, -4.5 ... 5.0 m, one target
+    speed, one disc of 1 m, terms over their maximum per cycle.
+    """
+    binary = safety_term is SafetyTerm.BINARY_CONVOLUTION
+    return CruiseSettings(
+        lateral_motion=LateralMotion.TIME,
+        times=tuple(round(4.0 + 0.1 * k, 1) for k in range(11)),
+        speed_fractions=(1.0,),
+        stop_times=(),
+        follow_times=(),
+        horizon=0.0,
+        cover_discs=1,
+        margin=0.0,
+        road_margin=0.0,
+        max_curvature=0.5,
+        max_lateral_acceleration=math.inf,
+        max_deceleration=3.0,
+        comfort_lateral_acceleration=math.inf,
+        safety_term=safety_term,
+        convolution_sigma=2.0 if binary else 1.0,
+        normalisation=Normalisation.PER_CYCLE,
+        weights=weights,
+    )

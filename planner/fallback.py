@@ -1,0 +1,182 @@
+"""What to drive when a cycle finds no trajectory: three rungs, each safer than none.
+
+The last plan shifted by one step; a full stop within the limits on its path; emergency
+braking on the path, whatever stands there.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from planner.errors import OutsidePathDomainError
+from planner.geometry.frenet import frenet_to_cartesian
+from planner.interface import PlanStatus
+from planner.motion import polynomials
+from planner.scene import Scene
+from planner.states import CartesianState, FloatArray, FrenetStates, Trajectory
+
+SAME_PLACE = 0.05  # the ego may be this far from where the last plan has it [m]
+SAME_SPEED = 0.1  # [m/s]
+MIN_PATH_LENGTH = 10.0  # over which a stopping path settles on its offset [m]
+
+Blocker = Callable[[Trajectory], str | None]
+
+
+def fallback(
+    scene: Scene, last: Trajectory | None, blocker: Blocker, horizon: float
+) -> tuple[PlanStatus, Trajectory]:
+    """Take the highest rung that is free.
+
+    Args:
+        scene: Of this cycle.
+        last: What was driven in the last cycle.
+        blocker: Names what a trajectory would hit or cross, None if nothing.
+        horizon: Length of the stopping trajectories [s].
+
+    Returns:
+        The rung and its trajectory; emergency braking is never refused.
+    """
+    if last is not None:
+        shifted = shifted_plan(scene, last)
+        if shifted is not None and blocker(shifted) is None:
+            return PlanStatus.LAST_PLAN_SHIFTED, shifted
+    limits = scene.vehicle.limits
+    for offset in _stopping_offsets(scene, last):
+        stop = stopping_trajectory(scene, offset, limits.max_deceleration, horizon)
+        if stop is not None and blocker(stop) is None:
+            return PlanStatus.FULL_STOP, stop
+    deceleration = limits.emergency_deceleration
+    for offset in _stopping_offsets(scene, last):
+        stop = stopping_trajectory(scene, offset, deceleration, horizon)
+        if stop is not None:
+            return PlanStatus.EMERGENCY_BRAKING, stop
+    return (
+        PlanStatus.EMERGENCY_BRAKING,
+        braking_on_arc(scene.ego, deceleration, scene.step, horizon),
+    )
+
+
+def shifted_plan(scene: Scene, last: Trajectory) -> Trajectory | None:
+    """Cut the driven step off the last plan; None if the ego is not on it."""
+    here = last.at(scene.step)
+    off = math.hypot(here.x - scene.ego.x, here.y - scene.ego.y)
+    if off > SAME_PLACE or abs(here.speed - scene.ego.speed) > SAME_SPEED:
+        return None
+    keep = last.t > scene.step - 1e-9
+    if np.count_nonzero(keep) < 2:
+        return None
+    return Trajectory(
+        last.t[keep] - scene.step,
+        *(
+            getattr(last, name)[keep]
+            for name in (
+                "x",
+                "y",
+                "heading",
+                "curvature",
+                "speed",
+                "acceleration",
+                "s",
+                "l",
+            )
+        ),
+    )
+
+
+def stopping_trajectory(
+    scene: Scene, offset: float, deceleration: float, horizon: float
+) -> Trajectory | None:
+    """Brake evenly to a stand on a path that settles on `offset`.
+
+    Args:
+        scene: Of this cycle.
+        offset: Where the path goes [m].
+        deceleration: Along the path [m/s²].
+        horizon: Length of the trajectory [s].
+
+    Returns:
+        The trajectory; None where the Frenet frame does not reach.
+    """
+    ego = scene.ego_frenet
+    t = scene.step * np.arange(round(horizon / scene.step) + 1)
+    speed = max(scene.ego.speed, 1e-6)
+    rate = deceleration * max(ego.s_dot, 0.0) / speed  # the same share of both speeds
+    stop_time = max(ego.s_dot, 0.0) / rate if rate > 0.0 else 0.0
+    moving = np.minimum(t, stop_time)
+    s_dot = np.maximum(ego.s_dot - rate * t, 0.0)
+    s = ego.s + ego.s_dot * moving - 0.5 * rate * moving**2
+    s_ddot = np.where(t < stop_time, -rate, 0.0)
+    l, l_prime, l_second = _settling_path(scene, offset, s - ego.s)
+    states = FrenetStates(
+        s,
+        s_dot,
+        s_ddot,
+        l,
+        l_prime * s_dot,
+        l_second * s_dot**2 + l_prime * s_ddot,
+        l_prime,
+        l_second,
+    )
+    try:
+        plane = frenet_to_cartesian(scene.path, states)
+    except OutsidePathDomainError:
+        return None
+    return Trajectory(
+        t,
+        plane.x,
+        plane.y,
+        plane.heading,
+        plane.curvature,
+        plane.speed,
+        plane.acceleration,
+        s,
+        l,
+    )
+
+
+def braking_on_arc(
+    ego: CartesianState, deceleration: float, step: float, horizon: float
+) -> Trajectory:
+    """Brake with the steering held: the rung that needs no path."""
+    t = step * np.arange(round(horizon / step) + 1)
+    stop_time = ego.speed / deceleration
+    moving = np.minimum(t, stop_time)
+    driven = ego.speed * moving - 0.5 * deceleration * moving**2
+    heading = ego.heading + ego.curvature * driven
+    mean = ego.heading + 0.5 * ego.curvature * driven  # chord of an arc
+    chord = driven * np.sinc(0.5 * ego.curvature * driven / np.pi)
+    return Trajectory(
+        t,
+        ego.x + chord * np.cos(mean),
+        ego.y + chord * np.sin(mean),
+        heading,
+        np.full_like(t, ego.curvature),
+        np.maximum(ego.speed - deceleration * t, 0.0),
+        np.where(t < stop_time, -deceleration, 0.0),
+        driven,
+        np.zeros_like(t),
+    )
+
+
+def _stopping_offsets(scene: Scene, last: Trajectory | None) -> tuple[float, ...]:
+    """Offsets that a stopping path may settle on, the most wanted first."""
+    here = scene.ego_frenet
+    if last is None:
+        return (here.l,)
+    ahead = here.s + MIN_PATH_LENGTH + here.s_dot
+    return (float(np.interp(ahead, last.s, last.l)), here.l)
+
+
+def _settling_path(
+    scene: Scene, offset: float, driven: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(l, l', l'') of a quintic over s that ends parallel to the path at `offset`."""
+    ego = scene.ego_frenet
+    length = max(MIN_PATH_LENGTH, 2.0 * max(ego.s_dot, 0.0))
+    start = (ego.l, ego.l_prime, ego.l_second)
+    c = polynomials.quintic(start, (offset, 0.0, 0.0), length)
+    inside = np.minimum(driven, length)
+    l, l_prime, l_second = (polynomials.evaluate(c, inside, k) for k in range(3))
+    past = driven > length
+    return l, np.where(past, 0.0, l_prime), np.where(past, 0.0, l_second)

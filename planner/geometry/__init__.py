@@ -1,0 +1,1 @@
+"""Geometry of roads, vehicles and paths."""

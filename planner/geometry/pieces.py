@@ -1,0 +1,158 @@
+"""Pieces of linear curvature: the closed form behind every reference path.
+
+A path is a table of knots, one row each; between two knots the curvature is linear in
+arc length (a line, an arc or a clothoid). A point is reached from the knot before it by
+a short series instead of trigonometry.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.compiled import compiled
+from planner.states import FloatArray
+
+IndexArray = NDArray[np.int64]
+
+# Columns of the knot table; one row is one cache line.
+S, X, Y, COS, SIN, CURVATURE, RATE, HEADING = range(8)
+
+BIN_WIDTH = 0.5  # [m], of the look-up from arc length to piece
+MAX_SPACING = 0.5  # [m], between knots
+# The series below are cut where they err by less than 1e-13 m up to these bounds.
+MAX_TURN = 0.125  # [rad], of one piece by its curvature
+MAX_TURN_BY_RATE = 1.0 / 64.0  # [rad], of one piece by its curvature rate
+
+
+@compiled
+def advance(
+    curvature: float, rate: float, u: float
+) -> tuple[float, float, float, float]:
+    """Follow a piece for `u` [m] from the origin, heading along +x.
+
+    The integral of exp(i phi) is taken about the middle of the piece, where only even
+    powers are left.
+
+    Args:
+        curvature: At the start [1/m].
+        rate: d(curvature)/ds [1/m²].
+        u: Arc length from the start [m].
+
+    Returns:
+        (x [m], y [m], cos, sin) of the end point and its heading.
+    """
+    a = 0.5 * u
+    middle = curvature + rate * a
+    q = (middle * a) ** 2
+    p = 0.5 * rate * a * a
+    pp = p * p
+    # sums of u**k / k!, multiplied out: a division costs as much as the whole line
+    along = u * (
+        1.0
+        - q * (1 / 6 - q * (1 / 120 - q * (1 / 5040 - q * (1 / 362880))))
+        - pp * (1 / 10 - q * (1 / 28))
+    )
+    across = u * p * (1 / 3 - q * (1 / 10 - q * (1 / 168)) - pp * (1 / 42))
+    cos_mid, sin_mid = rotation(a * (curvature + 0.5 * rate * a))
+    cos_end, sin_end = rotation(u * middle)
+    return (
+        along * cos_mid - across * sin_mid,
+        along * sin_mid + across * cos_mid,
+        cos_end,
+        sin_end,
+    )
+
+
+@compiled
+def rotation(angle: float) -> tuple[float, float]:
+    """Give (cos, sin) of an angle below 0.15 rad to the last digit, by series."""
+    q = angle * angle
+    cos = 1.0 - q * (
+        1 / 2 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320 - q * (1 / 3628800))))
+    )
+    sin = angle * (
+        1.0 - q * (1 / 6 - q * (1 / 120 - q * (1 / 5040 - q * (1 / 362880))))
+    )
+    return cos, sin
+
+
+@compiled
+def piece_index(knots: FloatArray, bins: IndexArray, s: float) -> int:
+    """Find the piece of `knots` that holds arc length `s`; the ends are held."""
+    if not s > 0.0:  # so that nan cannot become an index
+        return 0
+    last = knots.shape[0] - 2
+    i = bins[int(min(s * (1.0 / BIN_WIDTH), bins.size - 1.0))]
+    while i < last and s >= knots[i + 1, S]:
+        i += 1
+    return int(i)
+
+
+@compiled
+def follow(
+    knots: FloatArray, i: int, curvature: float, rate: float, s: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Evaluate at `s` [m] the piece of given curvature and rate through knot `i`.
+
+    Returns:
+        (x, y, cos_heading, sin_heading, curvature, curvature_rate, heading).
+    """
+    cos, sin = knots[i, COS], knots[i, SIN]
+    u = s - knots[i, S]
+    along, across, cos_turn, sin_turn = advance(curvature, rate, u)
+    return (
+        knots[i, X] + along * cos - across * sin,
+        knots[i, Y] + along * sin + across * cos,
+        cos * cos_turn - sin * sin_turn,
+        sin * cos_turn + cos * sin_turn,
+        curvature + rate * u,
+        rate,
+        knots[i, HEADING] + u * (curvature + 0.5 * rate * u),
+    )
+
+
+@compiled
+def piece_point(
+    knots: FloatArray, i: int, s: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Evaluate piece `i` at `s` [m]; returns as `follow`."""
+    return follow(knots, i, knots[i, CURVATURE], knots[i, RATE], s)
+
+
+@compiled
+def point_at(
+    knots: FloatArray, bins: IndexArray, s: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Evaluate the path at `s` [m], straight beyond its ends; returns as `follow`."""
+    i = piece_index(knots, bins, s)
+    curvature, rate = knots[i, CURVATURE], knots[i, RATE]
+    if s < 0.0:
+        curvature, rate = 0.0, 0.0
+    elif s > knots[i + 1, S]:
+        i += 1
+        curvature, rate = 0.0, 0.0
+    return follow(knots, i, curvature, rate, s)
+
+
+@compiled
+def points_at(knots: FloatArray, bins: IndexArray, s: FloatArray) -> FloatArray:
+    """Evaluate the path at many arc lengths; rows as in `point_at`, (7, n)."""
+    out = np.empty((7, s.size))
+    for i in range(s.size):
+        x, y, cos, sin, curvature, rate, heading = point_at(knots, bins, s[i])
+        out[0, i] = x
+        out[1, i] = y
+        out[2, i] = cos
+        out[3, i] = sin
+        out[4, i] = curvature
+        out[5, i] = rate
+        out[6, i] = heading
+    return out
+
+
+def index_bins(s: FloatArray) -> IndexArray:
+    """Give, for each multiple of `BIN_WIDTH`, the last knot at or before it."""
+    edges = np.arange(int(s[-1] / BIN_WIDTH) + 1) * BIN_WIDTH
+    bins = np.clip(np.searchsorted(s, edges, side="right") - 1, 0, s.size - 2)
+    bins = bins.astype(np.int64)
+    bins.setflags(write=False)
+    return bins

@@ -1,0 +1,269 @@
+"""Nearest foot point on a path of linear-curvature pieces.
+
+The pieces are grouped into blocks. The path is 1-Lipschitz in arc length, so a block
+whose middle is farther away than the best distance so far plus half the block's length
+cannot hold the nearest point. In the blocks that are left, foot points lie where
+(p - r) . t changes its sign from one knot to the next; Newton's method finishes them.
+"""
+
+import numpy as np
+
+from planner.compiled import compiled
+from planner.geometry.pieces import (
+    COS,
+    CURVATURE,
+    RATE,
+    SIN,
+    IndexArray,
+    S,
+    X,
+    Y,
+    index_bins,
+    piece_index,
+    piece_point,
+    points_at,
+)
+from planner.states import FloatArray, freeze
+
+PIECES_PER_BLOCK = 16
+# Columns of the block table.
+MIDDLE_X, MIDDLE_Y, HALF_LENGTH, SHARPEST = range(4)
+
+STEP_DONE = 1e-7  # [m]; Newton's next step is then below 1e-13 m
+STEP_LIMIT = 60  # bisection alone needs 45 steps from 1 m
+TIE = 1e-9  # [m]; of feet equally near, the first along the path is taken
+HEADING_WEIGHT = 3.0  # [m], that a foot at a right angle counts as farther away
+
+Foot = tuple[float, float, float, bool]  # cost [m], s [m], l [m], found
+
+
+@compiled
+def lead(knots: FloatArray, i: int, x: float, y: float) -> float:
+    """Give how far a point lies ahead of knot `i`, along its tangent [m]."""
+    return (x - knots[i, X]) * knots[i, COS] + (y - knots[i, Y]) * knots[i, SIN]
+
+
+@compiled
+def squared_distance(blocks: FloatArray, j: int, x: float, y: float) -> float:
+    """Give the squared distance of a point from the middle of block `j` [m²]."""
+    dx, dy = x - blocks[j, MIDDLE_X], y - blocks[j, MIDDLE_Y]
+    return dx * dx + dy * dy
+
+
+@compiled
+def foot_in_piece(
+    knots: FloatArray, i: int, x: float, y: float
+) -> tuple[float, float, float, float]:
+    """Find the foot point inside piece `i`, where the lead changes its sign.
+
+    Newton's method on (p - r) . t, whose derivative is -(1 - kappa l), kept inside a
+    bracket.
+
+    Returns:
+        (s, l, cos_heading, sin_heading).
+    """
+    low, high = knots[i, S], knots[i + 1, S]
+    lead_low, lead_high = lead(knots, i, x, y), lead(knots, i + 1, x, y)
+    s = low + (high - low) * lead_low / (lead_low - lead_high)
+    l, cos, sin = 0.0, 1.0, 0.0
+    for _ in range(STEP_LIMIT):
+        px, py, cos, sin, curvature, _, _ = piece_point(knots, i, s)
+        along = (x - px) * cos + (y - py) * sin
+        l = (y - py) * cos - (x - px) * sin
+        slope = 1.0 - curvature * l
+        if abs(along) < STEP_DONE * slope:
+            return s + along / slope, l, cos, sin
+        if along >= 0.0:
+            low = s
+        else:
+            high = s
+        s = s + along / slope if slope > 0.0 else high
+        if s <= low or s >= high:
+            s = 0.5 * (low + high)
+    return s, l, cos, sin
+
+
+@compiled
+def better_foot(
+    knots: FloatArray,
+    i: int,
+    x: float,
+    y: float,
+    limits: tuple[float, float],
+    direction: tuple[float, float, float],
+    best: Foot,
+) -> Foot:
+    """Compare the foot in piece `i` with the best one so far."""
+    s, l, cos, sin = foot_in_piece(knots, i, x, y)
+    if s < limits[0] or s > limits[1]:
+        return best
+    cost = abs(l) + direction[2] * (1.0 - direction[0] * cos - direction[1] * sin)
+    if cost < best[0] - TIE or (cost < best[0] + TIE and s < best[1]):
+        return cost, s, l, True
+    return best
+
+
+@compiled
+def better_foot_in_block(
+    knots: FloatArray,
+    blocks: FloatArray,
+    j: int,
+    x: float,
+    y: float,
+    limits: tuple[float, float],
+    direction: tuple[float, float, float],
+    best: Foot,
+) -> Foot:
+    """Compare the feet in block `j` with the best one so far."""
+    start = j * PIECES_PER_BLOCK
+    stop = min(start + PIECES_PER_BLOCK, knots.shape[0] - 1)
+    along, along_stop = lead(knots, start, x, y), lead(knots, stop, x, y)
+    farthest = np.sqrt(squared_distance(blocks, j, x, y)) + blocks[j, HALF_LENGTH]
+    if farthest * blocks[j, SHARPEST] < 1.0:
+        # 1 - kappa l > 0 all along: the lead falls and changes its sign at most once
+        if along < 0.0 or along_stop >= 0.0:
+            return best
+        i = start + int((stop - start) * (along / (along - along_stop)))
+        while lead(knots, i, x, y) < 0.0:
+            i -= 1
+        while lead(knots, i + 1, x, y) >= 0.0:
+            i += 1
+        return better_foot(knots, i, x, y, limits, direction, best)
+    for i in range(start, stop):
+        along_next = lead(knots, i + 1, x, y)
+        if along >= 0.0 and along_next < 0.0:
+            best = better_foot(knots, i, x, y, limits, direction, best)
+        along = along_next
+    return best
+
+
+@compiled
+def foot_on_extensions(
+    knots: FloatArray,
+    x: float,
+    y: float,
+    limits: tuple[float, float],
+    direction: tuple[float, float, float],
+) -> Foot:
+    """Find the foot on the straight extensions of both ends.
+
+    It competes with the distance of the end itself, so that an extension across the
+    road attracts nothing.
+    """
+    best = (np.inf, 0.0, 0.0, False)
+    end = knots.shape[0] - 1
+    for k in (0, end):
+        along = lead(knots, k, x, y)
+        s = knots[k, S] + along
+        beyond = along < 0.0 if k == 0 else along >= 0.0
+        if beyond and limits[0] <= s <= limits[1]:
+            cos, sin = knots[k, COS], knots[k, SIN]
+            l = (y - knots[k, Y]) * cos - (x - knots[k, X]) * sin
+            turn = 1.0 - direction[0] * cos - direction[1] * sin
+            cost = np.sqrt(along * along + l * l) + direction[2] * turn
+            if cost < best[0] - TIE:
+                best = (cost, s, l, True)
+    return best
+
+
+@compiled
+def foot_within(
+    knots: FloatArray,
+    bins: IndexArray,
+    blocks: FloatArray,
+    x: float,
+    y: float,
+    limits: tuple[float, float],
+    direction: tuple[float, float, float],
+) -> Foot:
+    """Find the cheapest foot point with limits[0] <= s <= limits[1].
+
+    Args:
+        knots: Table of `pieces`.
+        bins: Look-up of `pieces`.
+        blocks: Groups of pieces, from `search_tables`.
+        x: Of the point [m].
+        y: Of the point [m].
+        limits: Range of arc length [m].
+        direction: (cos, sin, weight [m]) of a heading that feet are preferred along;
+            weight 0 for none.
+
+    Returns:
+        (cost, s, l, found); the cost is the distance plus that of the direction.
+    """
+    best = foot_on_extensions(knots, x, y, limits, direction)
+    first = piece_index(knots, bins, limits[0]) // PIECES_PER_BLOCK
+    last = piece_index(knots, bins, limits[1]) // PIECES_PER_BLOCK
+    nearest, least = first, np.inf
+    for j in range(first, last + 1):
+        squared = squared_distance(blocks, j, x, y)
+        if squared < least:
+            nearest, least = j, squared
+    best = better_foot_in_block(knots, blocks, nearest, x, y, limits, direction, best)
+    for j in range(first, last + 1):
+        reach = best[0] + blocks[j, HALF_LENGTH]
+        if j != nearest and squared_distance(blocks, j, x, y) <= reach * reach:
+            best = better_foot_in_block(knots, blocks, j, x, y, limits, direction, best)
+    return best
+
+
+@compiled
+def foot(
+    knots: FloatArray,
+    bins: IndexArray,
+    blocks: FloatArray,
+    x: float,
+    y: float,
+    limits: tuple[float, float],
+    direction: tuple[float, float, float],
+) -> tuple[float, float]:
+    """Find the foot point within `limits`; of the whole path, where there is none.
+
+    Every finite point has a foot on the whole path; nan gives nan.
+    """
+    _, s, l, found = foot_within(knots, bins, blocks, x, y, limits, direction)
+    if not found:
+        everywhere = (-np.inf, np.inf)
+        _, s, l, found = foot_within(knots, bins, blocks, x, y, everywhere, direction)
+    if not found:
+        return np.nan, np.nan
+    return s, l
+
+
+@compiled
+def feet(
+    knots: FloatArray,
+    bins: IndexArray,
+    blocks: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    near: FloatArray,
+    reach: float,
+    heading: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Project many points; an empty `near` or `heading` stands for none."""
+    s, l = np.empty(x.size), np.empty(x.size)
+    limits = (-np.inf, np.inf)
+    direction = (0.0, 0.0, 0.0)
+    for i in range(x.size):
+        if near.size > 0:
+            limits = (near[i] - reach, near[i] + reach)
+        if heading.size > 0:
+            direction = (np.cos(heading[i]), np.sin(heading[i]), HEADING_WEIGHT)
+        s[i], l[i] = foot(knots, bins, blocks, x[i], y[i], limits, direction)
+    return s, l
+
+
+def search_tables(knots: FloatArray) -> tuple[FloatArray, IndexArray, FloatArray]:
+    """Lay out what the search reads; (knots, bins, blocks)."""
+    bins = index_bins(knots[:, S])
+    first = np.arange(0, knots.shape[0] - 1, PIECES_PER_BLOCK)
+    last = np.minimum(first + PIECES_PER_BLOCK, knots.shape[0] - 1)
+    start, end = knots[first, S], knots[last, S]
+    x, y, *_ = points_at(knots, bins, freeze(0.5 * (start + end)))
+    # the curvature is linear in between, so its extremes are at the knots; at a jump
+    # a knot shows only the curvature after it, the end of a piece shows the other
+    ends = knots[:-1, CURVATURE] + knots[:-1, RATE] * np.diff(knots[:, S])
+    sharpest = np.maximum(np.abs(knots[:-1, CURVATURE]), np.abs(ends))
+    columns = (x, y, 0.5 * (end - start) + TIE, np.maximum.reduceat(sharpest, first))
+    return knots, bins, freeze(np.stack(columns, axis=1))

@@ -1,0 +1,62 @@
+"""The contract between a planner and whoever calls it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Protocol
+
+from planner.scene import Scene
+from planner.states import Trajectory
+
+
+class PlanStatus(StrEnum):
+    """Outcome of one planning cycle; every value but OK is an expected failure."""
+
+    OK = "ok"
+    LAST_PLAN_SHIFTED = "last_plan_shifted"
+    FULL_STOP = "full_stop"
+    EMERGENCY_BRAKING = "emergency_braking"
+    INVALID_SCENE = "invalid_scene"
+
+
+@dataclass(frozen=True, slots=True)
+class PlanStats:
+    """Why a cycle ended as it did."""
+
+    reason: str = ""  # one sentence unless the status is OK
+    candidates: int = 0  # trajectories made in this cycle
+    survivors: int = 0  # of these, the ones that passed every check
+    removed: Mapping[str, int] = field(default_factory=dict)  # check -> removed by it
+    costs: Mapping[str, float] = field(default_factory=dict)  # of the chosen one
+    blocker: str | None = None  # what the cheapest colliding candidate would hit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanResult:
+    """Outcome of one planning cycle.
+
+    `trajectory` is None only when the scene was invalid. `memory` belongs to the
+    planner: the caller hands it back in the next cycle and looks at nothing in it.
+    """
+
+    status: PlanStatus
+    trajectory: Trajectory | None
+    memory: object
+    stats: PlanStats = field(default_factory=PlanStats)
+
+
+class Planner(Protocol):
+    """Anything that turns a scene into a trajectory."""
+
+    def plan(self, scene: Scene, memory: object) -> PlanResult:
+        """Plan from the ego in `scene`; infeasibility is a status, not an error.
+
+        Args:
+            scene: What is known now.
+            memory: `PlanResult.memory` of the cycle before, None in the first one.
+
+        Returns:
+            A trajectory that starts in `scene.ego` at t = 0, sampled at least up to
+            `scene.step`, or a status that says why there is none.
+        """
+        ...

@@ -1,0 +1,151 @@
+"""Where other vehicles will be: simple predictors behind one signature.
+
+A predictor is `predictor(path, x, y, heading, speed, acceleration, step, n_steps) ->
+Prediction`; better ones take the place of these without a change elsewhere.
+"""
+
+from typing import Protocol
+
+import numpy as np
+
+from planner.geometry.reference_path import ReferencePath
+from planner.scene import Prediction
+from planner.states import FloatArray
+
+# A vehicle follows the ego's road while its heading and place agree with the road.
+LANE_HEADING_TOLERANCE = 0.5  # [rad]; lane changes stay below 0.2, turns exceed it
+LANE_REACH = 20.0  # [m]; two carriageways of three lanes
+MIN_STRETCH = 0.2  # 1 - kappa_r l, below which the frame is too close to its pole
+FRENET_REACH = 40.0  # [m]; farther from the path a vehicle has no Frenet place
+
+
+class Predictor(Protocol):
+    """Anything that says where vehicles will be."""
+
+    def __call__(
+        self,
+        path: ReferencePath,
+        x: FloatArray,
+        y: FloatArray,
+        heading: FloatArray,
+        speed: FloatArray,
+        acceleration: FloatArray,
+        step: float,
+        n_steps: int,
+    ) -> Prediction:
+        """Predict n vehicles at the times 0, step, ... (n_steps - 1) * step."""
+        ...
+
+
+def constant_speed(
+    path: ReferencePath,
+    x: FloatArray,
+    y: FloatArray,
+    heading: FloatArray,
+    speed: FloatArray,
+    acceleration: FloatArray,  # noqa: ARG001 - part of the predictor signature
+    step: float,
+    n_steps: int,
+) -> Prediction:
+    """Keep the speed, along the lane where there is one, else along the heading.
+
+    Args:
+        path: Reference path of the ego.
+        x: Centres of the rectangles, (n,) [m].
+        y: As x.
+        heading: (n,) [rad].
+        speed: (n,) [m/s].
+        acceleration: (n,) [m/s²]; not used.
+        step: Time between columns [s].
+        n_steps: Number of columns, the first is now.
+
+    Returns:
+        The prediction, (n, n_steps).
+    """
+    t = step * np.arange(n_steps)
+    return _roll_out(path, x, y, heading, speed[:, None] * t, step)
+
+
+def held_braking(
+    path: ReferencePath,
+    x: FloatArray,
+    y: FloatArray,
+    heading: FloatArray,
+    speed: FloatArray,
+    acceleration: FloatArray,
+    step: float,
+    n_steps: int,
+) -> Prediction:
+    """Like `constant_speed`, but a vehicle that brakes goes on braking until it stands.
+
+    Someone who brakes for a signal, a queue or an obstacle does so for longer than an
+    instant; someone who speeds up may stop doing so at any time.
+    """
+    t = step * np.arange(n_steps)
+    braking = np.minimum(acceleration, -1e-3)[:, None]
+    until = np.minimum(t, -speed[:, None] / braking)  # the time still spent moving
+    return _roll_out(
+        path, x, y, heading, speed[:, None] * until + 0.5 * braking * until**2, step
+    )
+
+
+def _roll_out(
+    path: ReferencePath,
+    x: FloatArray,
+    y: FloatArray,
+    heading: FloatArray,
+    distance: FloatArray,
+    step: float,
+) -> Prediction:
+    """Move each vehicle `distance` (n, n_steps) along its lane or heading."""
+    s0, l0 = path.project(x, y)
+    foot = path.at(s0)
+    along = np.cos(heading - foot.heading)  # +1 with the road, -1 against it
+    follows = (
+        (np.abs(along) > np.cos(LANE_HEADING_TOLERANCE))
+        & (np.abs(l0) < LANE_REACH)
+        & (1.0 - foot.curvature * l0 > MIN_STRETCH)
+    )
+    heading_xy = np.cos(heading), np.sin(heading)
+    out_x = x[:, None] + distance * heading_xy[0][:, None]
+    out_y = y[:, None] + distance * heading_xy[1][:, None]
+    out_heading = np.repeat(heading[:, None], distance.shape[1], axis=1)
+    out_s = np.full_like(out_x, np.inf)
+    out_l = np.zeros_like(out_x)
+
+    lane = np.flatnonzero(follows)
+    if lane.size:
+        direction = np.sign(along[lane])[:, None]
+        l = np.repeat(l0[lane, None], distance.shape[1], axis=1)
+        s = _advance(path, s0[lane], l, direction * distance[lane])
+        points = path.at(s)
+        out_x[lane] = points.x - l * points.sin_heading
+        out_y[lane] = points.y + l * points.cos_heading
+        out_heading[lane] = points.heading + np.where(direction < 0.0, np.pi, 0.0)
+        out_s[lane], out_l[lane] = s, l
+
+    free = np.flatnonzero(~follows & (np.abs(l0) < 3.0 * FRENET_REACH))
+    if free.size:
+        s, l = path.project(out_x[free].ravel(), out_y[free].ravel())
+        near = np.abs(l) < FRENET_REACH
+        out_s[free] = np.where(near, s, np.inf).reshape(free.size, -1)
+        out_l[free] = np.where(near, l, 0.0).reshape(free.size, -1)
+    return Prediction(step, out_x, out_y, out_heading, out_s, out_l)
+
+
+def _advance(
+    path: ReferencePath, s0: FloatArray, l: FloatArray, distance: FloatArray
+) -> FloatArray:
+    """Arc lengths after driving `distance` at a constant offset.
+
+    ds = d(distance) / (1 - kappa_r l), integrated by the trapezoid rule on the
+    curvature met along a first guess.
+    """
+    guess = s0[:, None] + distance
+    stretch = np.maximum(1.0 - path.at(guess).curvature * l, MIN_STRETCH)
+    rate = 1.0 / stretch
+    steps = 0.5 * (rate[:, 1:] + rate[:, :-1]) * np.diff(distance, axis=1)
+    s = np.empty_like(guess)
+    s[:, 0] = s0
+    s[:, 1:] = s0[:, None] + np.cumsum(steps, axis=1)
+    return s

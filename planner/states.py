@@ -1,0 +1,153 @@
+"""States and trajectories: the shape and unit contract of the package.
+
+SI units and radians. Heading is counter-clockwise from +x; the lateral offset l is
+positive to the left of the reference path. The ego's point is the centre of its rear
+axle. Arrays are float64 and read-only, time on the last axis.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from planner.errors import InvalidInputError
+
+FloatArray = NDArray[np.float64]
+
+
+def freeze(values: ArrayLike) -> FloatArray:
+    """Copy `values` into a read-only float64 array."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, slots=True)
+class CartesianState:
+    """One state of the ego in the plane."""
+
+    x: float  # [m]
+    y: float  # [m]
+    heading: float  # [rad]
+    curvature: float  # of the driven path, positive to the left [1/m]
+    speed: float  # along the heading [m/s]
+    acceleration: float  # tangential [m/s²]
+
+
+@dataclass(frozen=True, slots=True)
+class FrenetState:
+    """One state of the ego along its reference path."""
+
+    s: float  # arc length of the foot point [m]
+    s_dot: float  # [m/s]
+    s_ddot: float  # [m/s²]
+    l: float  # [m]
+    l_dot: float  # [m/s]
+    l_ddot: float  # [m/s²]
+    l_prime: float  # dl/ds [-]
+    l_second: float  # d²l/ds² [1/m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CartesianStates:
+    """Many Cartesian states; all arrays have one common shape."""
+
+    x: FloatArray
+    y: FloatArray
+    heading: FloatArray
+    curvature: FloatArray
+    speed: FloatArray
+    acceleration: FloatArray
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        _freeze_fields(self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrenetStates:
+    """Many Frenet states; all arrays have one common shape."""
+
+    s: FloatArray
+    s_dot: FloatArray
+    s_ddot: FloatArray
+    l: FloatArray
+    l_dot: FloatArray
+    l_ddot: FloatArray
+    l_prime: FloatArray
+    l_second: FloatArray
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        _freeze_fields(self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """A planned motion of the ego's rear axle; all arrays are (n_steps,).
+
+    `t` starts at 0, the moment of planning, and grows strictly. Cartesian and Frenet
+    columns describe the same points.
+    """
+
+    t: FloatArray  # [s]
+    x: FloatArray
+    y: FloatArray
+    heading: FloatArray
+    curvature: FloatArray
+    speed: FloatArray
+    acceleration: FloatArray
+    s: FloatArray
+    l: FloatArray
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        _freeze_fields(self)
+        if self.t.ndim != 1 or self.t.size < 2 or np.any(np.diff(self.t) <= 0.0):
+            raise InvalidInputError("t must be at least two strictly growing times")
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last point [s]."""
+        return float(self.t[-1] - self.t[0])
+
+    def at(self, t: float) -> CartesianState:
+        """Interpolate the state at time `t` [s], held at both ends.
+
+        Points between samples are linear in time; a planner that samples at the
+        simulation step never needs them.
+        """
+        index = int(np.searchsorted(self.t, t))
+        if index < self.t.size and abs(self.t[index] - t) < 1e-9:
+            return CartesianState(
+                float(self.x[index]),
+                float(self.y[index]),
+                float(self.heading[index]),
+                float(self.curvature[index]),
+                float(self.speed[index]),
+                float(self.acceleration[index]),
+            )
+        heading = np.interp(t, self.t, np.unwrap(self.heading))
+        return CartesianState(
+            float(np.interp(t, self.t, self.x)),
+            float(np.interp(t, self.t, self.y)),
+            float(np.arctan2(np.sin(heading), np.cos(heading))),
+            float(np.interp(t, self.t, self.curvature)),
+            float(np.interp(t, self.t, self.speed)),
+            float(np.interp(t, self.t, self.acceleration)),
+        )
+
+    def is_finite(self) -> bool:
+        """Tell whether every number of the trajectory is finite."""
+        return all(bool(np.isfinite(getattr(self, f.name)).all()) for f in fields(self))
+
+
+def _freeze_fields(record: object) -> None:
+    """Freeze every field of an array record and check that the shapes agree."""
+    shapes = {}
+    for field in fields(record):  # type: ignore[arg-type]
+        array = freeze(getattr(record, field.name))
+        object.__setattr__(record, field.name, array)
+        shapes[field.name] = array.shape
+    if len(set(shapes.values())) > 1:
+        raise InvalidInputError(f"arrays must share one shape, got {shapes}")
