@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.compiled import compiled
-from planner.geometry.clearance import swept_clearance
+from planner.geometry.clearance import span_clearance
 from planner.scene import Scene
 from planner.states import FloatArray
 
@@ -150,19 +150,19 @@ def gaps_to(
         (n_bodies,) [m], negative on overlap.
     """
     gaps = np.full(x.shape[0], np.inf)
-    n = points.shape[1]
     for b in range(x.shape[0]):
-        for i in range(0 if n == 1 else 1, n):
-            j = max(i - 1, 0)
-            gap = swept_clearance(
-                (points[0, j], points[1, j], points[2, j], points[3, j]),
-                (points[0, i], points[1, i], points[2, i], points[3, i]),
-                (x[b, j], y[b, j], cos_heading[b, j], sin_heading[b, j]),
-                (x[b, i], y[b, i], cos_heading[b, i], sin_heading[b, i]),
-                (half_length[b], half_width[b], radius[b]),
-                discs,
-                disc_radius,
-                np.inf,
-            )
-            gaps[b] = min(gaps[b], gap)
+        gaps[b], _ = span_clearance(
+            points,
+            x[b],
+            y[b],
+            cos_heading[b],
+            sin_heading[b],
+            0,
+            points.shape[1] - 1,
+            (half_length[b], half_width[b], radius[b]),
+            discs,
+            disc_radius,
+            np.inf,
+            -np.inf,
+        )
     return gaps

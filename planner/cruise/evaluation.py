@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.compiled import compiled
-from planner.geometry.clearance import swept_clearance
 from planner.cruise.costs import edge_clearance
 from planner.cruise.feasibility import (
     MIN_STRETCH,
@@ -13,13 +12,13 @@ from planner.cruise.feasibility import (
     Check,
     Limits,
     Reference,
-    lateral_over_distance,
-    lateral_over_time,
+    lateral_at,
     lateral_quintic,
     road_excess,
     squared_jerk,
-    to_plane,
 )
+from planner.geometry.clearance import span_clearance
+from planner.geometry.frenet import cartesian_rates
 from planner.states import FloatArray
 
 # Plain numbers: numba compiles these in.
@@ -58,7 +57,7 @@ class Lateral(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """Bodies and the pairs of (step, body) that can matter; see `clearance`."""
+    """Bodies, when they can matter, and where headway would be short."""
 
     x: FloatArray
     y: FloatArray
@@ -70,9 +69,10 @@ class Surroundings(NamedTuple):
     radius: FloatArray
     size: FloatArray
     threshold: FloatArray  # gap below which a candidate collides, (n,) [m]
-    first: FloatArray
-    step: FloatArray
+    first: FloatArray  # spans, see `clearance.near_spans`
     body: FloatArray
+    begin: FloatArray
+    end: FloatArray
     lag_first: FloatArray
     lag_step: FloatArray
     lag_body: FloatArray
@@ -99,20 +99,30 @@ def candidate_motion(
     """
     out = np.empty((8, longitudinal.s.shape[1]))
     c, length = _lateral_coefficients(p, offset, longitudinal, lateral)
+    s = longitudinal.s[p]
     for i in range(longitudinal.count[p]):
-        l, slope, bend, _ = _lateral_at(p, i, c, length, offset, longitudinal, lateral)
-        point = to_plane(
-            reference,
-            p,
-            i,
-            longitudinal.s_dot[p, i],
-            longitudinal.s_ddot[p, i],
+        s_dot, s_ddot = longitudinal.s_dot[p, i], longitudinal.s_ddot[p, i]
+        done = lateral.step * i if lateral.over_time else s[i] - s[0]
+        l, slope, bend, _ = lateral_at(
+            lateral.over_time, c, length, offset, done, s_dot, s_ddot, 0.0
+        )
+        cos_e, sin_e, curvature, speed, acceleration = cartesian_rates(
             l,
+            reference.curvature[p, i],
+            reference.curvature_rate[p, i],
+            s_dot,
+            s_ddot,
             slope,
             bend,
         )
-        for row in range(7):
-            out[row, i] = point[row]
+        cos_r, sin_r = reference.cos_heading[p, i], reference.sin_heading[p, i]
+        out[0, i] = reference.x[p, i] - sin_r * l
+        out[1, i] = reference.y[p, i] + cos_r * l
+        out[2, i] = cos_r * cos_e - sin_r * sin_e
+        out[3, i] = sin_r * cos_e + cos_r * sin_e
+        out[4, i] = curvature
+        out[5, i] = speed
+        out[6, i] = acceleration
         out[7, i] = l
     return out
 
@@ -134,35 +144,6 @@ def _lateral_coefficients(
 
 
 @compiled
-def _lateral_at(
-    p: int,
-    i: int,
-    c: tuple[float, float, float, float, float, float],
-    length: float,
-    offset: float,
-    longitudinal: Longitudinal,
-    lateral: Lateral,
-) -> tuple[float, float, float, float]:
-    """(l, l', l'', d³l/dt³) of one candidate at step i; straight on after its end."""
-    done = lateral.step * i
-    if not lateral.over_time:
-        done = longitudinal.s[p, i] - longitudinal.s[p, 0]
-    if done > length + 1e-9:
-        return offset, 0.0, 0.0, 0.0
-    if lateral.over_time:
-        return lateral_over_time(
-            c, done, longitudinal.s_dot[p, i], longitudinal.s_ddot[p, i]
-        )
-    return lateral_over_distance(
-        c,
-        done,
-        longitudinal.s_dot[p, i],
-        longitudinal.s_ddot[p, i],
-        longitudinal.s_dddot[p, i],
-    )
-
-
-@compiled
 def _move_and_check(
     p: int,
     offset: float,
@@ -177,45 +158,63 @@ def _move_and_check(
     """Fill `points` (5, n_steps) with x, y, cos, sin, l and check the limits.
 
     Stops at the first violation. Also fills the jerk, offset and consistency terms.
+    The loop works on rows and numbers: whole records would be passed by value to
+    every point.
     """
     c, length = _lateral_coefficients(p, offset, longitudinal, lateral)
+    over_time, step = lateral.over_time, lateral.step
+    s, s_dots, s_ddots = (
+        longitudinal.s[p],
+        longitudinal.s_dot[p],
+        longitudinal.s_ddot[p],
+    )
+    s_dddots, last_l = longitudinal.s_dddot[p], longitudinal.last_l[p]
+    ref_x, ref_y = reference.x[p], reference.y[p]
+    ref_cos, ref_sin = reference.cos_heading[p], reference.sin_heading[p]
+    ref_k, ref_rate = reference.curvature[p], reference.curvature_rate[p]
+    lefts, rights = reference.left[p], reference.right[p]
+    max_curvature, max_lateral = limits.curvature, limits.lateral_acceleration
+    lowest, highest = -limits.deceleration, limits.acceleration
+    front, rear, half_width = limits.front, limits.rear, limits.half_width
     count = longitudinal.count[p]
     allowed_excess = max(excess_now, 0.0) + TOLERANCE
     jerk = offset2 = change2 = 0.0
     for i in range(count):
-        s_dot = longitudinal.s_dot[p, i]
-        l, slope, bend, lateral_jerk = _lateral_at(
-            p, i, c, length, offset, longitudinal, lateral
+        s_dot, s_ddot, k = s_dots[i], s_ddots[i], ref_k[i]
+        done = step * i if over_time else s[i] - s[0]
+        l, slope, bend, lateral_jerk = lateral_at(
+            over_time, c, length, offset, done, s_dot, s_ddot, s_dddots[i]
         )
-        k = reference.curvature[p, i]
         if 1.0 - k * l < MIN_STRETCH:
             return DOMAIN
-        x, y, cos_h, sin_h, curvature, speed, acceleration, cos_e, sin_e = to_plane(
-            reference, p, i, s_dot, longitudinal.s_ddot[p, i], l, slope, bend
+        cos_e, sin_e, curvature, speed, acceleration = cartesian_rates(
+            l, k, ref_rate[i], s_dot, s_ddot, slope, bend
         )
-        points[0, i] = x
-        points[1, i] = y
-        points[2, i] = cos_h
-        points[3, i] = sin_h
+        points[0, i] = ref_x[i] - ref_sin[i] * l
+        points[1, i] = ref_y[i] + ref_cos[i] * l
+        points[2, i] = ref_cos[i] * cos_e - ref_sin[i] * sin_e
+        points[3, i] = ref_sin[i] * cos_e + ref_cos[i] * sin_e
         points[4, i] = l
         offset2 += l * l
-        change2 += (l - longitudinal.last_l[p, i]) ** 2
+        change2 += (l - last_l[i]) ** 2
         jerk += lateral_jerk * lateral_jerk
         if i == 0:
             continue
-        left, right = reference.left[p, i], reference.right[p, i]
-        if road_excess(l, cos_e, sin_e, k, left, right, limits) > allowed_excess:
+        excess = road_excess(
+            l, cos_e, sin_e, k, lefts[i], rights[i], front, rear, half_width
+        )
+        if excess > allowed_excess:
             return ROAD
-        if abs(curvature) > limits.curvature:
+        if abs(curvature) > max_curvature:
             return CURVATURE
-        if not -limits.deceleration <= acceleration <= limits.acceleration:
+        if acceleration < lowest or acceleration > highest:
             return ACCELERATION
-        if speed * speed * abs(curvature) > limits.lateral_acceleration:
+        if speed * speed * abs(curvature) > max_lateral:
             return LATERAL_ACCELERATION
-    if lateral.over_time:
+    if over_time:
         terms[JERK] = longitudinal.jerk[p] + squared_jerk(c, longitudinal.duration[p])
     else:
-        terms[JERK] = longitudinal.jerk[p] + jerk * lateral.step
+        terms[JERK] = longitudinal.jerk[p] + jerk * step
     terms[OFFSET] = offset2 / count
     terms[CONSISTENCY] = change2 / count
     return PASSED
@@ -236,44 +235,28 @@ def _clear_and_price(
     """
     gaps[:] = np.inf
     hit = -1
+    hit_step = points.shape[1]
     hit_size = 0.0
-    reach = around.disc_radius + abs(around.discs[-1]) + around.range
     for q in range(around.first[p], around.first[p + 1]):
-        i, b = around.step[q], around.body[q]
-        x, y = points[0, i], points[1, i]
-        dx, dy = around.x[b, i] - x, around.y[b, i] - y
-        moved = abs(x - points[0, i - 1]) + abs(y - points[1, i - 1])
-        moved += abs(around.x[b, i] - around.x[b, i - 1])
-        moved += abs(around.y[b, i] - around.y[b, i - 1])
-        far = reach + around.size[b] + moved
-        if dx * dx + dy * dy > far * far:
-            continue
-        j = i - 1
-        gap = swept_clearance(
-            (points[0, j], points[1, j], points[2, j], points[3, j]),
-            (x, y, points[2, i], points[3, i]),
-            (
-                around.x[b, j],
-                around.y[b, j],
-                around.cos_heading[b, j],
-                around.sin_heading[b, j],
-            ),
-            (
-                around.x[b, i],
-                around.y[b, i],
-                around.cos_heading[b, i],
-                around.sin_heading[b, i],
-            ),
+        b = around.body[q]
+        gaps[b], step = span_clearance(
+            points,
+            around.x[b],
+            around.y[b],
+            around.cos_heading[b],
+            around.sin_heading[b],
+            around.begin[q],
+            around.end[q],
             (around.half_length[b], around.half_width[b], around.radius[b]),
             around.discs,
             around.disc_radius,
             around.range,
+            around.threshold[b],
         )
-        gaps[b] = min(gaps[b], gap)
-        if gap < around.threshold[b]:
+        if step >= 0:
             hit_size = max(hit_size, around.size[b])
-            if hit < 0:
-                hit = b
+            if step < hit_step:
+                hit, hit_step = b, step
     safety = 0.0
     for b in range(gaps.size):
         safety += edge_clearance(gaps[b], around.size[b], around.range)

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.compiled import compiled
-from planner.geometry.frenet import cartesian_rates
 from planner.motion.polynomials import quintic_coefficients
 from planner.states import FloatArray
 
@@ -95,6 +94,25 @@ def lateral_over_distance(
 
 
 @compiled
+def lateral_at(
+    over_time: bool,  # noqa: FBT001 - a constant of the cycle, hoisted by the compiler
+    c: tuple[float, float, float, float, float, float],
+    length: float,
+    offset: float,
+    done: float,
+    s_dot: float,
+    s_ddot: float,
+    s_dddot: float,
+) -> tuple[float, float, float, float]:
+    """(l, l', l'', d³l/dt³) after `done` seconds or metres; straight on after `length`."""
+    if done > length + 1e-9:
+        return offset, 0.0, 0.0, 0.0
+    if over_time:
+        return lateral_over_time(c, done, s_dot, s_ddot)
+    return lateral_over_distance(c, done, s_dot, s_ddot, s_dddot)
+
+
+@compiled
 def lateral_quintic(
     start: tuple[float, float, float], offset: float, length: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -123,60 +141,19 @@ def road_excess(
     curvature: float,
     left: float,
     right: float,
-    limits: Limits,
+    front: float,
+    rear: float,
+    half_width: float,
 ) -> float:
     """How far the body reaches over the road's edge [m]; negative inside.
 
     The body's ends lie at l + d sin(e) -+ w/2 cos(e) - kappa_r (d cos(e))² / 2 in the
     Frenet frame, to second order in their distance d from the rear axle.
     """
-    side = limits.half_width * cos_error
+    side = half_width * cos_error
     excess = max(l + side - left, right - l + side)
-    for d in (limits.front, -limits.rear):
+    for d in (front, -rear):
         along = d * cos_error
         end = l + d * sin_error - 0.5 * curvature * along * along
         excess = max(excess, end + side - left, right - end + side)
     return excess
-
-
-@compiled
-def to_plane(
-    reference: Reference,
-    p: int,
-    i: int,
-    s_dot: float,
-    s_ddot: float,
-    l: float,
-    slope: float,
-    bend: float,
-) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """One point from the Frenet frame to the plane; [Thesis] eq. 3.45 as corrected.
-
-    Headings stay (cos, sin) pairs: a cycle turns some ten thousand points and needs
-    the angle of fifty.
-
-    Returns:
-        (x, y, cos heading, sin heading, curvature, speed, acceleration, cos and sin of
-        the heading error).
-    """
-    cos_r, sin_r = reference.cos_heading[p, i], reference.sin_heading[p, i]
-    cos_error, sin_error, curvature, speed, acceleration = cartesian_rates(
-        l,
-        reference.curvature[p, i],
-        reference.curvature_rate[p, i],
-        s_dot,
-        s_ddot,
-        slope,
-        bend,
-    )
-    return (
-        reference.x[p, i] - sin_r * l,
-        reference.y[p, i] + cos_r * l,
-        cos_r * cos_error - sin_r * sin_error,
-        sin_r * cos_error + cos_r * sin_error,
-        curvature,
-        speed,
-        acceleration,
-        cos_error,
-        sin_error,
-    )

@@ -29,7 +29,7 @@ from planner.cruise.settings import (
     SafetyTerm,
 )
 from planner.fallback import fallback
-from planner.geometry.clearance import near_pairs
+from planner.geometry.clearance import near_spans
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
 from planner.states import FloatArray, Trajectory
@@ -235,7 +235,9 @@ def _limits(scene: Scene, settings: CruiseSettings) -> tuple[Limits, float]:
         curvature,
         float(left[0]),
         float(right[0]),
-        limits,
+        limits.front,
+        limits.rear,
+        limits.half_width,
     )
     return limits, excess
 
@@ -331,7 +333,7 @@ def _surroundings(
     discs, disc_radius = _discs(scene, settings)
     widest = float(np.abs(offsets).max(initial=abs(scene.ego_frenet.l)))
     reach = widest + 0.5 + disc_radius + float(np.abs(discs).max())
-    pairs = near_pairs(
+    spans = near_spans(
         reference.x,
         reference.y,
         longitudinal.count,
@@ -340,6 +342,7 @@ def _surroundings(
         bodies.size,
         bodies.follower,
         reach + settings.scales.clearance,
+        settings.step * (scene.vehicle.limits.max_speed * 2.0 + bodies.speed.max(initial=0.0)),
     )
     moving = np.arange(len(bodies.ids)) >= bodies.n_static
     lags = headway_pairs(
@@ -367,7 +370,7 @@ def _surroundings(
         bodies.radius,
         bodies.size,
         _thresholds(scene, settings, bodies),
-        *pairs,
+        *spans,
         *lags,
         discs,
         disc_radius,

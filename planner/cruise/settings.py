@@ -34,7 +34,7 @@ class Weights:
     """Weights of the cost terms, [-]; zero switches a term off."""
 
     jerk: float = 0.4
-    safety: float = 0.3
+    safety: float = 1.0
     offset: float = 0.3
     speed: float = 6.0
     headway: float = 3.0

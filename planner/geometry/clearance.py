@@ -63,11 +63,12 @@ def segment_to_rectangle(
         half_length: Half extents of the rectangle [m].
         half_width: As `half_length`.
     """
+    if half_length == 0.0 and half_width == 0.0:  # a disc: its centre decides
+        return _corner_to_segment(0.0, 0.0, u0, w0, u1, w1)
     nearest = min(
         point_to_rectangle(u0, w0, half_length, half_width),
         point_to_rectangle(u1, w1, half_length, half_width),
     )
-    # An end bounds the whole segment from below, so that most need no more than this.
     if nearest == 0.0 or _crosses(u0, w0, u1, w1, half_length, half_width):
         return 0.0
     for cu in (-half_length, half_length):
@@ -77,7 +78,7 @@ def segment_to_rectangle(
 
 
 @compiled
-def near_pairs(
+def near_spans(
     path_x: FloatArray,
     path_y: FloatArray,
     count: FloatArray,
@@ -86,11 +87,13 @@ def near_pairs(
     size: FloatArray,
     ignored: FloatArray,
     reach: float,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """List per profile the (step, body) pairs that can come near at any offset.
+    fastest: float,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """List per profile the bodies that can come near at any offset, and when.
 
     A body farther than `reach` + its circumscribed circle from the reference point of
-    a step is out of reach of every candidate of that profile.
+    a step is out of reach of every candidate of that profile. While it is d farther
+    than that, d / `fastest` steps can be skipped.
 
     Args:
         path_x: Reference points, (n_profiles, n_steps) [m].
@@ -101,92 +104,107 @@ def near_pairs(
         size: Circumscribed circles, (n_bodies,) [m].
         ignored: Bodies to leave out, (n_bodies,) bool.
         reach: Largest offset + ego reach + range of interest [m].
+        fastest: Largest change of a distance in one step [m].
 
     Returns:
-        (first, step, body): pairs of profile p are first[p] ... first[p + 1] - 1, in
-        order of time.
+        (first, body, begin, end): spans of profile p are first[p] ... first[p + 1] - 1;
+        `body` may be near during the steps begin ... end, begin >= 1.
     """
     n_profiles, n_bodies = path_x.shape[0], x.shape[0]
     first = np.zeros(n_profiles + 1, np.int64)
-    capacity = 256
-    step = np.empty(capacity, np.int64)
-    body = np.empty(capacity, np.int64)
+    spans = np.empty((3, n_profiles * n_bodies), np.int64)
     total = 0
     for p in range(n_profiles):
-        for i in range(1, count[p]):
-            for b in range(n_bodies):
-                dx = x[b, i] - path_x[p, i]
-                dy = y[b, i] - path_y[p, i]
-                far = reach + size[b]
-                if ignored[b] or dx * dx + dy * dy > far * far:
+        for b in range(n_bodies):
+            if ignored[b]:
+                continue
+            begin, end = -1, -1
+            i = 0
+            while i < count[p]:
+                apart = math.hypot(x[b, i] - path_x[p, i], y[b, i] - path_y[p, i])
+                beyond = apart - reach - size[b]
+                if beyond > 0.0:
+                    i += max(1, int(beyond / fastest))
                     continue
-                if total == capacity:
-                    capacity *= 2
-                    wider = np.empty(capacity, np.int64)
-                    wider[:total] = step
-                    step = wider
-                    wider = np.empty(capacity, np.int64)
-                    wider[:total] = body
-                    body = wider
-                step[total] = i
-                body[total] = b
+                if begin < 0:
+                    begin = max(i, 1)
+                end = i
+                i += 1
+            if end >= 1:
+                spans[0, total] = b
+                spans[1, total] = begin
+                spans[2, total] = end
                 total += 1
         first[p + 1] = total
-    return first, step[:total], body[:total]
+    return first, spans[0, :total], spans[1, :total], spans[2, :total]
 
 
 @compiled
-def swept_clearance(
-    ego_0: tuple[float, float, float, float],
-    ego_1: tuple[float, float, float, float],
-    body_0: tuple[float, float, float, float],
-    body_1: tuple[float, float, float, float],
+def span_clearance(
+    points: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    cos_heading: FloatArray,
+    sin_heading: FloatArray,
+    begin: int,
+    end: int,
     extents: tuple[float, float, float],
     discs: FloatArray,
     disc_radius: float,
     enough: float,
-) -> float:
-    """Smallest gap between the ego's discs and one body during one step.
+    threshold: float,
+) -> tuple[float, int]:
+    """Smallest gap between the ego's discs and one body over a span of steps.
 
-    Each disc centre moves on a segment in the body's frame, which may itself move and
-    turn.
+    Between steps each disc centre moves on a segment in the body's frame, which may
+    itself move and turn.
 
     Args:
-        ego_0: (x, y, cos heading, sin heading) of the rear axle before the step.
-        ego_1: After it.
-        body_0: The same of the body's centre, before.
-        body_1: After.
+        points: Rear axle: rows x, y, cos and sin of the heading, (>= 4, n_steps).
+        x: Body's centre, (n_steps,) [m].
+        y: As `x`.
+        cos_heading: As `x`.
+        sin_heading: As `x`.
+        begin: First step; the sweep starts one step before, where there is one.
+        end: Last step.
         extents: (half length, half width, radius) of the body [m].
         discs: Disc centres along the ego's heading from the rear axle [m].
         disc_radius: [m].
         enough: From this gap on the exact value does not matter [m].
+        threshold: A smaller gap is a hit [m].
 
     Returns:
-        The gap [m], negative on overlap; `enough` or more when it is at least that.
+        (gap [m], negative on overlap, inf or at least `enough` when it is at least
+        that; first step with a hit or -1).
     """
     half_length, half_width, radius = extents
     grown = radius + disc_radius
     nearest = np.inf
+    hit = -1
     for disc in discs:
-        u0, w0 = _in_frame(ego_0, disc, body_0)
-        u1, w1 = _in_frame(ego_1, disc, body_1)
-        at_end = point_to_rectangle(u1, w1, half_length, half_width) - grown
-        moved = math.hypot(u1 - u0, w1 - w0)
-        if at_end - moved >= min(enough, nearest):  # the sweep cannot reach it either
-            nearest = min(nearest, at_end)
-            continue
-        gap = segment_to_rectangle(u0, w0, u1, w1, half_length, half_width) - grown
-        nearest = min(nearest, gap)
-    return nearest
-
-
-@compiled
-def _in_frame(
-    ego: tuple[float, float, float, float],
-    disc: float,
-    body: tuple[float, float, float, float],
-) -> tuple[float, float]:
-    """Disc centre in the body's frame."""
-    dx = ego[0] + disc * ego[2] - body[0]
-    dy = ego[1] + disc * ego[3] - body[1]
-    return dx * body[2] + dy * body[3], dy * body[2] - dx * body[3]
+        u0 = w0 = 0.0
+        start = max(begin - 1, 0)
+        for i in range(start, end + 1):
+            dx = points[0, i] + disc * points[2, i] - x[i]
+            dy = points[1, i] + disc * points[3, i] - y[i]
+            u1 = dx * cos_heading[i] + dy * sin_heading[i]
+            w1 = dy * cos_heading[i] - dx * sin_heading[i]
+            if i == start and i < end:
+                u0, w0 = u1, w1
+                continue
+            if i == start:
+                u0, w0 = u1, w1
+            du = max(abs(u1) - half_length, 0.0)
+            dw = max(abs(w1) - half_width, 0.0)
+            moved = abs(u1 - u0) + abs(w1 - w0)  # no less than the way driven
+            far = min(enough, nearest) + grown + moved
+            if du * du + dw * dw < far * far:
+                gap = (
+                    segment_to_rectangle(u0, w0, u1, w1, half_length, half_width)
+                    - grown
+                )
+                nearest = min(nearest, gap)
+                if gap < threshold and (hit < 0 or i < hit):
+                    hit = i
+            u0, w0 = u1, w1
+    return nearest, hit

@@ -3,6 +3,9 @@
 A path is a table of knots, one row each; between two knots the curvature is linear in
 arc length (a line, an arc or a clothoid). A point is reached from the knot before it by
 a short series instead of trigonometry.
+
+Compiled functions that take arrays have one exit and read the arrays before they call
+on: otherwise numba counts references atomically, which costs more than the sums.
 """
 
 import numpy as np
@@ -78,10 +81,10 @@ def rotation(angle: float) -> tuple[float, float]:
 @compiled
 def piece_index(knots: FloatArray, bins: IndexArray, s: float) -> int:
     """Find the piece of `knots` that holds arc length `s`; the ends are held."""
-    if not s > 0.0:  # so that nan cannot become an index
-        return 0
     last = knots.shape[0] - 2
-    i = bins[int(min(s * (1.0 / BIN_WIDTH), bins.size - 1.0))]
+    # nan must not become an index, hence the order of the comparison
+    place = min(s * (1.0 / BIN_WIDTH), bins.size - 1.0) if s > 0.0 else 0.0
+    i = bins[int(place)]
     while i < last and s >= knots[i + 1, S]:
         i += 1
     return int(i)
@@ -89,48 +92,43 @@ def piece_index(knots: FloatArray, bins: IndexArray, s: float) -> int:
 
 @compiled
 def follow(
-    knots: FloatArray, i: int, curvature: float, rate: float, s: float
-) -> tuple[float, float, float, float, float, float, float]:
-    """Evaluate at `s` [m] the piece of given curvature and rate through knot `i`.
-
-    Returns:
-        (x, y, cos_heading, sin_heading, curvature, curvature_rate, heading).
-    """
-    cos, sin = knots[i, COS], knots[i, SIN]
-    u = s - knots[i, S]
+    x: float,
+    y: float,
+    cos: float,
+    sin: float,
+    curvature: float,
+    rate: float,
+    u: float,
+) -> tuple[float, float, float, float]:
+    """Follow a piece for `u` [m] from a point and a direction; (x, y, cos, sin)."""
     along, across, cos_turn, sin_turn = advance(curvature, rate, u)
     return (
-        knots[i, X] + along * cos - across * sin,
-        knots[i, Y] + along * sin + across * cos,
+        x + along * cos - across * sin,
+        y + along * sin + across * cos,
         cos * cos_turn - sin * sin_turn,
         sin * cos_turn + cos * sin_turn,
-        curvature + rate * u,
-        rate,
-        knots[i, HEADING] + u * (curvature + 0.5 * rate * u),
     )
-
-
-@compiled
-def piece_point(
-    knots: FloatArray, i: int, s: float
-) -> tuple[float, float, float, float, float, float, float]:
-    """Evaluate piece `i` at `s` [m]; returns as `follow`."""
-    return follow(knots, i, knots[i, CURVATURE], knots[i, RATE], s)
 
 
 @compiled
 def point_at(
     knots: FloatArray, bins: IndexArray, s: float
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Evaluate the path at `s` [m], straight beyond its ends; returns as `follow`."""
+    """Evaluate the path at `s` [m]; beyond both ends it goes straight on.
+
+    Returns:
+        (x, y, cos_heading, sin_heading, curvature, curvature_rate, heading).
+    """
     i = piece_index(knots, bins, s)
-    curvature, rate = knots[i, CURVATURE], knots[i, RATE]
-    if s < 0.0:
-        curvature, rate = 0.0, 0.0
-    elif s > knots[i + 1, S]:
-        i += 1
-        curvature, rate = 0.0, 0.0
-    return follow(knots, i, curvature, rate, s)
+    beyond = s > knots[i + 1, S]
+    bent = 0.0 if beyond or s < 0.0 else 1.0
+    i += int(beyond)
+    u = s - knots[i, S]
+    curvature, rate = bent * knots[i, CURVATURE], bent * knots[i, RATE]
+    heading = knots[i, HEADING] + u * (curvature + 0.5 * rate * u)
+    x, y, cos, sin = knots[i, X], knots[i, Y], knots[i, COS], knots[i, SIN]
+    x, y, cos, sin = follow(x, y, cos, sin, curvature, rate, u)
+    return x, y, cos, sin, curvature + rate * u, rate, heading
 
 
 @compiled

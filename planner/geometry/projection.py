@@ -15,17 +15,17 @@ from planner.geometry.pieces import (
     RATE,
     SIN,
     IndexArray,
+    follow,
     S,
     X,
     Y,
     index_bins,
     piece_index,
-    piece_point,
     points_at,
 )
 from planner.states import FloatArray, freeze
 
-PIECES_PER_BLOCK = 16
+PIECES_PER_BLOCK = 32
 # Columns of the block table.
 MIDDLE_X, MIDDLE_Y, HALF_LENGTH, SHARPEST = range(4)
 
@@ -51,55 +51,83 @@ def squared_distance(blocks: FloatArray, j: int, x: float, y: float) -> float:
 
 
 @compiled
-def foot_in_piece(
-    knots: FloatArray, i: int, x: float, y: float
+def converge(
+    x: float,
+    y: float,
+    cos: float,
+    sin: float,
+    curvature: float,
+    rate: float,
+    bracket: tuple[float, float, float],
 ) -> tuple[float, float, float, float]:
-    """Find the foot point inside piece `i`, where the lead changes its sign.
+    """Find the foot of the origin on the piece that starts at (x, y).
 
     Newton's method on (p - r) . t, whose derivative is -(1 - kappa l), kept inside a
     bracket.
 
+    Args:
+        x: Start of the piece, seen from the point to project [m].
+        y: See x [m].
+        cos: Direction of the piece at its start.
+        sin: See cos.
+        curvature: At the start [1/m].
+        rate: d(curvature)/ds [1/m²].
+        bracket: (least, greatest, first guess) of the arc length from the start [m].
+
     Returns:
-        (s, l, cos_heading, sin_heading).
+        (u, l, cos_heading, sin_heading) of the foot, u from the start of the piece.
     """
-    low, high = knots[i, S], knots[i + 1, S]
-    lead_low, lead_high = lead(knots, i, x, y), lead(knots, i + 1, x, y)
-    s = low + (high - low) * lead_low / (lead_low - lead_high)
-    l, cos, sin = 0.0, 1.0, 0.0
-    for _ in range(STEP_LIMIT):
-        px, py, cos, sin, curvature, _, _ = piece_point(knots, i, s)
-        along = (x - px) * cos + (y - py) * sin
-        l = (y - py) * cos - (x - px) * sin
-        slope = 1.0 - curvature * l
-        if abs(along) < STEP_DONE * slope:
-            return s + along / slope, l, cos, sin
+    low, high, u = bracket
+    l, foot_cos, foot_sin = 0.0, 1.0, 0.0
+    along, slope, steps = np.inf, 1.0, 0
+    while abs(along) >= STEP_DONE * slope and steps < STEP_LIMIT:
+        steps += 1
+        px, py, foot_cos, foot_sin = follow(x, y, cos, sin, curvature, rate, u)
+        along = -px * foot_cos - py * foot_sin
+        l = px * foot_sin - py * foot_cos
+        slope = 1.0 - (curvature + rate * u) * l
         if along >= 0.0:
-            low = s
+            low = u
         else:
-            high = s
-        s = s + along / slope if slope > 0.0 else high
-        if s <= low or s >= high:
-            s = 0.5 * (low + high)
-    return s, l, cos, sin
+            high = u
+        u += along / slope
+        if not low <= u <= high:
+            u = 0.5 * (low + high)
+    return u, l, foot_cos, foot_sin
 
 
 @compiled
-def better_foot(
-    knots: FloatArray,
-    i: int,
-    x: float,
-    y: float,
+def foot_in_piece(
+    knots: FloatArray, i: int, x: float, y: float
+) -> tuple[float, float, float, float]:
+    """Find the foot point in piece `i`, where the lead changes its sign.
+
+    Returns:
+        (s, l, cos_heading, sin_heading).
+    """
+    start, length = knots[i, S], knots[i + 1, S] - knots[i, S]
+    ahead, behind = lead(knots, i, x, y), lead(knots, i + 1, x, y)
+    dx, dy = knots[i, X] - x, knots[i, Y] - y
+    cos, sin = knots[i, COS], knots[i, SIN]
+    curvature, rate = knots[i, CURVATURE], knots[i, RATE]
+    bracket = (0.0, length, length * ahead / (ahead - behind))
+    u, l, cos, sin = converge(dx, dy, cos, sin, curvature, rate, bracket)
+    return start + u, l, cos, sin
+
+
+@compiled
+def better_of(
+    best: Foot,
+    candidate: tuple[float, float, float, float],
     limits: tuple[float, float],
     direction: tuple[float, float, float],
-    best: Foot,
 ) -> Foot:
-    """Compare the foot in piece `i` with the best one so far."""
-    s, l, cos, sin = foot_in_piece(knots, i, x, y)
-    if s < limits[0] or s > limits[1]:
-        return best
+    """Compare a foot (s, l, cos, sin) with the best one so far."""
+    s, l, cos, sin = candidate
     cost = abs(l) + direction[2] * (1.0 - direction[0] * cos - direction[1] * sin)
-    if cost < best[0] - TIE or (cost < best[0] + TIE and s < best[1]):
-        return cost, s, l, True
+    better = cost < best[0] - TIE or (cost < best[0] + TIE and s < best[1])
+    if better and limits[0] <= s <= limits[1]:
+        best = (cost, s, l, True)
     return best
 
 
@@ -122,17 +150,20 @@ def better_foot_in_block(
     if farthest * blocks[j, SHARPEST] < 1.0:
         # 1 - kappa l > 0 all along: the lead falls and changes its sign at most once
         if along < 0.0 or along_stop >= 0.0:
-            return best
-        i = start + int((stop - start) * (along / (along - along_stop)))
-        while lead(knots, i, x, y) < 0.0:
-            i -= 1
-        while lead(knots, i + 1, x, y) >= 0.0:
-            i += 1
-        return better_foot(knots, i, x, y, limits, direction, best)
+            stop = start
+        else:
+            start += int((stop - start) * (along / (along - along_stop)))
+            while lead(knots, start, x, y) < 0.0:
+                start -= 1
+            while lead(knots, start + 1, x, y) >= 0.0:
+                start += 1
+            stop = start + 1
+            along = 0.0
     for i in range(start, stop):
         along_next = lead(knots, i + 1, x, y)
         if along >= 0.0 and along_next < 0.0:
-            best = better_foot(knots, i, x, y, limits, direction, best)
+            candidate = foot_in_piece(knots, i, x, y)
+            best = better_of(best, candidate, limits, direction)
         along = along_next
     return best
 

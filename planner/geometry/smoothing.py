@@ -54,7 +54,7 @@ def smooth_polyline(points: ArrayLike, max_deviation: float) -> tuple[Knots, flo
     spline = _fit(u, corners - corners[0], TARGET * max_deviation)
     node_u, node_s = _arc_lengths(spline, u[-1], corners[0])
     knots = _knots(spline, node_u, node_s, corners[0])
-    every = np.union1d(u, _samples(u[-1]))
+    every = _samples(u)
     wanted = np.stack([np.interp(every, u, corners[:, k]) for k in range(2)])
     distances = _distances(knots, wanted, np.interp(every, node_u, node_s))
     worst = int(np.argmax(distances))
@@ -85,24 +85,24 @@ def _distinct_points(points: ArrayLike) -> tuple[FloatArray, FloatArray]:
     return np.concatenate([[0.0], np.cumsum(lengths)]), corners
 
 
-def _samples(length: float) -> FloatArray:
-    """Space arc lengths evenly over the polyline, at least nine of them."""
-    return np.linspace(0.0, length, max(9, int(np.ceil(length / SAMPLE_STEP)) + 1))
+def _samples(u: FloatArray) -> FloatArray:
+    """Space arc lengths evenly over the polyline and add those of its corners."""
+    n_steps = max(8, int(np.ceil(u[-1] / SAMPLE_STEP)))
+    return np.union1d(np.linspace(0.0, u[-1], n_steps + 1), u)
 
 
 def _fit(u: FloatArray, corners: FloatArray, bound: float) -> BSpline:
     """Fit the penalised spline; raise weights where it would leave the bound."""
-    samples = _samples(u[-1])
+    samples = _samples(u)
     wanted = np.stack([np.interp(samples, u, corners[:, k]) for k in range(2)], axis=1)
     n_spans = max(3, int(np.ceil(u[-1] / SPLINE_STEP)))
     h = u[-1] / n_spans
     t = h * np.arange(-DEGREE, n_spans + DEGREE + 1)
     basis = csr_array(BSpline.design_matrix(samples, t, DEGREE, extrapolate=True))
-    step = samples[1]
     # differences of the coefficients stand for the third derivative (P-spline)
-    penalty = SMOOTHING_LENGTH**6 / step / h**5 * _third_differences(basis.shape[1])
-    spread = 2 * int(np.ceil(SPREAD / step)) + 1
-    weights = np.ones(samples.size)
+    penalty = SMOOTHING_LENGTH**6 / h**5 * _third_differences(basis.shape[1])
+    spread = 2 * int(np.ceil(SPREAD / SAMPLE_STEP)) + 1
+    weights = np.gradient(samples)  # so that the sum of squares is an integral
     weights[[0, -1]] = ENDS_WEIGHT
     spline = BSpline(t, np.zeros((basis.shape[1], 2)), DEGREE)
     for _ in range(ROUNDS):

@@ -1,0 +1,67 @@
+# Developer and user commands; `make help` lists them. Needs GNU make and Python >= 3.11.
+PYTHON ?= python3
+NET ?= intersection
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+ONLY_PYTHON := import sys; sys.exit(0 if sys.version_info >= (3, 11) else 1)
+PACKAGES := planner sumo_nets experiments
+
+.DEFAULT_GOAL := help
+.PHONY: help install experiment test test-all lint fmt type imports bench nets schema ci clean
+
+help: ## Show this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+
+install: $(STAMP) ## Make .venv with everything in it (once; other commands do it too)
+
+experiment: $(STAMP) ## Run one episode: NET=straight|curved|intersection|u_shaped PLANNER= SEED= GUI=1 ARGS=
+	@$(BIN)/rearview run $(NET) $(if $(PLANNER),--planner $(PLANNER)) $(if $(SEED),--seed $(SEED)) $(if $(GUI),--gui) $(ARGS)
+
+test: $(STAMP) ## Run the tests, without the slow ones
+	@$(BIN)/python -m pytest $(ARGS)
+
+test-all: $(STAMP) ## Run all tests, the slow ones too
+	@$(BIN)/python -m pytest -m "not bench" $(ARGS)
+
+lint: $(STAMP) ## Check style and format
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+
+fmt: $(STAMP) ## Format and mend what can be mended
+	@$(BIN)/ruff check --fix-only --quiet .
+	@$(BIN)/ruff format .
+
+type: $(STAMP) ## Check types
+	@$(BIN)/mypy
+
+imports: $(STAMP) ## Check which package may import which
+	@$(BIN)/lint-imports
+
+bench: $(STAMP) ## Measure speed; prints a table and saves JSON under .benchmarks
+	@$(BIN)/python -m pytest tests/bench -m bench --benchmark-autosave $(ARGS)
+
+nets: $(STAMP) ## Rebuild the road networks from their sources
+	@$(BIN)/python -m sumo_nets.build $(ARGS)
+
+schema: $(STAMP) ## Write the JSON Schema of scenario files
+	@$(BIN)/rearview schema > experiments/scenarios/.schema.tmp
+	@mv experiments/scenarios/.schema.tmp experiments/scenarios/scenario.schema.json
+
+ci: ## Everything that a change must pass
+	@$(MAKE) --no-print-directory lint
+	@$(MAKE) --no-print-directory type
+	@$(MAKE) --no-print-directory imports
+	@$(MAKE) --no-print-directory test-all
+
+clean: ## Remove .venv, caches and results
+	rm -rf $(VENV) runs build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
+	find $(PACKAGES) tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c '$(ONLY_PYTHON)' 2>/dev/null || { echo "rearview needs Python >= 3.11; PYTHON=$(PYTHON) is $$($(PYTHON) --version 2>&1 || true). Try: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
+	@echo "Installing into $(VENV) (once, about 500 MB) ..."
+	@$(PYTHON) -m venv $(VENV) || { echo "$(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt-get install python3-venv" >&2; exit 2; }
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]" -c constraints.txt
+	@$(BIN)/python -m experiments.doctor
+	@touch $@

@@ -1,0 +1,197 @@
+"""The command line: `rearview run | list | schema`.
+
+Exit status: 0 arrived (or done), 1 any other outcome of an episode, 2 bad input. Heavy
+modules are imported where they are needed, so that `--help` comes at once.
+"""
+
+import json
+import logging
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from experiments.errors import ConfigError, ExperimentError
+
+if TYPE_CHECKING:
+    from experiments.config import Scenario
+    from experiments.episode import Outcome
+
+ARRIVED, OTHER_OUTCOME, BAD_INPUT = 0, 1, 2
+
+app = typer.Typer(
+    help="Drives trajectory planners through SUMO traffic.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+
+def main() -> None:
+    """Run the command line."""
+    app(prog_name="rearview")
+
+
+@app.command()
+def run(  # noqa: PLR0913, one parameter an option
+    scenario: Annotated[
+        str, typer.Argument(metavar="NAME|FILE", help="Shipped scenario, or a .yaml.")
+    ],
+    *,
+    planner: Annotated[
+        str | None, typer.Option(help="Planner by name, or module:factory.")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of traffic, obstacles.")
+    ] = None,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Any key: ego.goal_m=200."),
+    ] = None,
+    gui: Annotated[bool, typer.Option("--gui", help="Show SUMO's window.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the results row as one JSON line.")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="Where run folders go.")] = Path("runs"),
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Log to stderr, with tracebacks.")
+    ] = False,
+) -> None:
+    """Run one episode and leave its run folder."""
+    logging.basicConfig(level=logging.DEBUG if verbose else logging.CRITICAL)
+    for noisy in ("numba", "matplotlib"):
+        logging.getLogger(noisy).setLevel(logging.WARNING)
+    with _one_line_errors():
+        from experiments.scenario_file import load_scenario
+
+        if gui:
+            _require_display()
+        loaded = load_scenario(
+            scenario, planner=planner, seed=seed, overrides=overrides or ()
+        )
+
+        def episode() -> int:
+            return _episode(loaded, out, gui=gui, as_json=as_json)
+
+        def crashed(process: int, signal_name: str) -> int:
+            return _crashed(loaded, out, process, signal_name, as_json=as_json)
+
+        if gui:  # a window belongs to the process that made it
+            raise typer.Exit(episode())
+        from experiments.crash_guard import guarded
+
+        raise typer.Exit(guarded(episode, crashed))
+
+
+@app.command("list")
+def list_() -> None:
+    """List scenarios, networks and planners."""
+    with _one_line_errors():
+        from experiments.planners import PLANNERS
+        from experiments.scenario_file import load_scenario, scenario_names
+        from sumo_nets.catalogue import networks
+
+        _print_list(
+            "scenarios", {n: load_scenario(n).purpose for n in scenario_names()}
+        )
+        _print_list("networks", {n: r.description for n, r in networks().items()})
+        _print_list("planners", {n: known.purpose for n, known in PLANNERS.items()})
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scenario files, for editors."""
+    from experiments.scenario_file import schema_text
+
+    sys.stdout.write(schema_text())
+
+
+def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> int:
+    """Run, show, and give the exit status."""
+    with _one_line_errors():
+        from experiments.episode import run_episode
+        from experiments.progress import progress
+
+        with _stdout_to_stderr(), progress(scenario) as on_step:
+            outcome = run_episode(scenario, out=out, gui=gui, on_step=on_step)
+        return _report(outcome, as_json=as_json)
+
+
+def _crashed(
+    scenario: "Scenario", out: Path, process: int, signal_name: str, *, as_json: bool
+) -> int:
+    """Record an episode whose process died."""
+    with _one_line_errors():
+        from experiments.episode import record_crash
+        from experiments.run_folder import remove_unfinished
+
+        remove_unfinished(out, process)
+        reason = f"the process of the episode died of {signal_name}"
+        return _report(record_crash(scenario, reason, out), as_json=as_json)
+
+
+def _report(outcome: "Outcome", *, as_json: bool) -> int:
+    """Print the outcome and turn it into an exit status."""
+    if as_json:
+        row: dict[str, Any] = {**outcome.row, "run_folder": str(outcome.folder)}
+        sys.stdout.write(json.dumps(row) + "\n")
+    else:
+        from experiments.outcome_table import print_outcome
+
+        print_outcome(outcome)
+    return ARRIVED if outcome.row["arrived"] else OTHER_OUTCOME
+
+
+def _print_list(title: str, lines: dict[str, str]) -> None:
+    """Print names with one line each."""
+    width = max((len(name) for name in lines), default=0)
+    sys.stdout.write(f"{title}\n")
+    for name, text in lines.items():
+        sys.stdout.write(f"  {name:<{width}}  {text}\n")
+
+
+def _require_display() -> None:
+    """Refuse --gui where no window can open."""
+    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        raise ConfigError(
+            "--gui: there is no display (DISPLAY is not set); allowed: a desktop "
+            "session, or xvfb-run -a rearview run ..."
+        )
+
+
+@contextmanager
+def _one_line_errors() -> Iterator[None]:
+    """Turn errors that the user can mend into one line and exit status 2."""
+    try:
+        yield
+    except _user_errors() as error:
+        line = " ".join(str(error).split())
+        sys.stderr.write(f"rearview: {line}\n")
+        raise typer.Exit(BAD_INPUT) from error
+
+
+def _user_errors() -> tuple[type[Exception], ...]:
+    """List the families of errors that say in one line what to do."""
+    from planner.errors import PlannerError
+    from sumo_nets.errors import NetworkError
+
+    return (ExperimentError, PlannerError, NetworkError, OSError)
+
+
+@contextmanager
+def _stdout_to_stderr() -> Iterator[None]:
+    """Send what SUMO or a planner prints to stderr: stdout is for the outcome."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        os.dup2(2, 1)
+        yield
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, 1)
+        os.close(kept)

@@ -1,0 +1,124 @@
+"""Where SUMO's frame meets ours: the only place that knows degrees and bumpers.
+
+SUMO says where the centre of the *front bumper* is and measures angles in degrees
+clockwise from north. We say where the centre of the *rectangle* is (other vehicles)
+or of the *rear axle* (the ego) and measure radians counter-clockwise from +x. All
+functions take scalars or arrays that broadcast.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from planner.states import CartesianState, FloatArray
+from planner.vehicle import Vehicle
+
+RIGHT_ANGLE = 90.0  # from north to east [degrees]
+FULL_TURN = 360.0  # [degrees]
+
+
+def wrapped(heading: float) -> float:
+    """Bring a heading into (-pi, pi] [rad]."""
+    turned = math.remainder(heading, math.tau)
+    return math.pi if turned == -math.pi else turned
+
+
+def heading_from_angle(angle: ArrayLike) -> FloatArray:
+    """Turn SUMO's angle [degrees, clockwise from north] into a heading [rad]."""
+    turned = np.remainder(RIGHT_ANGLE - np.asarray(angle), FULL_TURN)
+    return np.deg2rad(np.where(turned > FULL_TURN / 2, turned - FULL_TURN, turned))
+
+
+def angle_from_heading(heading: float) -> float:
+    """Turn a heading [rad] into SUMO's angle in [0, 360) [degrees]."""
+    angle = (RIGHT_ANGLE - math.degrees(heading)) % FULL_TURN
+    # The remainder of a tiny negative angle rounds up to a full turn.
+    return 0.0 if angle == FULL_TURN else angle
+
+
+def centre_from_front(
+    x: ArrayLike, y: ArrayLike, heading: FloatArray, length: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Go from the front bumper back to the centre of the rectangle.
+
+    Args:
+        x: Front bumper [m].
+        y: Front bumper [m].
+        heading: Ours [rad].
+        length: Of the rectangle [m].
+
+    Returns:
+        (x, y) of the centre [m].
+    """
+    half = np.asarray(length) / 2.0
+    return (
+        np.asarray(x) - half * np.cos(heading),
+        np.asarray(y) - half * np.sin(heading),
+    )
+
+
+def front_from_centre(
+    x: float, y: float, heading: float, length: float
+) -> tuple[float, float, float]:
+    """Go from the centre of a rectangle to SUMO's pose.
+
+    Args:
+        x: Centre [m].
+        y: Centre [m].
+        heading: Ours [rad].
+        length: Of the rectangle [m].
+
+    Returns:
+        (x, y) of the front bumper [m] and SUMO's angle [degrees].
+    """
+    return (
+        x + length / 2.0 * math.cos(heading),
+        y + length / 2.0 * math.sin(heading),
+        angle_from_heading(heading),
+    )
+
+
+def front_from_rear_axle(
+    ego: CartesianState, vehicle: Vehicle
+) -> tuple[float, float, float]:
+    """Go from the ego's rear axle to SUMO's pose.
+
+    Returns:
+        (x, y) of the front bumper [m] and SUMO's angle [degrees].
+    """
+    return (
+        ego.x + vehicle.front_reach * math.cos(ego.heading),
+        ego.y + vehicle.front_reach * math.sin(ego.heading),
+        angle_from_heading(ego.heading),
+    )
+
+
+def rear_axle_from_front(
+    x: float, y: float, angle: float, vehicle: Vehicle
+) -> tuple[float, float, float]:
+    """Go from SUMO's pose of the ego to its rear axle.
+
+    Args:
+        x: Front bumper [m].
+        y: Front bumper [m].
+        angle: SUMO's [degrees].
+        vehicle: The ego's dimensions.
+
+    Returns:
+        (x, y) of the rear axle [m] and the heading [rad].
+    """
+    heading = float(heading_from_angle(angle))
+    return (
+        x - vehicle.front_reach * math.cos(heading),
+        y - vehicle.front_reach * math.sin(heading),
+        heading,
+    )
+
+
+def centre_from_rear_axle(ego: CartesianState, vehicle: Vehicle) -> tuple[float, float]:
+    """Go from the ego's rear axle to the centre of its rectangle [m]."""
+    return (
+        ego.x + vehicle.centre_offset * math.cos(ego.heading),
+        ego.y + vehicle.centre_offset * math.sin(ego.heading),
+    )

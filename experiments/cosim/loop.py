@@ -1,0 +1,240 @@
+"""The closed loop: observe, project, plan, track, advance, judge.
+
+The loop knows a `World`, not a simulator. Its caller owns the world and closes it.
+"""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+from experiments.cosim.plant import PlannerOutputError, Plant, drivable_trajectory
+from experiments.cosim.projection import SceneFrame, make_scene
+from experiments.cosim.records import (
+    Ending,
+    EpisodeStatus,
+    StepRecord,
+    TrafficState,
+)
+from experiments.cosim.signals import closed_stop_lines
+from experiments.cosim.standstill import Standstill
+from experiments.cosim.truth import Truth
+from experiments.cosim.world import World
+from experiments.errors import SimulationError
+from planner.errors import OutsidePathDomainError
+from planner.geometry.frenet import cartesian_to_frenet_one
+from planner.interface import Planner, PlanResult, PlanStats
+from planner.motion.prediction import Predictor, constant_speed
+from planner.states import CartesianState, FrenetState
+from planner.vehicle import Vehicle
+
+log = logging.getLogger(__name__)
+
+OFF_ROAD_TOLERANCE = 0.01  # a body this far over the edge is still on the road [m]
+TIME_TOLERANCE = 1e-9  # [s]
+TO_MS = 1e3  # from seconds
+
+
+@dataclass(frozen=True, slots=True)
+class LoopSettings:
+    """What an episode is, apart from its world."""
+
+    vehicle: Vehicle
+    target_speed: float  # [m/s]
+    goal_s: float  # the ego has arrived when its rear axle is here [m]
+    duration: float = 90.0  # [s]
+    horizon: float = 5.0  # of the predictions [s]
+    predictor: Predictor = constant_speed
+    radius: float = 120.0  # vehicles farther from the ego are not planned with [m]
+    blocked_after: float = 20.0  # of standing without a way on [s]
+    comfortable_deceleration: float = 3.0  # that a yellow light may ask for [m/s²]
+
+
+def run_loop(
+    world: World,
+    planner: Planner,
+    plant: Plant,
+    settings: LoopSettings,
+    on_step: Callable[[StepRecord], None],
+) -> Ending:
+    """Drive one episode from entering to its end.
+
+    Args:
+        world: Not entered yet; the caller closes it afterwards.
+        planner: Asked once a step.
+        plant: Moves the ego along the trajectory.
+        settings: Goal, limits and patience.
+        on_step: Gets every step in order. In the last one nothing was planned, or
+            nothing that could be driven: its plan is None. Where the simulator fails
+            there is no such last step.
+
+    Returns:
+        How the episode ended. Failures of planner and simulator are endings too;
+        only errors in this package come out as exceptions.
+    """
+    try:
+        ego = world.enter()
+        return _Episode(world, planner, plant, settings, on_step).run(ego)
+    except SimulationError as error:
+        log.warning("simulator failed: %s", error)
+        return Ending(EpisodeStatus.SIMULATOR_FAILED, str(error))
+
+
+class _Episode:
+    """The state that a running episode carries from step to step."""
+
+    def __init__(
+        self,
+        world: World,
+        planner: Planner,
+        plant: Plant,
+        settings: LoopSettings,
+        on_step: Callable[[StepRecord], None],
+    ) -> None:
+        vehicle = settings.vehicle
+        self._world = world
+        self._planner = planner
+        self._plant = plant
+        self._settings = settings
+        self._on_step = on_step
+        self._frame = SceneFrame(
+            world.step,
+            vehicle,
+            world.path,
+            world.road,
+            world.obstacles,
+            settings.target_speed,
+            settings.predictor,
+            settings.horizon,
+            settings.radius,
+        )
+        self._truth = Truth(vehicle, world.path, world.road, world.obstacles)
+        self._standstill = Standstill(settings.blocked_after, vehicle.front_reach)
+        self._memory: object = None
+        self._stats = PlanStats()
+        self._off_road_steps = 0
+
+    def run(self, ego: CartesianState) -> Ending:
+        """Step until something ends the episode."""
+        record = self._observe(0, ego, None)
+        while True:
+            ending = self._ending(record)
+            if ending is None:
+                try:
+                    record, ego = self._drive(record)
+                except PlannerOutputError as error:
+                    ending = Ending(EpisodeStatus.PLANNER_FAILED, str(error))
+            self._on_step(record)
+            if ending is not None:
+                return ending
+            self._world.advance(ego)
+            record = self._observe(record.index + 1, ego, record.ego_frenet)
+
+    def _observe(
+        self, index: int, ego: CartesianState, before: FrenetState | None
+    ) -> StepRecord:
+        """Look at the world and judge the step that led here."""
+        traffic = self._world.observe()
+        near = None if before is None else before.s
+        try:
+            frenet = cartesian_to_frenet_one(self._world.path, ego, near)
+        except OutsidePathDomainError:
+            frenet = None
+        s = frenet.s if frenet is not None else near or 0.0
+        verdict = self._truth.judge(ego, traffic, s)
+        self._off_road_steps += verdict.off_road > OFF_ROAD_TOLERANCE
+        return StepRecord(
+            index,
+            traffic.time,
+            ego,
+            frenet,
+            traffic,
+            self._stop_lines(s, ego.speed, traffic),
+            None,
+            None,
+            verdict.contacts,
+            verdict.clearance,
+            verdict.nearest,
+            verdict.off_road,
+        )
+
+    def _stop_lines(
+        self, s: float, speed: float, traffic: TrafficState
+    ) -> tuple[float, ...]:
+        """Say which stop lines are closed for the ego."""
+        settings = self._settings
+        return closed_stop_lines(
+            traffic.signals,
+            s + settings.vehicle.front_reach,
+            speed,
+            settings.vehicle.limits,
+            settings.comfortable_deceleration,
+        )
+
+    def _ending(self, record: StepRecord) -> Ending | None:
+        """Say whether and how the episode has ended, worst news first."""
+        frenet, time = record.ego_frenet, f"at t = {record.time:.1f} s"
+        if record.contacts:
+            hit = ", ".join(record.contacts)
+            return Ending(EpisodeStatus.COLLISION, f"touched {hit} {time}")
+        if frenet is None:
+            where = f"({record.ego.x:.1f}, {record.ego.y:.1f})"
+            return Ending(
+                EpisodeStatus.OFF_ROAD, f"left the reference path at {where} m {time}"
+            )
+        if frenet.s >= self._settings.goal_s:
+            return self._arrival(time)
+        if record.time >= self._settings.duration - TIME_TOLERANCE:
+            return Ending(
+                EpisodeStatus.TIMEOUT,
+                f"s = {frenet.s:.1f} m of {self._settings.goal_s:.1f} m {time}",
+            )
+        reason = self._standstill.blocked(
+            frenet.s, record.ego.speed, record.traffic, record.stop_lines, self._stats
+        )
+        return None if reason is None else Ending(EpisodeStatus.BLOCKED, reason)
+
+    def _arrival(self, time: str) -> Ending:
+        """Judge an ego that has reached its goal."""
+        steps = self._off_road_steps
+        if steps == 0:
+            return Ending(EpisodeStatus.ARRIVED, f"arrived {time}")
+        return Ending(
+            EpisodeStatus.OFF_ROAD,
+            f"arrived {time}, but over the road's edge in {steps} steps",
+        )
+
+    def _drive(self, record: StepRecord) -> tuple[StepRecord, CartesianState]:
+        """Plan from a record; give it back with its plan, and the ego's next state.
+
+        Raises:
+            PlannerOutputError: If there is nothing that can be driven.
+        """
+        plan, planning_ms = self._plan(record)
+        step = self._world.step
+        trajectory = drivable_trajectory(plan, record.ego, step)
+        after = self._plant.step(record.ego, trajectory, step)
+        self._memory, self._stats = plan.memory, plan.stats
+        return replace(record, plan=plan, planning_ms=planning_ms), after
+
+    def _plan(self, record: StepRecord) -> tuple[PlanResult, float]:
+        """Ask the planner and take the time [ms]."""
+        if record.ego_frenet is None:
+            raise PlannerOutputError("there is no way to plan off the reference path")
+        scene = make_scene(
+            self._frame,
+            record.traffic,
+            record.ego,
+            record.ego_frenet,
+            record.stop_lines,
+        )
+        started = perf_counter()
+        try:
+            plan: object = self._planner.plan(scene, self._memory)
+        except Exception as error:  # a planner may be anyone's code
+            log.warning("the planner raised", exc_info=True)
+            raise PlannerOutputError(f"{type(error).__name__}: {error}") from error
+        planning_ms = (perf_counter() - started) * TO_MS
+        if not isinstance(plan, PlanResult):
+            raise PlannerOutputError(f"plan() returned {type(plan).__name__}")
+        return plan, planning_ms

@@ -1,0 +1,104 @@
+"""From the planned trajectory to the ego's next state."""
+
+import math
+from typing import Protocol
+
+from experiments.cosim import frames
+from experiments.errors import ExperimentError
+from planner.interface import PlanResult
+from planner.states import CartesianState, Trajectory
+
+START_TOLERANCE = 0.1  # from the ego to the trajectory's first point [m]
+TIME_TOLERANCE = 1e-9  # [s]
+
+
+class PlannerOutputError(ExperimentError):
+    """A planner returned something that cannot be driven."""
+
+
+class Plant(Protocol):
+    """What moves the ego along a trajectory."""
+
+    def step(
+        self, ego: CartesianState, trajectory: Trajectory, step: float
+    ) -> CartesianState:
+        """Give the ego's state one `step` [s] after `ego`."""
+        ...
+
+
+class PerfectTracking:
+    """The ego is where the trajectory says."""
+
+    def step(
+        self,
+        ego: CartesianState,  # noqa: ARG002, a vehicle model needs it
+        trajectory: Trajectory,
+        step: float,
+    ) -> CartesianState:
+        """Give the trajectory's state at `step` [s], its heading wrapped.
+
+        Raises:
+            PlannerOutputError: If that state is not finite.
+        """
+        after = trajectory.at(step)
+        numbers = (after.x, after.y, after.heading, after.curvature, after.speed)
+        if not all(map(math.isfinite, (*numbers, after.acceleration))):
+            raise PlannerOutputError(f"the trajectory leads to {after}")
+        return CartesianState(
+            after.x,
+            after.y,
+            frames.wrapped(after.heading),
+            after.curvature,
+            after.speed,
+            after.acceleration,
+        )
+
+
+def drivable_trajectory(
+    plan: PlanResult, ego: CartesianState, step: float
+) -> Trajectory:
+    """Hand out the trajectory of a plan after checking that it can be driven.
+
+    Args:
+        plan: What the planner returned.
+        ego: Where the trajectory has to start.
+        step: How far in time it has to reach [s].
+
+    Returns:
+        The trajectory.
+
+    Raises:
+        PlannerOutputError: If there is none, it holds numbers that are not finite,
+            it does not start at the ego now, it is too short, or its first step is
+            farther than its speed goes.
+    """
+    trajectory = plan.trajectory
+    if trajectory is None:
+        raise PlannerOutputError(
+            f"no trajectory ({plan.status}): {plan.stats.reason or 'no reason given'}"
+        )
+    if not trajectory.is_finite():
+        raise PlannerOutputError("the trajectory holds numbers that are not finite")
+    if abs(trajectory.t[0]) > TIME_TOLERANCE:
+        raise PlannerOutputError(f"the trajectory starts at t = {trajectory.t[0]:g} s")
+    if trajectory.t[-1] < step - TIME_TOLERANCE:
+        raise PlannerOutputError(
+            f"the trajectory ends at {trajectory.t[-1]:g} s, before the step {step:g} s"
+        )
+    x, y = float(trajectory.x[0]), float(trajectory.y[0])
+    gap = math.hypot(x - ego.x, y - ego.y)
+    if gap > START_TOLERANCE:
+        raise PlannerOutputError(f"the trajectory starts {gap:.2f} m from the ego")
+    _require_continuous(trajectory, step)
+    return trajectory
+
+
+def _require_continuous(trajectory: Trajectory, step: float) -> None:
+    """Raise if the first step is farther than the trajectory's speeds allow."""
+    after = trajectory.at(step)
+    moved = math.hypot(after.x - trajectory.x[0], after.y - trajectory.y[0])
+    fastest = max(abs(float(trajectory.speed[0])), abs(after.speed))
+    if moved > fastest * step + START_TOLERANCE:
+        raise PlannerOutputError(
+            f"the trajectory jumps {moved:.2f} m in its first step at {fastest:.2f} m/s"
+        )

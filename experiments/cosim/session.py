@@ -1,0 +1,367 @@
+"""SUMO as a world: the only module that imports libsumo.
+
+One simulation per process: libsumo holds a single one, and a second start would
+silently take the place of the first. Vehicles are read with plain getters, which in
+libsumo are faster than subscriptions.
+"""
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import ModuleType
+
+import numpy as np
+
+from experiments.cosim import frames, obstacles
+from experiments.cosim.ghost import (
+    GHOST_ID,
+    KEEP_ROUTE_EXACT,
+    NO_CHECKS,
+    Ghost,
+    lane_of,
+)
+from experiments.cosim.lanes import Lane, all_lanes, edge_lanes, route_strips
+from experiments.cosim.projection import state_on_path
+from experiments.cosim.records import Signal, TrafficState
+from experiments.cosim.sumo_settings import SumoSettings, command_line
+from experiments.errors import SimulationError
+from planner.geometry.reference_path import ReferencePath
+from planner.scene import Obstacles, RoadBounds
+from planner.states import CartesianState
+from sumo_nets.errors import NetworkError
+from sumo_nets.net_reader import check_complete
+
+EGO_ID = "ego"
+EGO_ROUTE = "route@ego"
+SYSTEM_LIBRARIES = "libgl1 libx11-6 libxext6 libxrender1 libatomic1 libexpat1"
+
+
+class SumoWorld:
+    """A SUMO network with its traffic, and the ego moved through it.
+
+    SUMO starts in `enter`; `close` ends it. Every error of SUMO, also one of a missing
+    system library, comes out as a `SimulationError`.
+    """
+
+    def __init__(self, settings: SumoSettings) -> None:
+        self._settings = settings
+        self._sumo: ModuleType | None = None
+        self._ghost: Ghost | None = None
+        self._ego_front = (math.nan, math.nan)
+        self._twins: frozenset[str] = frozenset()
+        self._sizes: dict[str, tuple[float, float]] = {}
+        self._steps = 0
+        self._reported_collisions = 0
+
+    @property
+    def step(self) -> float:
+        """Time step [s]."""
+        return self._settings.step
+
+    @property
+    def path(self) -> ReferencePath:
+        """Reference path of the ego's route."""
+        return self._settings.path
+
+    @property
+    def road(self) -> RoadBounds:
+        """Lateral room along `path`."""
+        return self._settings.road
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """Static bodies, as they are and not as SUMO sees them."""
+        return self._settings.obstacles
+
+    @property
+    def reported_collisions(self) -> int:
+        """Steps in which SUMO itself saw the ego collide: a cross-check, no truth.
+
+        SUMO misses overlaps across lane lines and reports others that are none.
+        """
+        return self._reported_collisions
+
+    def enter(self) -> CartesianState:
+        """Run the warm-up and insert the ego where SUMO finds a safe gap for it.
+
+        Returns:
+            The rear axle on the reference path, with the speed SUMO allowed.
+
+        Raises:
+            SimulationError: If SUMO does not start, or finds no gap in time.
+        """
+        settings = self._settings
+        sumo = self._start()
+        with _sumo_errors(sumo, "setting up"):
+            route_lanes = [edge_lanes(sumo, edge) for edge in settings.route]
+            edge, lane, position = self._departure(sumo, route_lanes)
+            sumo.route.add(EGO_ROUTE, list(settings.route[edge:]))
+            self._place_obstacles(sumo)
+            self._check_ego_type(sumo)
+            self._check_stop_lines(sumo)
+        with _sumo_errors(sumo, "warming up"):
+            if settings.warm_up > 0.0:
+                sumo.simulationStep(settings.begin + settings.warm_up)
+        with _sumo_errors(sumo, "inserting the ego"):
+            self._insert(sumo, lane, position)
+            speed = float(sumo.vehicle.getSpeed(EGO_ID))
+        if settings.ghost:
+            with _sumo_errors(sumo, "reading the lanes"):
+                strips = route_strips(sumo, settings.route[edge:])
+            self._ghost = Ghost(sumo, EGO_ROUTE, settings.ego_type, strips)
+        ego = self._start_state(speed)
+        self._ego_front = frames.front_from_rear_axle(ego, settings.vehicle)[:2]
+        return ego
+
+    def observe(self) -> TrafficState:
+        """Read every vehicle within the view radius of the ego, sorted by id.
+
+        Raises:
+            SimulationError: If SUMO fails.
+        """
+        sumo = self._running()
+        with _sumo_errors(sumo, "reading the traffic"):
+            ids, rows = self._read_vehicles(sumo)
+            signals = self._read_signals(sumo)
+        x, y, angle, speed, acceleration, length, width = (
+            np.array(rows, dtype=np.float64).reshape(-1, 7).T
+        )
+        heading = frames.heading_from_angle(angle)
+        centre_x, centre_y = frames.centre_from_front(x, y, heading, length)
+        return TrafficState(
+            self._steps * self.step,
+            tuple(ids),
+            centre_x,
+            centre_y,
+            heading,
+            speed,
+            acceleration,
+            length,
+            width,
+            signals,
+            self._ghost_state(),
+        )
+
+    def advance(self, ego: CartesianState) -> None:
+        """Put the ego at `ego` and let SUMO move everyone else one step on.
+
+        The others still react to the ego's pose before: SUMO applies the new one at
+        the end of the step.
+
+        Raises:
+            SimulationError: If SUMO fails or the state is not finite.
+        """
+        sumo = self._running()
+        x, y, angle = frames.front_from_rear_axle(ego, self._settings.vehicle)
+        if not all(map(math.isfinite, (x, y, angle, ego.speed))):
+            # SUMO accepts NaN without a word and goes on with it.
+            raise SimulationError(f"the ego cannot be moved to {ego}")
+        with _sumo_errors(sumo, "moving the ego"):
+            if self._ghost is not None:
+                self._ghost.update(ego, self._settings.vehicle)
+            # A negative speed would hand the ego back to SUMO's driver.
+            sumo.vehicle.setSpeed(EGO_ID, max(ego.speed, 0.0))
+            sumo.vehicle.moveToXY(EGO_ID, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
+            sumo.simulationStep()
+            if sumo.simulation.getCollidingVehiclesNumber():
+                self._count_collision(sumo)
+        self._ego_front = (x, y)
+        self._steps += 1
+
+    def close(self) -> None:
+        """End the simulation; allowed at any time and more than once."""
+        sumo, self._sumo, self._ghost = self._sumo, None, None
+        if sumo is not None and sumo.isLoaded():
+            with _sumo_errors(sumo, "closing"):
+                sumo.close()
+
+    def _running(self) -> ModuleType:
+        """Give the simulation, which must have been started."""
+        if self._sumo is None:
+            raise SimulationError("the simulation is not running: call enter() first")
+        return self._sumo
+
+    def _start(self) -> ModuleType:
+        """Start SUMO on the settings' files."""
+        sumo = _import_libsumo()
+        try:
+            check_complete(self._settings.net_file)
+        except NetworkError as error:
+            raise SimulationError(str(error)) from error
+        if sumo.isLoaded():
+            raise SimulationError("this process already runs a simulation: close it")
+        # From here on close() has something to end, also after a failed start.
+        self._sumo = sumo
+        with _sumo_errors(sumo, "starting"):
+            sumo.start(command_line(self._settings))
+        return sumo
+
+    def _departure(
+        self, sumo: ModuleType, route_lanes: list[list[Lane]]
+    ) -> tuple[int, Lane, float]:
+        """Find edge, lane and SUMO's lane position of the ego's front bumper."""
+        settings = self._settings
+        start = self._start_state(0.0)
+        x, y, _ = frames.front_from_rear_axle(start, settings.vehicle)
+        for index, lanes in enumerate(route_lanes):
+            number = lane_of(lanes, x, y)
+            if number is not None:
+                lane = lanes[number]
+                # SUMO may count a lane longer or shorter than it is drawn.
+                scale = float(sumo.lane.getLength(lane.id)) / lane.length
+                return index, lane, lane.project(x, y)[0] * scale
+        raise SimulationError(
+            f"at start_s = {settings.start_s:g} m, start_offset = "
+            f"{settings.start_offset:g} m the ego's front bumper is on none of the "
+            f"edges {', '.join(settings.route)}"
+        )
+
+    def _start_state(self, speed: float) -> CartesianState:
+        """Give the ego's state where it starts."""
+        settings = self._settings
+        return state_on_path(
+            settings.path, settings.start_s, settings.start_offset, speed
+        )
+
+    def _place_obstacles(self, sumo: ModuleType) -> None:
+        """Make the obstacles visible to SUMO's traffic."""
+        if self.obstacles.ids:
+            found = obstacles.twins(self.obstacles, all_lanes(sumo))
+            self._twins = obstacles.place(sumo, found, EGO_ROUTE)
+
+    def _check_ego_type(self, sumo: ModuleType) -> None:
+        """Refuse an ego whose SUMO type has another size."""
+        types, name = sumo.vehicletype, self._settings.ego_type
+        size = (types.getLength(name), types.getWidth(name))
+        vehicle = self._settings.vehicle
+        if not np.allclose(size, (vehicle.length, vehicle.width), atol=1e-3):
+            raise SimulationError(
+                f"vehicle type {name!r} measures {size[0]:g} x {size[1]:g} m, "
+                f"the ego {vehicle.length:g} x {vehicle.width:g} m"
+            )
+
+    def _check_stop_lines(self, sumo: ModuleType) -> None:
+        """Refuse a stop line whose letter the traffic light does not have."""
+        for line in self._settings.stop_lines:
+            state = sumo.trafficlight.getRedYellowGreenState(line.signal)
+            if not 0 <= line.link < len(state):
+                raise SimulationError(
+                    f"traffic light {line.signal!r} has links 0 to {len(state) - 1}, "
+                    f"no {line.link}"
+                )
+
+    def _insert(self, sumo: ModuleType, lane: Lane, position: float) -> None:
+        """Wait for SUMO to find a safe gap for the ego, then take it over."""
+        settings = self._settings
+        wanted = settings.start_speed
+        if wanted is not None:
+            # How fast the ego enters is the scenario's business, not the limit's.
+            limit = float(sumo.lane.getMaxSpeed(lane.id))
+            factor = max(1.0, 1.001 * wanted / limit)
+            sumo.vehicletype.setSpeedFactor(settings.ego_type, factor)
+        sumo.vehicle.add(
+            EGO_ID,
+            EGO_ROUTE,
+            typeID=settings.ego_type,
+            departLane=str(lane.index),
+            departPos=repr(position),
+            departSpeed="max" if wanted is None else repr(wanted),
+        )
+        for _ in range(max(round(settings.entry_patience / settings.step), 1)):
+            sumo.simulationStep()
+            if EGO_ID in sumo.vehicle.getIDList():
+                break
+        else:
+            raise SimulationError(
+                f"no room to enter within {settings.entry_patience:g} s on lane "
+                f"{lane.id} at {position:.1f} m with "
+                f"{'any speed' if wanted is None else f'{wanted:g} m/s'}"
+            )
+        sumo.vehicle.setSpeedMode(EGO_ID, NO_CHECKS)
+        sumo.vehicle.setLaneChangeMode(EGO_ID, 0)
+        if settings.gui:
+            sumo.gui.trackVehicle("View #0", EGO_ID)
+            sumo.gui.setZoom("View #0", 1200)
+
+    def _read_vehicles(
+        self, sumo: ModuleType
+    ) -> tuple[list[str], list[tuple[float, ...]]]:
+        """Read ids and (x, y, angle, speed, acceleration, length, width)."""
+        vehicles = sumo.vehicle
+        position, angle = vehicles.getPosition, vehicles.getAngle
+        speed, acceleration = vehicles.getSpeed, vehicles.getAcceleration
+        ego_x, ego_y = self._ego_front
+        square = self._settings.view_radius**2
+        ids: list[str] = []
+        rows: list[tuple[float, ...]] = []
+        for name in sorted(vehicles.getIDList()):
+            if name in (EGO_ID, GHOST_ID) or name in self._twins:
+                continue
+            x, y = position(name)
+            if (x - ego_x) ** 2 + (y - ego_y) ** 2 > square:
+                continue
+            size = self._sizes.get(name)
+            if size is None:
+                size = (vehicles.getLength(name), vehicles.getWidth(name))
+                self._sizes[name] = size
+            ids.append(name)
+            rows.append((x, y, angle(name), speed(name), acceleration(name), *size))
+        return ids, rows
+
+    def _read_signals(self, sumo: ModuleType) -> tuple[Signal, ...]:
+        """Read the ego's letter of every traffic light on its route."""
+        lines = self._settings.stop_lines
+        state_of = sumo.trafficlight.getRedYellowGreenState
+        letters = {line.signal: "" for line in lines}
+        for signal in letters:
+            letters[signal] = state_of(signal)
+        return tuple(
+            Signal(line.signal, line.s, letters[line.signal][line.link])
+            for line in lines
+        )
+
+    def _ghost_state(self) -> CartesianState | None:
+        """Say where the centre of the ghost is."""
+        pose = self._ghost.pose if self._ghost is not None else None
+        if pose is None:
+            return None
+        half = self._settings.vehicle.length / 2.0
+        x = pose.x - half * math.cos(pose.heading)
+        y = pose.y - half * math.sin(pose.heading)
+        return CartesianState(x, y, pose.heading, 0.0, 0.0, 0.0)
+
+    def _count_collision(self, sumo: ModuleType) -> None:
+        """Count the step if SUMO reports the ego with a real body."""
+        for collision in sumo.simulation.getCollisions():
+            pair = {collision.collider, collision.victim}
+            if EGO_ID in pair and GHOST_ID not in pair:
+                self._reported_collisions += 1
+                return
+
+
+def _import_libsumo() -> ModuleType:
+    """Import libsumo, which needs libraries of the system.
+
+    Raises:
+        SimulationError: If it cannot be imported; one line that says what to install.
+    """
+    try:
+        import libsumo
+    except (ImportError, OSError) as error:
+        cause = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise SimulationError(
+            f"libsumo cannot be loaded ({cause}); its system libraries come with: "
+            f"apt-get install {SYSTEM_LIBRARIES}"
+        ) from error
+    module: ModuleType = libsumo
+    return module
+
+
+@contextmanager
+def _sumo_errors(sumo: ModuleType, doing: str) -> Iterator[None]:
+    """Turn SUMO's exceptions into ours."""
+    try:
+        yield
+    except (sumo.TraCIException, sumo.FatalTraCIError) as error:
+        cause = " ".join(str(error).split())  # one line, also of a parser's report
+        raise SimulationError(f"SUMO failed while {doing}: {cause}") from error

@@ -1,0 +1,1 @@
+"""Metrics: pure functions of a trace, one row of results an episode."""

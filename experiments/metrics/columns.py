@@ -1,0 +1,45 @@
+"""Names of the columns of the results row, in their order."""
+
+from typing import Final
+
+SCENARIO: Final = "scenario"
+PLANNER: Final = "planner"
+SEED: Final = "seed"
+STATUS: Final = "status"
+ARRIVED: Final = "arrived"
+COLLISIONS: Final = "collisions"
+FIRST_COLLISION_WITH: Final = "first_collision_with"
+MIN_CLEARANCE: Final = "min_clearance_m"
+MIN_TTC: Final = "min_ttc_s"
+MIN_TIME_HEADWAY: Final = "min_time_headway_s"
+OFF_ROAD_STEPS: Final = "off_road_steps"
+TRAVEL_TIME: Final = "travel_time_s"
+DISTANCE: Final = "distance_m"
+MEAN_SPEED: Final = "mean_speed_mps"
+MEAN_J_JERK: Final = "mean_j_jerk"
+MEAN_J_OFFSET: Final = "mean_j_offset_m2"
+RMS_JERK: Final = "rms_jerk_mps3"
+MAX_ACCELERATION: Final = "max_abs_acceleration_mps2"
+MAX_LATERAL_ACCELERATION: Final = "max_abs_lateral_acceleration_mps2"
+MAX_CURVATURE: Final = "max_abs_curvature_1pm"
+MAX_HEADING: Final = "max_heading_rad"
+FALLBACK_CYCLES: Final = "fallback_cycles"
+CANDIDATES_MEAN: Final = "candidates_mean"
+SURVIVORS_MEAN: Final = "survivors_mean"
+PLANNING_P50: Final = "planning_ms_p50"
+PLANNING_P95: Final = "planning_ms_p95"
+PLANNING_P99: Final = "planning_ms_p99"
+PLANNING_MAX: Final = "planning_ms_max"
+STEPS_PER_SECOND: Final = "steps_per_s"
+REAR_MAX_DECELERATION: Final = "rear_max_deceleration_mps2"
+REAR_SPEED_LOSS: Final = "rear_speed_loss_mps"
+LANE_CHANGE_TIME: Final = "lane_change_s"
+
+# Wall-clock columns: left out of every comparison of results.
+TIMING_COLUMNS: Final = (
+    PLANNING_P50,
+    PLANNING_P95,
+    PLANNING_P99,
+    PLANNING_MAX,
+    STEPS_PER_SECOND,
+)

@@ -1,0 +1,47 @@
+"""Computation: what planning cost, and how it went."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from experiments.trace import Trace
+from planner.interface import PlanStatus
+
+
+def fallback_cycles(trace: Trace) -> int:
+    """Number of planning cycles that ended in anything but a fresh plan."""
+    statuses = np.ma.compressed(trace.steps["plan_status"])
+    return sum(1 for status in statuses if status != PlanStatus.OK)
+
+
+def mean_count(trace: Trace, name: str) -> float | None:
+    """Mean over the planning cycles of `candidates` or `survivors` [-].
+
+    None if nothing was planned.
+    """
+    counts = np.ma.compressed(trace.steps[name])
+    return float(counts.mean()) if counts.size else None
+
+
+def planning_percentiles(
+    trace: Trace, percentiles: Sequence[float]
+) -> list[float | None]:
+    """Percentiles of the wall-clock time of one planning cycle [ms].
+
+    None each if nothing was planned.
+    """
+    times = np.ma.compressed(trace.timing["planning_ms"])
+    if not times.size:
+        return [None] * len(percentiles)
+    return [float(value) for value in np.percentile(times, percentiles)]
+
+
+def steps_per_second(trace: Trace) -> float | None:
+    """Steps of the closed loop in a second of wall clock, planner included [1/s].
+
+    Counted from the second step on, because the first one compiles. None if there
+    are fewer than three.
+    """
+    elapsed = trace.timing["elapsed_s"][1:]
+    lasted = float(elapsed[-1] - elapsed[0]) if len(elapsed) > 1 else 0.0
+    return (len(elapsed) - 1) / lasted if lasted > 0.0 else None

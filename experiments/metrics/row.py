@@ -1,0 +1,82 @@
+"""The results row: every column, in its order."""
+
+from experiments.metrics import (
+    columns,
+    comfort,
+    computation,
+    efficiency,
+    safety,
+    traffic_impact,
+)
+from experiments.trace import Trace
+
+Cell = str | int | float | bool | None
+
+
+def metric_row(trace: Trace) -> dict[str, Cell]:
+    """Measure an episode.
+
+    Args:
+        trace: What was recorded; at least one step.
+
+    Returns:
+        Column name to value, in the order of the results; None where a metric does
+        not apply.
+    """
+    return {
+        columns.SCENARIO: str(trace.fact("scenario")),
+        columns.PLANNER: str(trace.fact("planner")),
+        columns.SEED: int(trace.fact("seed")),
+        columns.STATUS: str(trace.fact("status")),
+        columns.ARRIVED: efficiency.arrived(trace),
+        **_safety(trace),
+        columns.TRAVEL_TIME: efficiency.travel_time(trace),
+        columns.DISTANCE: efficiency.distance(trace),
+        columns.MEAN_SPEED: efficiency.mean_speed(trace),
+        **_comfort(trace),
+        **_computation(trace),
+        columns.REAR_MAX_DECELERATION: traffic_impact.rear_max_deceleration(trace),
+        columns.REAR_SPEED_LOSS: traffic_impact.rear_speed_loss(trace),
+        columns.LANE_CHANGE_TIME: None,  # no planner changes lanes on purpose yet
+    }
+
+
+def _safety(trace: Trace) -> dict[str, Cell]:
+    """Measure safety."""
+    touched = safety.contacts(trace)
+    return {
+        columns.COLLISIONS: len(touched),
+        columns.FIRST_COLLISION_WITH: touched[0] if touched else None,
+        columns.MIN_CLEARANCE: safety.min_clearance(trace),
+        columns.MIN_TTC: safety.min_time_to_collision(trace),
+        columns.MIN_TIME_HEADWAY: safety.min_time_headway(trace),
+        columns.OFF_ROAD_STEPS: safety.off_road_steps(trace),
+    }
+
+
+def _comfort(trace: Trace) -> dict[str, Cell]:
+    """Measure comfort."""
+    return {
+        columns.MEAN_J_JERK: comfort.mean_cost(trace, comfort.JERK_COST),
+        columns.MEAN_J_OFFSET: comfort.mean_cost(trace, comfort.OFFSET_COST),
+        columns.RMS_JERK: comfort.rms_jerk(trace),
+        columns.MAX_ACCELERATION: comfort.max_abs_acceleration(trace),
+        columns.MAX_LATERAL_ACCELERATION: comfort.max_abs_lateral_acceleration(trace),
+        columns.MAX_CURVATURE: comfort.max_abs_curvature(trace),
+        columns.MAX_HEADING: comfort.max_heading(trace),
+    }
+
+
+def _computation(trace: Trace) -> dict[str, Cell]:
+    """Measure computation."""
+    p50, p95, p99, largest = computation.planning_percentiles(trace, (50, 95, 99, 100))
+    return {
+        columns.FALLBACK_CYCLES: computation.fallback_cycles(trace),
+        columns.CANDIDATES_MEAN: computation.mean_count(trace, "candidates"),
+        columns.SURVIVORS_MEAN: computation.mean_count(trace, "survivors"),
+        columns.PLANNING_P50: p50,
+        columns.PLANNING_P95: p95,
+        columns.PLANNING_P99: p99,
+        columns.PLANNING_MAX: largest,
+        columns.STEPS_PER_SECOND: computation.steps_per_second(trace),
+    }

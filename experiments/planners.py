@@ -1,0 +1,162 @@
+"""Planners by name, and a user's own planner as `module:factory`."""
+
+import importlib
+import json
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from experiments.config_errors import unknown_name
+from experiments.errors import ConfigError
+from planner.errors import PlannerError
+from planner.interface import Planner
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A planner of this project: where its factory is, and what it is."""
+
+    factory: str  # module:function
+    settings: str | None  # module:frozen dataclass that the factory takes
+    purpose: str
+
+
+_CRUISE_SETTINGS = "planner.cruise.settings:CruiseSettings"
+
+PLANNERS: Mapping[str, Known] = {
+    "cruise": Known(
+        "planner.cruise:proposed",
+        _CRUISE_SETTINGS,
+        "Frenet sampling with the proposed costs of chapter 4, made for closed loop",
+    ),
+    "cruise_conventional": Known(
+        "planner.cruise:conventional",
+        _CRUISE_SETTINGS,
+        "the same sampling with the conventional costs",
+    ),
+    "cruise_thesis": Known(
+        "planner.cruise:thesis_proposed",
+        None,
+        "chapter 4 as printed: 231 candidates, static obstacles, proposed costs",
+    ),
+    "cruise_thesis_conventional": Known(
+        "planner.cruise:thesis_conventional",
+        None,
+        "chapter 4 as printed, conventional costs",
+    ),
+}
+
+
+def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
+    """Make a planner.
+
+    Args:
+        name: A name of `PLANNERS`, or `module:factory` of one's own; the module is
+            looked for in the working folder too.
+        settings: Keyword arguments of the factory; those of this project's planners
+            are checked against their settings class.
+
+    Returns:
+        The planner.
+
+    Raises:
+        ConfigError: If there is no such planner or it does not take these settings.
+    """
+    if name in PLANNERS:
+        known = PLANNERS[name]
+        factory = _load(known.factory)
+        if known.settings is not None and settings:
+            return _call(name, factory, _checked(settings, _load(known.settings)))
+    elif ":" in name:
+        factory = _load(name)
+    else:
+        hint = unknown_name(name, list(PLANNERS))
+        raise ConfigError(f"planner: {name}: no such planner; {hint}, module:factory")
+    return _call(name, factory, **settings)
+
+
+def planner_source(name: str) -> Path | None:
+    """Give the file of a user's own planner, None for one of this project."""
+    if name in PLANNERS:
+        return None
+    module = sys.modules.get(name.partition(":")[0])
+    file = getattr(module, "__file__", None)
+    return Path(file) if file else None
+
+
+def _call(
+    name: str, factory: Callable[..., object], *arguments: object, **settings: Any
+) -> Planner:
+    """Call the factory and check that a planner comes out."""
+    try:
+        made = factory(*arguments, **settings)
+    except (TypeError, ValueError, PlannerError) as error:
+        raise ConfigError(f"planner: {name} refuses its settings: {error}") from error
+    if not callable(getattr(made, "plan", None)):
+        raise ConfigError(
+            f"planner: {name} gave a {type(made).__name__}; allowed: an object with "
+            "plan(scene, memory)"
+        )
+    return cast(Planner, made)
+
+
+def _load(address: str) -> Any:
+    """Import `module:attribute`."""
+    module_name, _, attribute = address.partition(":")
+    if not module_name or not attribute:
+        raise ConfigError(f"planner: {address}: allowed: module:factory")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        module = importlib.import_module(module_name)
+    except ImportError as error:
+        raise ConfigError(
+            f"planner: {address}: cannot import {module_name}: {error}"
+        ) from error
+    try:
+        loaded = getattr(module, attribute)
+    except AttributeError:
+        names = [name for name in vars(module) if not name.startswith("_")]
+        raise ConfigError(
+            f"planner: {address}: {module_name} has no {attribute}; "
+            f"{unknown_name(attribute, names)}"
+        ) from None
+    if not callable(loaded):
+        raise ConfigError(
+            f"planner: {address}: {attribute} is a {type(loaded).__name__}; allowed: "
+            "a function or class that makes a planner"
+        )
+    return loaded
+
+
+def _checked(settings: Mapping[str, Any], schema: type) -> object:
+    """Check settings against a frozen dataclass and make one."""
+    strict = ConfigDict(strict=True, allow_inf_nan=False, extra="forbid")
+    body = {"__slots__": (), "__pydantic_config__": strict}
+    adapter: TypeAdapter[Any] = TypeAdapter(type(schema.__name__, (schema,), body))
+    try:
+        # JSON mode: names become enum members and lists tuples, and nothing else
+        checked = adapter.validate_json(json.dumps(settings))
+    except ValidationError as error:
+        raise ConfigError(_setting_problem(error, adapter.json_schema())) from error
+    return schema(**{key: getattr(checked, key) for key in settings})
+
+
+def _setting_problem(error: ValidationError, schema: Mapping[str, Any]) -> str:
+    """Say what is wrong with the first mistaken setting."""
+    first = error.errors(include_url=False)[0]
+    key = ".".join(("planner", "settings", *(str(part) for part in first["loc"])))
+    if first["type"] == "unexpected_keyword_argument":
+        *section, name = first["loc"]
+        allowed = list(schema["properties"])
+        if section:
+            owner = str(schema["properties"][section[0]].get("$ref", ""))
+            allowed = list(schema["$defs"][owner.rsplit("/", 1)[1]]["properties"])
+        return f"{key}: unknown key; {unknown_name(str(name), allowed)}"
+    problem = first["msg"].removeprefix("Value error, ")
+    return f"{key}: is {first['input']!r}; {problem[:1].lower()}{problem[1:]}"

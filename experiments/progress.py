@@ -1,0 +1,80 @@
+"""Progress of an episode: a bar on a terminal, plain lines elsewhere; on stderr."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import monotonic
+
+from experiments.config import Scenario
+from experiments.cosim.records import StepRecord
+
+LINE_INTERVAL = 10.0  # between plain lines [s]
+BAR_INTERVAL = 0.2  # between updates of the bar [s]
+
+OnStep = Callable[[StepRecord], None]
+
+
+@contextmanager
+def progress(scenario: Scenario) -> Iterator[OnStep]:
+    """Show how far the ego has come.
+
+    Yields:
+        What takes every step.
+    """
+    if sys.stderr.isatty():
+        with _bar(scenario) as on_step:
+            yield on_step
+    else:
+        yield _lines(scenario)
+
+
+@contextmanager
+def _bar(scenario: Scenario) -> Iterator[OnStep]:
+    """Show a bar."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    last = 0.0
+    ego = scenario.ego
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[now]}"),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+        task = shown.add_task(
+            scenario.name, total=ego.goal_m - ego.start_m, now="warming up"
+        )
+
+        def on_step(record: StepRecord) -> None:
+            nonlocal last
+            now = monotonic()
+            if now - last < BAR_INTERVAL:
+                return
+            last = now
+            done = record.ego_frenet.s - ego.start_m if record.ego_frenet else 0.0
+            shown.update(task, completed=max(done, 0.0), now=_words(record))
+
+        yield on_step
+
+
+def _lines(scenario: Scenario) -> OnStep:
+    """Write a line now and then."""
+    last = monotonic()
+
+    def on_step(record: StepRecord) -> None:
+        nonlocal last
+        now = monotonic()
+        if now - last < LINE_INTERVAL:
+            return
+        last = now
+        sys.stderr.write(f"{scenario.name}: {_words(record)}\n")
+        sys.stderr.flush()
+
+    return on_step
+
+
+def _words(record: StepRecord) -> str:
+    """Say where the ego is."""
+    s = "" if record.ego_frenet is None else f"s = {record.ego_frenet.s:.0f} m, "
+    return f"t = {record.time:.1f} s, {s}v = {record.ego.speed:.1f} m/s"

@@ -1,0 +1,93 @@
+"""Folders that exist complete or not at all.
+
+A folder is filled under a temporary name beside its place and then renamed whole.
+"""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from experiments.errors import ResultsError
+
+_ASIDE = ".unfinished-{}-"  # with the process that fills it
+
+
+@contextmanager
+def whole_folder(target: Path) -> Iterator[Path]:
+    """Fill a folder aside and put it in its place when the block ends well.
+
+    A folder that was there is replaced; if anything fails, it stays and nothing of
+    the new one is left.
+
+    Args:
+        target: The folder to be.
+
+    Yields:
+        The folder to fill.
+
+    Raises:
+        ResultsError: If the disk refuses: full, read-only, no such place.
+    """
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        aside = _make_aside(target.parent)
+    except OSError as error:
+        raise ResultsError(f"{target.parent}: {_reason(error)}") from error
+    try:
+        yield aside
+        _put(aside, target)
+    except OSError as error:
+        raise ResultsError(f"{target}: cannot be written: {_reason(error)}") from error
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def remove_unfinished(parent: Path, process: int) -> None:
+    """Remove what a process that died left of its folders."""
+    for left in parent.glob(_ASIDE.format(process) + "*"):
+        shutil.rmtree(left, ignore_errors=True)
+
+
+def _make_aside(parent: Path) -> Path:
+    """Make a folder under a temporary name."""
+    return Path(tempfile.mkdtemp(prefix=_ASIDE.format(os.getpid()), dir=parent))
+
+
+def _put(aside: Path, target: Path) -> None:
+    """Rename the finished folder, after making sure that it is on the disk."""
+    aside.chmod(0o777 & ~_umask())
+    for file in aside.iterdir():
+        descriptor = os.open(file, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+    if not target.exists():
+        aside.rename(target)
+        return
+    old = _make_aside(target.parent)
+    try:
+        target.rename(old / "old")
+        try:
+            aside.rename(target)
+        except OSError:
+            (old / "old").rename(target)
+            raise
+    finally:
+        with suppress(OSError):
+            shutil.rmtree(old)
+
+
+def _umask() -> int:
+    """Read the process's umask, which can only be read by setting it."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _reason(error: OSError) -> str:
+    """Give the plain words of an error of the operating system."""
+    return error.strerror or str(error)

@@ -1,0 +1,198 @@
+"""Reads scenarios: a file or a shipped name, options on top, one line per mistake."""
+
+import hashlib
+import json
+import re
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from experiments.config import DEFAULT_PLANNER, Scenario
+from experiments.config_errors import describe, unknown_name
+from experiments.errors import ConfigError
+from experiments.strict_yaml import (
+    Document,
+    KeyPath,
+    Plain,
+    parse_scalar,
+    read_document,
+)
+
+SCENARIO_FOLDER = Path(__file__).parent / "scenarios"
+SCHEMA_FILE = SCENARIO_FOLDER / "scenario.schema.json"
+
+_KEY_PART = re.compile(r"\.?([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]+)\]")
+
+
+def scenario_names() -> list[str]:
+    """List the shipped scenarios."""
+    return sorted(path.stem for path in SCENARIO_FOLDER.glob("*.yaml"))
+
+
+def find_scenario(name: str) -> Path:
+    """Turn a shipped name or a path into the path of the file.
+
+    Raises:
+        ConfigError: If there is neither a file nor a shipped scenario of that name.
+    """
+    if name.endswith((".yaml", ".yml")) or "/" in name:
+        return Path(name)
+    shipped = SCENARIO_FOLDER / f"{name}.yaml"
+    if name not in scenario_names():
+        hint = unknown_name(name, scenario_names())
+        raise ConfigError(f"{name}: no such scenario; {hint}, or a .yaml file")
+    return shipped
+
+
+def load_scenario(
+    name: str,
+    *,
+    planner: str | None = None,
+    seed: int | None = None,
+    overrides: Sequence[str] = (),
+) -> Scenario:
+    """Read a scenario and lay options over it.
+
+    Args:
+        name: Shipped name, or path of a YAML file.
+        planner: Planner to take instead of the file's.
+        seed: Seed to take instead of the file's.
+        overrides: `key.path=value`, the value written as in YAML; laid over all else,
+            the last one wins.
+
+    Returns:
+        The checked scenario; a network file's path is absolute.
+
+    Raises:
+        ConfigError: One line that names the file, the key and what is allowed.
+    """
+    path = find_scenario(name)
+    document = read_document(path)
+    if not isinstance(document.data, dict):
+        raise ConfigError(f"{path}: holds no keys; allowed: a scenario, see the schema")
+    if planner is not None:
+        _choose_planner(document, planner)
+    if seed is not None:
+        _override(document, ("simulation", "seed"), seed, f"--seed {seed}")
+    for override in overrides:
+        _override(document, *_parse_override(override))
+    _anchor_network(document, path.parent)
+    return check_scenario(document)
+
+
+def check_scenario(document: Document) -> Scenario:
+    """Check plain data against the schema; raises ConfigError."""
+    try:
+        scenario = Scenario.model_validate(_tuples(document.data))
+    except ValidationError as error:
+        raise ConfigError(describe(error, document, scenario_schema())) from error
+    return scenario.from_document(document)
+
+
+def scenario_schema() -> dict[str, Any]:
+    """Make the JSON Schema of a scenario file."""
+    schema = Scenario.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def schema_text() -> str:
+    """Write the JSON Schema as the committed file holds it."""
+    return json.dumps(scenario_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def config_hash(resolved: dict[str, Any]) -> str:
+    """Hash a resolved configuration; sha256, hexadecimal.
+
+    A network file counts by its content, which the caller hashes, not by its place.
+    """
+    network = resolved.get("network")
+    if isinstance(network, dict) and "file" in network:
+        network = {**network, "file": Path(network["file"]).name}
+        resolved = {**resolved, "network": network}
+    text = json.dumps(resolved, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _tuples(value: Any) -> Any:
+    """Turn lists into tuples, which is what strict, frozen sections hold."""
+    if isinstance(value, list):
+        return tuple(_tuples(item) for item in value)
+    if isinstance(value, dict):
+        return {key: _tuples(item) for key, item in value.items()}
+    return value
+
+
+def _parse_override(text: str) -> tuple[KeyPath, Plain, str]:
+    """Split `a.b[0]=c` into key path, value and the words for messages."""
+    key, equals, value = text.partition("=")
+    option = f"--set {text}"
+    path: list[str | int] = []
+    position = 0
+    while position < len(key):
+        match = _KEY_PART.match(key, position)
+        if match is None or (position == 0 and match[0].startswith(".")):
+            break
+        path.append(match[1] or int(match[2]))
+        position = match.end()
+    if not equals or not path or position < len(key):
+        raise ConfigError(f"{option}: is not understood; allowed: key.path=value")
+    try:
+        return tuple(path), parse_scalar(value), option
+    except ConfigError as error:
+        raise ConfigError(f"{option}: {error}") from error
+
+
+def _override(document: Document, path: KeyPath, value: Plain, option: str) -> None:
+    """Put `value` at `path`, making the sections on the way."""
+    node: Any = document.data
+    for part, following in pairwise(path):
+        node = _step_into(node, part, following, option)
+    last = path[-1]
+    if isinstance(node, list):
+        if not isinstance(last, int) or last >= len(node):
+            raise ConfigError(f"{option}: allowed: an index below {len(node)}")
+        node[last] = value
+    elif isinstance(node, dict) and isinstance(last, str):
+        node[last] = value
+    else:
+        raise ConfigError(f"{option}: there is no section to hold {last!r}")
+    for known in [key for key in document.places if key[: len(path)] == path]:
+        del document.places[known]
+    document.places[path] = option
+
+
+def _step_into(node: Any, part: str | int, following: str | int, option: str) -> Any:
+    """Go one key down; a short form (`planner: cruise`) becomes its section."""
+    if isinstance(node, list) and isinstance(part, int) and part < len(node):
+        return node[part]
+    if not isinstance(node, dict) or not isinstance(part, str):
+        raise ConfigError(f"{option}: there is nothing at {part!r}")
+    inner = node.get(part)
+    if part == "planner" and inner is None:
+        inner = DEFAULT_PLANNER
+    if part in ("planner", "network") and isinstance(inner, str):
+        inner = {"name": inner}
+    if inner is None or isinstance(inner, str | bool | int | float):
+        inner = [] if isinstance(following, int) else {}
+    node[part] = inner
+    return inner
+
+
+def _choose_planner(document: Document, name: str) -> None:
+    """Take another planner; settings of the file stay only with their own planner."""
+    current = document.data.get("planner") if isinstance(document.data, dict) else None
+    if isinstance(current, dict) and current.get("name") == name:
+        return
+    _override(document, ("planner",), {"name": name}, f"--planner {name}")
+
+
+def _anchor_network(document: Document, folder: Path) -> None:
+    """Make a network file's path absolute; it is written relative to the scenario."""
+    network = document.data.get("network") if isinstance(document.data, dict) else None
+    if isinstance(network, dict):
+        file = network.get("file")
+        if isinstance(file, str):
+            network["file"] = str((folder / file).resolve())

@@ -1,0 +1,201 @@
+"""Everything recorded in one episode, as tables of columns.
+
+A column is a NumPy array; one that may hold nothing is a masked array. Text columns
+have dtype object. Units stand in the names. `steps` has one row a step, the other
+tables refer to it by `index`. Wall-clock times are apart, in `timing`: they are no part
+of the hash and of what 'identical' means.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.errors import ResultsError
+
+SCHEMA_VERSION = 1
+
+Column = NDArray[Any]
+Table = Mapping[str, Column]
+
+
+class Kind(StrEnum):
+    """What a column holds."""
+
+    NUMBER = "number"  # float64
+    COUNT = "count"  # int64
+    TEXT = "text"  # str; some hold JSON
+
+
+_NUMBER, _COUNT, _TEXT = Kind.NUMBER, Kind.COUNT, Kind.TEXT
+
+_POSE = {"x_m": _NUMBER, "y_m": _NUMBER, "heading_rad": _NUMBER}
+_SIZE = {"length_m": _NUMBER, "width_m": _NUMBER}
+
+# table -> column -> kind; the order is that of the files
+TABLES: Mapping[str, Mapping[str, Kind]] = {
+    "episode": {  # one row
+        "scenario": _TEXT,
+        "planner": _TEXT,
+        "seed": _COUNT,
+        "status": _TEXT,
+        "reason": _TEXT,
+        "step_s": _NUMBER,
+        "goal_m": _NUMBER,
+        "target_speed_mps": _NUMBER,
+        **_SIZE,  # of the ego
+        "wheelbase_m": _NUMBER,
+        "rear_overhang_m": _NUMBER,
+    },
+    "steps": {
+        "index": _COUNT,
+        "time_s": _NUMBER,
+        **_POSE,  # rear axle of the ego
+        "curvature_1pm": _NUMBER,
+        "speed_mps": _NUMBER,
+        "acceleration_mps2": _NUMBER,
+        "s_m": _NUMBER,  # Frenet state; null where the ego has left the frame
+        "s_dot_mps": _NUMBER,
+        "s_ddot_mps2": _NUMBER,
+        "l_m": _NUMBER,
+        "l_dot_mps": _NUMBER,
+        "l_ddot_mps2": _NUMBER,
+        "l_prime": _NUMBER,
+        "l_second_1pm": _NUMBER,
+        "centre_s_m": _NUMBER,  # centre of the ego's rectangle
+        "centre_l_m": _NUMBER,
+        "heading_error_rad": _NUMBER,  # against the reference path
+        "plan_status": _TEXT,  # null where nothing was planned, as all until blocker
+        "reason": _TEXT,
+        "candidates": _COUNT,
+        "survivors": _COUNT,
+        "removed": _TEXT,  # JSON: check -> candidates removed by it
+        "costs": _TEXT,  # JSON: term -> cost of the chosen trajectory
+        "blocker": _TEXT,
+        "stop_line_m": _NUMBER,  # nearest one that holds now
+        "clearance_m": _NUMBER,  # null without any body
+        "nearest": _TEXT,
+        "contacts": _TEXT,  # JSON list of ids
+        "off_road_m": _NUMBER,
+        "ghost_x_m": _NUMBER,
+        "ghost_y_m": _NUMBER,
+        "ghost_heading_rad": _NUMBER,
+    },
+    "vehicles": {
+        "index": _COUNT,
+        "id": _TEXT,
+        **_POSE,  # centre of the rectangle
+        "speed_mps": _NUMBER,
+        "acceleration_mps2": _NUMBER,
+        **_SIZE,
+        "s_m": _NUMBER,  # on the ego's reference path; null far from it
+        "l_m": _NUMBER,
+        "s_dot_mps": _NUMBER,
+        "l_dot_mps": _NUMBER,
+        "heading_error_rad": _NUMBER,
+    },
+    "plans": {
+        "index": _COUNT,
+        "k": _COUNT,
+        "t_s": _NUMBER,
+        **_POSE,
+        "speed_mps": _NUMBER,
+        "s_m": _NUMBER,
+        "l_m": _NUMBER,
+    },
+    "obstacles": {"id": _TEXT, **_POSE, **_SIZE, "radius_m": _NUMBER},
+    "signals": {"index": _COUNT, "id": _TEXT, "stop_m": _NUMBER, "state": _TEXT},
+    "road": {
+        "s_m": _NUMBER,
+        **_POSE,
+        "curvature_1pm": _NUMBER,
+        "left_m": _NUMBER,
+        "right_m": _NUMBER,
+    },
+}
+TIMING: Mapping[str, Kind] = {
+    "index": _COUNT,
+    "planning_ms": _NUMBER,
+    "elapsed_s": _NUMBER,  # wall clock since the first step
+}
+
+_DTYPES: Mapping[Kind, Any] = {_NUMBER: np.float64, _COUNT: np.int64, _TEXT: object}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """One recorded episode; the columns of each table stand in `TABLES`."""
+
+    episode: Table
+    steps: Table
+    vehicles: Table
+    plans: Table
+    obstacles: Table
+    signals: Table
+    road: Table
+    timing: Table
+
+    def __post_init__(self) -> None:
+        """Check that every table has its columns and all of one length."""
+        for name in TABLES:
+            _check(name, getattr(self, name), TABLES[name])
+        _check("timing", self.timing, TIMING)
+
+    def fact(self, column: str) -> Any:
+        """Give a value of the one row about the whole episode."""
+        return self.episode[column][0]
+
+
+def column(values: object, kind: Kind) -> Column:
+    """Make a column; None, and NaN among numbers, are masked."""
+    if kind is Kind.NUMBER:
+        numbers = np.array(values, dtype=np.float64)
+        return np.ma.masked_invalid(numbers) if np.isnan(numbers).any() else numbers
+    items = list(values)  # type: ignore[call-overload]
+    missing = np.array([item is None for item in items], dtype=bool)
+    filler: object = 0 if kind is Kind.COUNT else ""
+    filled = [filler if item is None else item for item in items]
+    array = np.empty(len(filled), dtype=_DTYPES[kind])
+    array[:] = filled
+    return np.ma.masked_array(array, missing) if missing.any() else array
+
+
+def trace_hash(trace: Trace) -> str:
+    """Hash all columns but the timings; sha256, hexadecimal.
+
+    The hash covers names, order, values bit by bit, and which values are null.
+    """
+    digest = hashlib.sha256(f"rearview trace {SCHEMA_VERSION}".encode())
+    for name, columns in TABLES.items():
+        table = getattr(trace, name)
+        for key, kind in columns.items():
+            digest.update(f"\n{name}.{key}:{len(table[key])}\n".encode())
+            digest.update(_canonical_bytes(table[key], kind))
+    return digest.hexdigest()
+
+
+def _canonical_bytes(values: Column, kind: Kind) -> bytes:
+    """Write a column as bytes that do not depend on the machine."""
+    mask = np.ma.getmaskarray(values)
+    data = np.ma.getdata(values)
+    if kind is Kind.TEXT:
+        texts = [
+            b"-" if m else f"+{t}".encode() for t, m in zip(data, mask, strict=True)
+        ]
+        return b"\0".join(texts)
+    little = "<f8" if kind is Kind.NUMBER else "<i8"
+    return mask.tobytes() + np.where(mask, 0, data).astype(little).tobytes()
+
+
+def _check(name: str, table: Table, columns: Mapping[str, Kind]) -> None:
+    """Raise unless the table has exactly these columns, of one length."""
+    if list(table) != list(columns):
+        odd = sorted(set(table) ^ set(columns)) or "the order"
+        raise ResultsError(f"table {name}: columns differ from the schema: {odd}")
+    lengths = {len(values) for values in table.values()}
+    if len(lengths) > 1:
+        raise ResultsError(f"table {name}: columns of different lengths {lengths}")

@@ -1,0 +1,231 @@
+"""The road networks that come with the package, and networks that users bring.
+
+All four have the same cross-section: two carriageways of three lanes of 10/3 m, right-
+hand traffic, 50 km/h. The ego's reference line is the centre line of the middle lane;
+scenario road s = 0 lies `lead_in` after the begin of that line.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Self
+
+from sumo_nets.build import net_path
+from sumo_nets.errors import NetworkError
+from sumo_nets.net_reader import check_complete, check_route, drivable_lanes, read_net
+from sumo_nets.outline import Segment, arc, clothoid, line
+
+# Road for background traffic behind the place where scenarios begin [m].
+LEAD_IN = 100.0
+
+SPEED_LIMIT = 13.89  # 50 km/h [m/s]; background cars go slower or faster by a factor
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """One way that the traffic of a stream takes."""
+
+    route: tuple[str, ...]  # edge ids
+    share: float  # of the stream's vehicles, relative to the other turns
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """Traffic that enters on one edge.
+
+    The name says which flow of a demand feeds it: "own", "oncoming", or "cross_..." for
+    an arm that crosses the ego's route.
+    """
+
+    name: str
+    turns: tuple[Turn, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """A road network and the way the ego takes through it."""
+
+    name: str
+    net_file: Path
+    route: tuple[str, ...]  # edge ids; reaches beyond the last junction
+    lane: int  # the ego's lane; 0 is the rightmost
+    lead_in: float  # reference line before the scenario's road begins [m]
+    speed_limit: float  # [m/s]
+    streams: tuple[Stream, ...]
+    description: str
+    segments: tuple[Segment, ...] = ()  # of the reference line, if known exactly
+
+    @classmethod
+    def from_file(
+        cls, path: str | Path, route: Sequence[str], lane: int = 0, lead_in: float = 0.0
+    ) -> Self:
+        """Take a network that the user brings.
+
+        Traffic: "own" along the ego's route, and "oncoming" the same way back if every
+        edge has a counterpart.
+
+        Args:
+            path: The .net.xml (or .net.xml.gz).
+            route: Edge ids; must reach beyond the last junction, since traffic at a
+                junction does not see an ego whose route ends before it.
+            lane: The ego's lane, 0 is the rightmost.
+            lead_in: Length of the route before the scenario's road begins [m].
+
+        Raises:
+            NetworkError: If the file is missing, truncated or not a network, an edge
+                is unknown or not connected to the next, or there is no such lane.
+        """
+        net_file = Path(path)
+        edges = tuple(route)
+        net = read_net(net_file)
+        check_route(net, net_file, edges, lane)
+        streams = [Stream("own", (Turn(edges, 1.0),))]
+        back = _way_back(net, edges)
+        if back:
+            streams.append(Stream("oncoming", (Turn(back, 1.0),)))
+        return cls(
+            name=net_file.name.removesuffix(".gz").removesuffix(".net.xml"),
+            net_file=net_file,
+            route=edges,
+            lane=lane,
+            lead_in=lead_in,
+            speed_limit=float(net.getEdge(edges[0]).getLane(lane).getSpeed()),
+            streams=tuple(streams),
+            description=f"{net_file} from {edges[0]} to {edges[-1]}",
+        )
+
+    def check(self) -> None:
+        """Check the network file and every route through it.
+
+        Raises:
+            NetworkError: As `from_file`.
+        """
+        net = read_net(self.net_file)
+        check_route(net, self.net_file, self.route, self.lane)
+        for stream in self.streams:
+            for turn in stream.turns:
+                lanes = drivable_lanes(net.getEdge(turn.route[0]))
+                check_route(net, self.net_file, turn.route, lanes[0].getIndex())
+
+
+def networks() -> Mapping[str, Network]:
+    """List the networks of the package by name."""
+    records = (_straight(), _curved(), _intersection(), _u_shaped())
+    return MappingProxyType({record.name: record for record in records})
+
+
+def network(name: str) -> Network:
+    """Get a network of the package.
+
+    Raises:
+        NetworkError: If there is no such network, or its file is damaged.
+    """
+    known = networks()
+    if name not in known:
+        raise NetworkError(f'no network "{name}"; there are {", ".join(sorted(known))}')
+    record = known[name]
+    check_complete(record.net_file)
+    return record
+
+
+def _way_back(net: Any, route: tuple[str, ...]) -> tuple[str, ...]:
+    """Find the edges that lead the route back, () unless all of it has them."""
+    back: list[str] = []
+    for edge_id in reversed(route):
+        edge = net.getEdge(edge_id)
+        twins = [
+            twin
+            for twin in edge.getToNode().getOutgoing()
+            if twin.getToNode() is edge.getFromNode() and drivable_lanes(twin)
+        ]
+        if not twins:
+            return ()
+        back.append(twins[0].getID())
+    try:
+        lane = drivable_lanes(net.getEdge(back[0]))[0].getIndex()
+        check_route(net, Path(), back, lane)
+    except NetworkError:
+        return ()
+    return tuple(back)
+
+
+def _road(name: str, segments: tuple[Segment, ...], description: str) -> Network:
+    """Describe a road without junctions; `segments` without the lead-in."""
+    return Network(
+        name=name,
+        net_file=net_path(name),
+        route=("own",),
+        lane=1,
+        lead_in=LEAD_IN,
+        speed_limit=SPEED_LIMIT,
+        streams=(
+            Stream("own", (Turn(("own",), 1.0),)),
+            Stream("oncoming", (Turn(("oncoming",), 1.0),)),
+        ),
+        description=description,
+        segments=(line(LEAD_IN), *segments),
+    )
+
+
+def _straight() -> Network:
+    """Describe the straight road."""
+    return _road("straight", (line(400.0),), "straight road of 400 m")
+
+
+def _curved() -> Network:
+    """Describe the S-shaped road."""
+    k = 1.0 / 60.0
+    segments = (
+        line(15.0),
+        clothoid(15.0, 0.0, k),
+        arc(40.0, k),
+        clothoid(30.0, k, -k),
+        arc(40.0, -k),
+        clothoid(15.0, -k, 0.0),
+        line(200.0),
+    )
+    return _road("curved", segments, "left and right bend of 60 m radius")
+
+
+def _u_shaped() -> Network:
+    """Describe the U-shaped road."""
+    segments = (line(40.0), arc(20.0 * pi, 1.0 / 20.0), line(250.0))
+    return _road("u_shaped", segments, "bend of 180 degrees to the left, radius 20 m")
+
+
+def _intersection() -> Network:
+    """Describe the signalised intersection."""
+    clockwise = ("west", "north", "east", "south")
+
+    def turns(arm: str) -> tuple[Turn, ...]:
+        """Lead half of the traffic of `arm` to the left, over two of three lanes."""
+        place = clockwise.index(arm)
+        shares = ((1, 0.5), (2, 0.35), (3, 0.15))  # left, straight on, right
+        return tuple(
+            Turn((f"{arm}_in", f"{clockwise[(place + step) % 4]}_out"), share)
+            for step, share in shares
+        )
+
+    return Network(
+        name="intersection",
+        net_file=net_path("intersection"),
+        route=("west_in", "north_out"),
+        lane=1,
+        lead_in=LEAD_IN,
+        speed_limit=SPEED_LIMIT,
+        streams=(
+            Stream("own", turns("west")),
+            Stream("oncoming", turns("east")),
+            Stream("cross_n", turns("north")),
+            Stream("cross_s", turns("south")),
+        ),
+        description="left turn of 15 m radius at traffic lights, one arm at a time",
+        segments=(
+            line(LEAD_IN),
+            line(40.0),
+            arc(7.5 * pi, 1.0 / 15.0),
+            line(250.0),
+        ),
+    )

@@ -1,0 +1,264 @@
+"""Background traffic: seed and flows to explicit vehicles, then to a route file.
+
+Every vehicle is written out with its departure, type and route. SUMO's own random flows
+could not be continued from a saved state, and would mix our randomness with its.
+"""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+from zlib import crc32
+
+import numpy as np
+
+from sumo_nets.catalogue import Network, Stream
+from sumo_nets.errors import NetworkError
+from sumo_nets.vehicle_types import (
+    MODELS,
+    EgoType,
+    VehicleType,
+    speed_factor,
+    type_attributes,
+)
+
+# More than three saturated lanes can take.
+MAX_FLOW = 9000.0
+
+# Relative shares of the car-following models unless the demand says otherwise. ACC is
+# rare: SUMO's brakes with 6 m/s² and more before red lights, the others seldom do.
+COMMON_MODELS = (("Krauss", 0.4), ("IDM", 0.25), ("EIDM", 0.25), ("ACC", 0.1))
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """Flows and mix of the background traffic.
+
+    Shares of kinds and tempers are fractions; cars and normal drivers are the rest.
+    Shares of models are relative to each other.
+    """
+
+    own_veh_per_h: float = 0.0  # on the ego's carriageway
+    oncoming_veh_per_h: float = 0.0
+    cross_veh_per_h: float = 0.0  # on each crossing arm
+    van_share: float = 0.1
+    truck_share: float = 0.08
+    cautious_share: float = 0.25
+    aggressive_share: float = 0.2
+    models: tuple[tuple[str, float], ...] = COMMON_MODELS
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            NetworkError: If a field is outside its range; the message names both.
+        """
+        for name in ("own_veh_per_h", "oncoming_veh_per_h", "cross_veh_per_h"):
+            self._check(name, MAX_FLOW)
+        for name in ("van_share", "truck_share", "cautious_share", "aggressive_share"):
+            self._check(name, 1.0)
+        for first, second in (
+            ("van_share", "truck_share"),
+            ("cautious_share", "aggressive_share"),
+        ):
+            total = getattr(self, first) + getattr(self, second)
+            if total > 1.0 + 1e-12:
+                raise NetworkError(f"{first} + {second} = {total:g} must be <= 1")
+        _check_models(self.models)
+
+    def _check(self, name: str, highest: float) -> None:
+        """Check that the field `name` is in [0, highest]."""
+        value = getattr(self, name)
+        if not 0.0 <= value <= highest:
+            raise NetworkError(f"{name} = {value:g} must be in [0, {highest:g}]")
+
+    def flow(self, stream: str) -> float:
+        """Say how many vehicles per hour the stream of this name gets."""
+        flows = {
+            "own": self.own_veh_per_h,
+            "oncoming": self.oncoming_veh_per_h,
+            "cross": self.cross_veh_per_h,
+        }
+        family = stream.split("_", maxsplit=1)[0]
+        if family not in flows:
+            raise NetworkError(
+                f'no flow for stream "{stream}"; its name must begin with own, '
+                "oncoming or cross"
+            )
+        return flows[family]
+
+
+@dataclass(frozen=True, slots=True)
+class DemandVehicle:
+    """One background vehicle."""
+
+    id: str  # stream and number: own.12
+    depart: float  # [s]
+    type: VehicleType
+    speed_factor: float  # wished speed over the speed limit [-]
+    route: tuple[str, ...]
+
+
+def vehicles_for(
+    network: Network, demand: Demand, seed: int, begin: float, end: float
+) -> tuple[DemandVehicle, ...]:
+    """Draw the background traffic that departs in [begin, end).
+
+    Arrivals are a Poisson process in each stream. A stream's vehicles depend on the
+    seed and its own flow only, so that another flow changes nothing in this one.
+
+    Args:
+        network: Streams and their routes.
+        demand: Flows and mix.
+        seed: Not negative.
+        begin: First possible departure [s], not negative.
+        end: No departure from here on [s].
+
+    Returns:
+        Vehicles in the order of their departures.
+
+    Raises:
+        NetworkError: If seed or times are out of range.
+    """
+    if seed < 0:
+        raise NetworkError(f"seed = {seed} must be >= 0")
+    if not 0.0 <= begin <= end < np.inf:
+        raise NetworkError(f"begin = {begin:g}, end = {end:g}: 0 <= begin <= end < inf")
+    drawn = [
+        vehicle
+        for stream in network.streams
+        for vehicle in _draw_stream(stream, demand, seed, begin, end)
+    ]
+    return tuple(sorted(drawn, key=lambda vehicle: (vehicle.depart, vehicle.id)))
+
+
+def write_demand(
+    network: Network,
+    demand: Demand,
+    seed: int,
+    begin: float,
+    end: float,
+    path: str | Path,
+    ego: EgoType | None = None,
+) -> tuple[DemandVehicle, ...]:
+    """Write the background traffic as a SUMO route file; same seed, same bytes.
+
+    The file also holds the route "ego", and the type "ego" if `ego` is given.
+
+    Args:
+        network: As in `vehicles_for`.
+        demand: As in `vehicles_for`.
+        seed: As in `vehicles_for`.
+        begin: As in `vehicles_for` [s].
+        end: As in `vehicles_for` [s].
+        path: The .rou.xml to write, whole or not at all.
+        ego: The ego's vehicle type.
+
+    Returns:
+        The vehicles written.
+
+    Raises:
+        NetworkError: As `vehicles_for`, or if the file cannot be written.
+    """
+    vehicles = vehicles_for(network, demand, seed, begin, end)
+    text = routes_text(network, vehicles, ego)
+    target = Path(path)
+    aside = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        aside.write_text(text, encoding="utf-8")
+        aside.replace(target)
+    except OSError as error:
+        raise NetworkError(f"{target}: cannot be written ({error})") from error
+    return vehicles
+
+
+def routes_text(
+    network: Network, vehicles: tuple[DemandVehicle, ...], ego: EgoType | None = None
+) -> str:
+    """Give the text of a route file with the types that are used."""
+    root = ElementTree.Element("routes")
+    if ego is not None:
+        ElementTree.SubElement(root, "vType", ego.attributes())
+    for kind in sorted({vehicle.type for vehicle in vehicles}):
+        ElementTree.SubElement(root, "vType", type_attributes(kind))
+    ElementTree.SubElement(root, "route", id="ego", edges=" ".join(network.route))
+    for vehicle in vehicles:
+        element = ElementTree.SubElement(
+            root,
+            "vehicle",
+            id=vehicle.id,
+            type=vehicle.type.id,
+            depart=f"{vehicle.depart:.2f}",
+            departLane="best",
+            departSpeed="max",
+            speedFactor=f"{vehicle.speed_factor:.3f}",
+        )
+        ElementTree.SubElement(element, "route", edges=" ".join(vehicle.route))
+    ElementTree.indent(root, "    ")
+    body = ElementTree.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{body}\n'
+
+
+def _draw_stream(
+    stream: Stream, demand: Demand, seed: int, begin: float, end: float
+) -> list[DemandVehicle]:
+    """Draw the vehicles of one stream, arrivals apart from everything else."""
+    rate = demand.flow(stream.name) / 3600.0
+    if rate == 0.0:
+        return []
+    key = crc32(stream.name.encode())  # Python's own hash differs between processes
+    arrivals = np.random.default_rng([seed, key, 0])
+    traits = np.random.default_rng([seed, key, 1])
+    shares = np.array([turn.share for turn in stream.turns])
+    vehicles: list[DemandVehicle] = []
+    depart = begin + arrivals.exponential() / rate
+    while depart < end:
+        kind = _draw_type(demand, traits)
+        turn = int(traits.choice(len(shares), p=shares / shares.sum()))
+        vehicles.append(
+            DemandVehicle(
+                id=f"{stream.name}.{len(vehicles)}",
+                depart=depart,
+                type=kind,
+                speed_factor=speed_factor(kind, traits),
+                route=stream.turns[turn].route,
+            )
+        )
+        depart += arrivals.exponential() / rate
+    return vehicles
+
+
+def _draw_type(demand: Demand, rng: np.random.Generator) -> VehicleType:
+    """Draw kind, temper and car-following model."""
+    vans, trucks = demand.van_share, demand.truck_share
+    cautious, aggressive = demand.cautious_share, demand.aggressive_share
+    kinds = {"car": 1.0 - vans - trucks, "van": vans, "truck": trucks}
+    tempers = {
+        "cautious": cautious,
+        "normal": 1.0 - cautious - aggressive,
+        "aggressive": aggressive,
+    }
+    return VehicleType(
+        kind=_draw(kinds, rng),
+        temper=_draw(tempers, rng),
+        model=_draw(dict(demand.models), rng),
+    )
+
+
+def _draw(weights: dict[str, float], rng: np.random.Generator) -> str:
+    """Draw a key by its weight, with one random number."""
+    bounds = np.cumsum(np.maximum(list(weights.values()), 0.0))
+    place = np.searchsorted(bounds, rng.random() * bounds[-1], side="right")
+    return list(weights)[min(int(place), len(weights) - 1)]
+
+
+def _check_models(models: tuple[tuple[str, float], ...]) -> None:
+    """Check names and shares of car-following models."""
+    names = [name for name, _ in models]
+    for name, share in models:
+        if name not in MODELS:
+            raise NetworkError(f'models: "{name}" is none of {", ".join(MODELS)}')
+        if not 0.0 <= share < np.inf:
+            raise NetworkError(f"models: share {share:g} of {name} must be >= 0")
+    if len(set(names)) < len(names) or sum(share for _, share in models) <= 0.0:
+        raise NetworkError(f"models: {models} must name some, each once, share > 0")

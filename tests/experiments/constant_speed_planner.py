@@ -1,0 +1,60 @@
+"""A planner of a user, without registration: keeps its lane and a constant speed."""
+
+import os
+import signal
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.scene import Scene
+from planner.states import Trajectory
+
+POINTS = 11
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantSpeed:
+    """Follows the reference path at the offset and speed it has."""
+
+    crash_at: float | None = None  # the process dies then [s]
+    nan_at: float | None = None  # the plan holds NaN from then on [s]
+    raise_at: float | None = None  # plan() raises then [s]
+
+    def plan(self, scene: Scene, memory: object) -> PlanResult:
+        if self.crash_at is not None and scene.time >= self.crash_at:
+            os.kill(os.getpid(), signal.SIGSEGV)
+        if self.raise_at is not None and scene.time >= self.raise_at:
+            raise RuntimeError("no idea")
+        t = scene.step * np.arange(POINTS)
+        speed = scene.ego.speed
+        l = scene.ego_frenet.l
+        s = scene.ego_frenet.s + speed * t
+        at = scene.path.at(s)
+        x = at.x - l * at.sin_heading
+        if self.nan_at is not None and scene.time >= self.nan_at:
+            x = np.full_like(x, np.nan)
+        trajectory = Trajectory(
+            t=t,
+            x=x,
+            y=at.y + l * at.cos_heading,
+            heading=at.heading,
+            curvature=at.curvature,
+            speed=np.full(POINTS, speed),
+            acceleration=np.zeros(POINTS),
+            s=s,
+            l=np.full(POINTS, l),
+        )
+        stats = PlanStats(candidates=1, survivors=1, costs={"jerk_integral": 0.0})
+        return PlanResult(PlanStatus.OK, trajectory, None, stats)
+
+
+def make(**settings: float) -> ConstantSpeed:
+    return ConstantSpeed(**settings)
+
+
+NOT_CALLABLE = 3
+
+
+def no_planner() -> object:
+    return object()

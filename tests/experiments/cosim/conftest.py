@@ -1,0 +1,104 @@
+"""Small worlds that several tests share."""
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments.cosim.session import SumoWorld
+from experiments.cosim.sumo_settings import SumoSettings
+from planner.geometry.reference_path import ReferencePath
+from planner.geometry.segments import line
+from planner.scene import RoadBounds
+from planner.states import CartesianState
+from planner.vehicle import Vehicle
+from sumo_nets.catalogue import network
+
+# Background cars here obey to the letter: no lane changes of their own, no dawdling.
+CALM = (
+    'speedDev="0" sigma="0" lcStrategic="0" lcCooperative="0" '
+    'lcSpeedGain="0" lcKeepRight="0"'
+)
+EGO = (
+    '<vType id="ego" length="4.8" width="1.9" minGap="0" decel="4.5" '
+    'apparentDecel="4.5" emergencyDecel="8" maxSpeed="20" speedDev="0" sigma="0"/>'
+)
+
+
+def quintic(t: float, begin: float, duration: float) -> float:
+    """Rise smoothly from 0 to 1 between begin and begin + duration."""
+    a = min(max((t - begin) / duration, 0.0), 1.0)
+    return 10.0 * a**3 - 15.0 * a**4 + 6.0 * a**5
+
+
+@pytest.fixture
+def route_file(tmp_path: Path) -> Callable[[str], Path]:
+    """Write a route file for the straight road from vehicle elements."""
+
+    def write(vehicles: str = "", *, car: str = 'speedFactor="1"') -> Path:
+        path = tmp_path / "demand.rou.xml"
+        path.write_text(
+            f'<routes>{EGO}<vType id="car" length="4.6" width="1.8" '
+            f'emergencyDecel="9" {CALM} {car}/>'
+            f'<route id="own" edges="own"/><route id="oncoming" edges="oncoming"/>'
+            f"{vehicles}</routes>"
+        )
+        return path
+
+    return write
+
+
+@pytest.fixture
+def straight(
+    route_file: Callable[..., Path],
+) -> Iterator[Callable[..., SumoWorld]]:
+    """Make SUMO worlds on the straight three-lane road; they are closed afterwards.
+
+    The reference path runs along the middle lane, from x = -100 m on y = 0.
+    """
+    worlds: list[SumoWorld] = []
+
+    def make(vehicles: str = "", car: str = 'speedFactor="1"', **changes) -> SumoWorld:
+        net = network("straight")
+        path = ReferencePath.from_segments([line(500.0)], (-100.0, 0.0, 0.0))
+        given = {
+            "net_file": net.net_file,
+            "route_file": route_file(vehicles, car=car),
+            "route": net.route,
+            "path": path,
+            "road": RoadBounds(np.array([0.0]), np.array([5.0]), np.array([-5.0])),
+            "vehicle": Vehicle(),
+            "start_s": 60.0,
+            "start_speed": 12.0,
+            "warm_up": 0.0,
+        }
+        world = SumoWorld(SumoSettings(**(given | changes)))
+        worlds.append(world)
+        return world
+
+    yield make
+    for world in worlds:
+        world.close()
+
+
+@pytest.fixture
+def lane_change() -> Callable[..., CartesianState]:
+    """Move a rear axle one lane over while it drives on."""
+
+    def state(  # the ego at time t
+        start: CartesianState,
+        t: float,
+        *,
+        width: float = 10.0 / 3.0,
+        begin: float = 0.0,
+        duration: float = 6.0,
+    ) -> CartesianState:
+        v, h = start.speed, 1e-4
+        y = width * quintic(t, begin, duration)
+        ahead = width * quintic(t + h, begin, duration)
+        heading = math.atan2(ahead - y, v * h)
+        return CartesianState(start.x + v * t, start.y + y, heading, 0.0, v, 0.0)
+
+    return state

@@ -1,0 +1,252 @@
+"""Scenarios: what is accepted, what is refused, and in which words."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+
+from experiments.config import Scenario, Traffic
+from experiments.errors import ConfigError
+from experiments.scenario_file import (
+    SCENARIO_FOLDER,
+    SCHEMA_FILE,
+    config_hash,
+    load_scenario,
+    scenario_names,
+    schema_text,
+)
+
+SCENARIO = """\
+name: test
+world: kinematic
+road:
+  segments: [[line, 100], [clothoid, 20, 0, 0.05], [arc, 30, 0.05]]
+ego:
+  goal_m: 120
+obstacles:
+  - {s_m: 40, l_m: 1, radius_m: 1}
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "test.yaml"
+    path.write_text(SCENARIO)
+    return path
+
+
+def refusal(file: Path, *overrides: str) -> str:
+    with pytest.raises(ConfigError) as caught:
+        load_scenario(str(file), overrides=overrides)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_shipped_scenarios_load_and_read_back(name, tmp_path):
+    scenario = load_scenario(name)
+    assert scenario.name == name
+    assert scenario.purpose
+    resolved = tmp_path / "config.yaml"
+    resolved.write_text(yaml.safe_dump(scenario.resolved()))
+    assert load_scenario(str(resolved)).resolved() == scenario.resolved()
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_editors_accept_shipped_scenarios(name):
+    text = (SCENARIO_FOLDER / f"{name}.yaml").read_text()
+    assert text.startswith("# yaml-language-server: $schema=scenario.schema.json\n")
+    jsonschema.validate(yaml.safe_load(text), json.loads(SCHEMA_FILE.read_text()))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"ego": {"gol_m": 3}},
+        {"ego": {"goal_m": "far"}},
+        {"obstacles": "some"},
+        {"planner": 3},
+        {"world": "moon"},
+    ],
+)
+def test_editors_refuse_mistakes(change):
+    data = yaml.safe_load((SCENARIO_FOLDER / "straight.yaml").read_text())
+    schema = json.loads(SCHEMA_FILE.read_text())
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({**data, **change}, schema)
+
+
+def test_committed_schema_is_current():
+    assert SCHEMA_FILE.read_text(encoding="utf-8") == schema_text(), "run make schema"
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        (
+            "ego.gol_m=3",
+            "ego.gol_m: unknown key; did you mean goal_m? allowed: start_m,",
+        ),
+        ("ego.goal_m=true", "ego.goal_m: is true; allowed: a number >= 0 and <="),
+        ("ego.goal_m='3'", "ego.goal_m: is the text '3'; allowed: a number"),
+        ("ego.goal_m=12:30", "ego.goal_m: is the text '12:30'; allowed: a number"),
+        ("ego.goal_m=.nan", "ego.goal_m: is nan; allowed: a number"),
+        ("ego.goal_m=.inf", "ego.goal_m: is inf; allowed: a number"),
+        ("ego.goal_m=-2", "ego.goal_m: is -2; allowed: a number >= 0"),
+        ("ego.goal_m=160", "ego.goal_m: is 160; allowed: 0 to 150.0, the road's end"),
+        ("ego.start_m=130", "ego.goal_m: is 120; allowed: more than start_m = 130"),
+        ("ego.depart_speed_mps=fast", "allowed: a number >= 0 and <= 70 or max"),
+        ("ego.depart_speed_mps=30", "at most vehicle.limits.max_speed_mps = 20"),
+        ("simulation.seed=1.5", "simulation.seed: is 1.5; allowed: a whole number"),
+        ("simulation.seed=true", "simulation.seed: is true; allowed: a whole number"),
+        ("world=moon", "world: is the text 'moon'; allowed: sumo, kinematic"),
+        ("world=sumo", "network: is missing; world sumo needs it"),
+        ("network=straight", "network: is not for world kinematic; allowed: road"),
+        ("traffic={}", "traffic: is not for world kinematic; allowed: vehicles"),
+        ("obstacles=some", "allowed: none or a list or a section with random"),
+        ("obstacles=[{s_m: 4}]", "obstacles[0]: allowed: radius_m, or length_m and"),
+        ("obstacles[0].s_m=151", "obstacles[0].s_m: is 151; allowed: 0 to 150.0"),
+        ("obstacles={listed: []}", "obstacles.listed: unknown key; allowed: random"),
+        (
+            "obstacles={random: {first_m: 9, spacing_m: [9, 5]}}",
+            "obstacles.random.spacing_m: is [9, 5]; allowed: [least, most], rising",
+        ),
+        (
+            "road.segments=[[line, 0]]",
+            "road.segments[0][1]: is 0; allowed: a number > 0",
+        ),
+        (
+            "road.segments=[[bow, 3]]",
+            "road.segments[0]: is a list of 2; allowed: [line,",
+        ),
+        (
+            "road.segments=[[arc, 3]]",
+            "road.segments[0]: is a list of 2; allowed: [line,",
+        ),
+        ("road.segments=[]", "road.segments: is a list of 0; allowed:"),
+        ("planner=[]", "planner: is a list of 0; allowed: text or a section with name"),
+        ("name=no way", "name: is the text 'no way'; allowed: text of the form"),
+        ("ego=3", "ego: is 3; allowed: a section with start_m"),
+        ("simulation=null", "simulation: is empty; allowed: a section with step_s"),
+        ("vehicles=[{s_m: 3}]", "vehicles[0].speed_mps: is missing; allowed: a number"),
+        (
+            "ego.vehicle.wheelbase_m=4",
+            "ego.vehicle.wheelbase_m: is 4; allowed: at most length_m - rear_overhang_m",
+        ),
+        (
+            "ego.vehicle.limits.max_deceleration_mps2=9",
+            "emergency_deceleration_mps2: is 8; allowed: at least",
+        ),
+    ],
+)
+def test_mistakes_name_key_and_allowed_values(file, override, message):
+    assert message in refusal(file, override)
+
+
+def test_mistakes_in_the_file_name_file_and_line(file):
+    file.write_text(SCENARIO.replace("goal_m: 120", "goal_m: far"))
+    assert refusal(file).startswith(f"{file}:6: ego.goal_m: is the text 'far'; allowed")
+    file.write_text(SCENARIO + "name: again\n")
+    assert refusal(file) == f"{file}:9: name: is given twice, first at {file}:1"
+    file.write_text(SCENARIO.replace("name: test\n", ""))
+    assert refusal(file).startswith(f"{file}:1: name: is missing; allowed: text")
+
+
+def test_several_mistakes_are_counted(file):
+    file.write_text(SCENARIO.replace("goal_m: 120", "goal_m: far\n  x: 1\n  y: 2"))
+    assert refusal(file).endswith("(and 2 more)")
+
+
+@pytest.mark.parametrize("text", ["", "- a\n", "3\n"])
+def test_a_file_without_keys(file, text):
+    file.write_text(text)
+    assert "holds no keys" in refusal(file)
+
+
+@pytest.mark.parametrize(
+    "override", ["ego.goal_m", "=3", "ego..goal_m=3", "a b=3", ".ego=3", "ego.goal_m=["]
+)
+def test_overrides_that_are_none(file, override):
+    assert refusal(file, override).startswith(f"--set {override}: ")
+
+
+def test_overrides_have_yaml_types_and_the_last_wins(file):
+    scenario = load_scenario(
+        str(file),
+        overrides=(
+            "ego.goal_m=1e2",
+            "ego.goal_m=110",
+            "obstacles[0].l_m=-2",
+            "planner.settings.depth=3",
+            "simulation.blocked_after_s=5",
+        ),
+    )
+    assert scenario.ego.goal_m == 110.0
+    assert scenario.obstacles.listed[0].l_m == -2.0
+    assert scenario.planner.name == "cruise"
+    assert scenario.planner.settings == {"depth": 3}
+    assert scenario.simulation.blocked_after_s == 5.0
+
+
+def test_none_means_nothing():
+    scenario = load_scenario("straight", overrides=("traffic=none", "obstacles=none"))
+    assert scenario.traffic is None
+    assert scenario.obstacles.random is None
+    assert scenario.resolved()["traffic"] == "none"
+    assert load_scenario("straight").traffic == Traffic(
+        own_veh_per_h=600.0, oncoming_veh_per_h=600.0
+    )
+
+
+def test_options_come_before_overrides(file):
+    scenario = load_scenario(
+        str(file), planner="mine:make", seed=7, overrides=("planner.settings.a=1",)
+    )
+    assert scenario.planner.name == "mine:make"
+    assert scenario.planner.settings == {"a": 1}
+    assert scenario.simulation.seed == 7
+
+
+def test_another_planner_drops_the_settings_of_the_first(file):
+    file.write_text(SCENARIO + "planner: {name: cruise, settings: {margin: 1.0}}\n")
+    assert load_scenario(str(file)).planner.settings == {"margin": 1.0}
+    assert load_scenario(str(file), planner="cruise").planner.settings
+    assert not load_scenario(str(file), planner="cruise_conventional").planner.settings
+
+
+def test_unknown_scenarios_suggest_a_close_one():
+    with pytest.raises(ConfigError, match="did you mean intersection"):
+        load_scenario("intersecton")
+    with pytest.raises(ConfigError, match=r"none\.yaml: cannot be read"):
+        load_scenario("none.yaml")
+
+
+def test_network_files_are_relative_to_the_scenario(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        "name: mine\nnetwork: {file: a.net.xml, route: [a], lane: 0}\nego: {goal_m: 9}\n"
+    )
+    network = load_scenario(str(path)).network
+    assert network is not None
+    assert network.file == str(tmp_path / "a.net.xml")
+    assert "lane" in refusal(path, "network={file: a.net.xml, route: [a]}")
+
+
+def test_hash_depends_on_content_only(file, tmp_path):
+    one = load_scenario(str(file))
+    moved = tmp_path / "other.yaml"
+    moved.write_text(SCENARIO.replace("goal_m: 120", "goal_m: 1.2e2  # same"))
+    other = load_scenario(str(moved))
+    assert config_hash(one.resolved()) == config_hash(other.resolved())
+    third = load_scenario(str(file), seed=1)
+    assert config_hash(one.resolved()) != config_hash(third.resolved())
+
+
+def test_sections_cannot_be_changed(file):
+    scenario = load_scenario(str(file))
+    with pytest.raises(ValueError, match="frozen"):
+        scenario.ego.goal_m = 3.0
+    assert isinstance(scenario, Scenario)

@@ -1,0 +1,186 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize_scalar
+
+from planner.geometry.reference_path import ReferencePath
+from planner.geometry.segments import arc, clothoid, line
+
+ROAD = [line(80.0), clothoid(30.0, 0.0, 0.04), arc(40.0, 0.04), arc(50.0, -0.025)]
+U_TURN = ReferencePath.from_segments([line(60.0), arc(20 * math.pi, 1 / 20), line(60)])
+EIGHT = ReferencePath.from_segments(
+    [arc(2 * math.pi * 30, 1 / 30), arc(2 * math.pi * 30, -1 / 30)]
+)
+CROSSING = ReferencePath.from_segments([line(40), arc(1.5 * math.pi * 15, 1 / 15), line(40)])
+
+
+def beside(path, s, l):
+    """Points at Frenet coordinates (s, l)."""
+    road = path.at(s)
+    return road.x - l * road.sin_heading, road.y + l * road.cos_heading
+
+
+def brute_force(path, x, y):
+    """Nearest arc length on the path itself: dense sampling, then golden section."""
+    grid = np.linspace(0.0, path.length, 4000)
+    road = path.at(grid)
+    best = int(np.argmin(np.hypot(road.x - x, road.y - y)))
+
+    def squared(s):
+        point = path.at(s)
+        return float((point.x - x) ** 2 + (point.y - y) ** 2)
+
+    bounds = (grid[max(best - 1, 0)], grid[min(best + 1, grid.size - 1)])
+    found = minimize_scalar(squared, bounds=bounds, method="bounded").x
+    ends = [0.0, path.length, found]
+    return min(ends, key=squared)
+
+
+def test_projection_inverts_the_offset():
+    path = ReferencePath.from_segments(ROAD, start=(5.0, 6.0, 2.0))
+    rng = np.random.default_rng(1)
+    s, l = rng.uniform(-20.0, 220.0, 5000), rng.uniform(-10.0, 10.0, 5000)
+    found_s, found_l = path.project(*beside(path, s, l))
+    np.testing.assert_allclose(found_s, s, atol=1e-11)
+    np.testing.assert_allclose(found_l, l, atol=1e-11)
+
+
+def test_foot_is_perpendicular():
+    path = ReferencePath.from_segments(ROAD)
+    rng = np.random.default_rng(2)
+    x, y = rng.uniform(-50.0, 250.0, 2000), rng.uniform(-100.0, 150.0, 2000)
+    s, l = path.project(x, y)
+    road = path.at(s)
+    along = (x - road.x) * road.cos_heading + (y - road.y) * road.sin_heading
+    across = (y - road.y) * road.cos_heading - (x - road.x) * road.sin_heading
+    np.testing.assert_allclose(along, 0.0, atol=1e-11)
+    np.testing.assert_allclose(across, l, atol=1e-11)
+
+
+@settings(max_examples=60, deadline=None)
+@given(x=st.floats(-40.0, 220.0), y=st.floats(-60.0, 120.0))
+@pytest.mark.parametrize("road", ["road", "u_turn", "eight"])
+def test_nearest_point_matches_brute_force(road, x, y):
+    path = {
+        "road": ReferencePath.from_segments(ROAD),
+        "u_turn": U_TURN,
+        "eight": EIGHT,
+    }[road]
+    s, _ = path.project_one(x, y)
+    clamped = path.at(min(max(s, 0.0), path.length))
+    true = path.at(brute_force(path, x, y))
+    found = math.hypot(clamped.x - x, clamped.y - y)
+    best = math.hypot(true.x - x, true.y - y)
+    assert found == pytest.approx(best, abs=1e-6)
+
+
+def test_batch_equals_loop_of_singles():
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-30.0, 90.0, 400), rng.uniform(-20.0, 60.0, 400)
+    near = rng.uniform(0.0, U_TURN.length, 400)
+    batch = np.stack(U_TURN.project(x, y), axis=1)
+    hinted = np.stack(U_TURN.project(x, y, near, reach=25.0), axis=1)
+    for i in range(x.size):
+        assert U_TURN.project_one(x[i], y[i]) == tuple(batch[i])
+        assert U_TURN.project_one(x[i], y[i], near[i], 25.0) == tuple(hinted[i])
+
+
+@pytest.mark.parametrize("lateral", [-25.0, -19.0, 15.0, 19.0, 25.0, 30.0])
+def test_near_keeps_the_leg_of_a_u_turn(lateral):
+    # the legs are 40 m apart: beyond 20 m to the left the other leg is nearer
+    x, y = beside(U_TURN, 30.0, lateral)
+    assert U_TURN.project_one(x, y, near=35.0) == pytest.approx((30.0, lateral))
+    s, _ = U_TURN.project_one(x, y)
+    assert (s > 60.0) == (lateral > 20.0)
+
+
+def test_near_follows_a_self_crossing_route():
+    # round the figure eight twice through its middle
+    s = np.arange(0.0, EIGHT.length, 1.5)
+    l = 3.0 * np.sin(0.05 * s)
+    found_s, found_l = EIGHT.project(*beside(EIGHT, s, l), near=s - 2.0, reach=20.0)
+    np.testing.assert_allclose(found_s, s, atol=1e-9)
+    np.testing.assert_allclose(found_l, l, atol=1e-9)
+    guess = s[0]
+    for k in range(s.size):
+        guess, _ = EIGHT.project_one(*beside(EIGHT, s[k], l[k]), near=guess, reach=20.0)
+        assert guess == pytest.approx(s[k], abs=1e-9)
+
+
+def test_only_feet_within_reach_are_taken():
+    middle = 2 * math.pi * 30
+    for near in (2.0, middle + 3.0, 2 * middle - 1.0):
+        s, _ = EIGHT.project_one(0.1, 0.2, near, reach=10.0)
+        assert abs(s - near) <= 10.0
+    # no foot within reach: the nearest of all
+    assert U_TURN.project_one(30.0, 0.0, near=100.0, reach=5.0)[0] == pytest.approx(30)
+
+
+def test_heading_decides_at_a_crossing():
+    crossing = CROSSING.length - 40.0 + 15.0
+    there = CROSSING.at([25.0, crossing])
+    np.testing.assert_allclose(there.x[0], 55.0 - 15.0 - 15.0, atol=1e-9)
+    for s in (25.0, crossing):
+        point = CROSSING.at(s)
+        # the other leg is nearer, but runs across
+        x, y = beside(CROSSING, s + 0.1, 0.4)
+        found, _ = CROSSING.project([x], [y], heading=float(point.heading))
+        if abs(float(CROSSING.at(25.0).y) - float(CROSSING.at(crossing).y)) < 1e-6:
+            assert found[0] == pytest.approx(s + 0.1, abs=1e-9)
+
+
+def test_points_beyond_the_ends_use_the_extensions():
+    path = ReferencePath.from_segments([arc(15.0, 0.1)])
+    s, l = np.array([-12.0, -0.5, 15.5, 40.0]), np.array([2.0, -3.0, 1.0, -4.0])
+    found_s, found_l = path.project(*beside(path, s, l))
+    np.testing.assert_allclose(found_s, s, atol=1e-12)
+    np.testing.assert_allclose(found_l, l, atol=1e-12)
+
+
+def test_an_extension_across_the_road_attracts_nothing():
+    # the last heading points back at the first leg
+    path = ReferencePath.from_segments(
+        [line(100.0), arc(1.5 * math.pi * 10.0, 0.1), line(1.0)]
+    )
+    crossing_x = float(path.at(path.length).x)
+    s, l = path.project_one(crossing_x - 0.2, 0.01)
+    assert (s, l) == pytest.approx((crossing_x - 0.2, 0.01))
+
+
+def test_projection_at_knots_and_jumps_of_curvature():
+    path = ReferencePath.from_segments(ROAD)
+    s = np.concatenate([path.s, [80.0, 110.0, 150.0]])
+    found, l = path.project(*beside(path, s, np.full(s.size, 1.5)))
+    np.testing.assert_allclose(found, s, atol=1e-11)
+    np.testing.assert_allclose(l, 1.5, atol=1e-11)
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    angle=st.floats(-math.pi, math.pi),
+    shift=st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)),
+    s=st.floats(-20.0, 220.0),
+    l=st.floats(-12.0, 12.0),
+)
+def test_frenet_coordinates_move_with_the_road(angle, shift, s, l):
+    x, y = beside(ReferencePath.from_segments(ROAD), s, l)
+    cos, sin = math.cos(angle), math.sin(angle)
+    moved = ReferencePath.from_segments(ROAD, start=(*shift, angle))
+    found = moved.project_one(
+        shift[0] + cos * x - sin * y, shift[1] + sin * x + cos * y
+    )
+    assert found == pytest.approx((s, l), abs=1e-9)
+    mirrored = ReferencePath.from_segments(
+        [type(p)(p.kind, p.length, -p.curvature, -p.end_curvature) for p in ROAD]
+    )
+    assert mirrored.project_one(x, -y) == pytest.approx((s, -l), abs=1e-9)
+
+
+def test_not_a_number_stays_not_a_number():
+    s, l = U_TURN.project([1.0, math.nan], [0.5, 0.0])
+    assert np.isnan(s).tolist() == [False, True]
+    assert np.isnan(l).tolist() == [False, True]
+    assert math.isnan(float(U_TURN.at(math.nan).x))
