@@ -60,7 +60,7 @@ clean: ## Remove .venv, caches and results
 
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c '$(ONLY_PYTHON)' 2>/dev/null || { echo "rearview needs Python >= 3.11; PYTHON=$(PYTHON) is $$($(PYTHON) --version 2>&1 || true). Try: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
-	@echo "Installing into $(VENV) (once, about 500 MB) ..."
+	@echo "Installing into $(VENV) (once, takes a few minutes) ..."
 	@$(PYTHON) -m venv $(VENV) || { echo "$(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt-get install python3-venv" >&2; exit 2; }
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]" -c constraints.txt
 	@$(BIN)/python -m experiments.doctor

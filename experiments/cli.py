@@ -117,6 +117,7 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
         from experiments.episode import run_episode
         from experiments.progress import progress
 
+        _announce_compilation()
         with _stdout_to_stderr(), progress(scenario) as on_step:
             outcome = run_episode(scenario, out=out, gui=gui, on_step=on_step)
         return _report(outcome, as_json=as_json)
@@ -153,6 +154,17 @@ def _print_list(title: str, lines: dict[str, str]) -> None:
     sys.stdout.write(f"{title}\n")
     for name, text in lines.items():
         sys.stdout.write(f"  {name:<{width}}  {text}\n")
+
+
+def _announce_compilation() -> None:
+    """Say why the first step will take long, if nothing is compiled yet."""
+    import numba
+
+    import planner.compiled  # noqa: F401, names the cache
+
+    if not Path(numba.config.CACHE_DIR).exists():
+        sys.stderr.write("compiling the inner loops (once, about half a minute) ...\n")
+        sys.stderr.flush()
 
 
 def _require_display() -> None:

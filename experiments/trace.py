@@ -154,7 +154,8 @@ def column(values: object, kind: Kind) -> Column:
     """Make a column; None, and NaN among numbers, are masked."""
     if kind is Kind.NUMBER:
         numbers = np.array(values, dtype=np.float64)
-        return np.ma.masked_invalid(numbers) if np.isnan(numbers).any() else numbers
+        nothing = np.isnan(numbers)
+        return np.ma.masked_array(numbers, nothing) if nothing.any() else numbers
     items = list(values)  # type: ignore[call-overload]
     missing = np.array([item is None for item in items], dtype=bool)
     filler: object = 0 if kind is Kind.COUNT else ""

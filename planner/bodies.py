@@ -112,9 +112,9 @@ def leader_of(scene: Scene, bodies: Bodies) -> Leader | None:
     index = int(np.argmin(np.where(candidates, s, np.inf)))
     reach = bodies.half_length[index] + bodies.radius[index]
     along = bodies.s[index]
-    speed = np.maximum(np.gradient(along, scene.step), 0.0)
-    if not np.isfinite(speed).all():
+    if not np.isfinite(along).all():  # it will leave the ego's road
         return None
+    speed = np.maximum(np.gradient(along, scene.step), 0.0)
     return Leader(bodies.ids[index], along - reach, speed)
 
 

@@ -180,7 +180,8 @@ class _Episode:
         if frenet is None:
             where = f"({record.ego.x:.1f}, {record.ego.y:.1f})"
             return Ending(
-                EpisodeStatus.OFF_ROAD, f"left the reference path at {where} m {time}"
+                EpisodeStatus.OFF_ROAD,
+                f"at {where} m the ego has no place on the reference path, {time}",
             )
         if frenet.s >= self._settings.goal_s:
             return self._arrival(time)
@@ -214,6 +215,7 @@ class _Episode:
         step = self._world.step
         trajectory = drivable_trajectory(plan, record.ego, step)
         after = self._plant.step(record.ego, trajectory, step)
+        check_motion(record.ego, after, step)
         self._memory, self._stats = plan.memory, plan.stats
         return replace(record, plan=plan, planning_ms=planning_ms), after
 

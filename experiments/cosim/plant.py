@@ -69,8 +69,7 @@ def drivable_trajectory(
 
     Raises:
         PlannerOutputError: If there is none, it holds numbers that are not finite,
-            it does not start at the ego now, it is too short, or its first step is
-            farther than its speed goes.
+            it does not start at the ego now, or it is too short.
     """
     trajectory = plan.trajectory
     if trajectory is None:
@@ -89,15 +88,22 @@ def drivable_trajectory(
     gap = math.hypot(x - ego.x, y - ego.y)
     if gap > START_TOLERANCE:
         raise PlannerOutputError(f"the trajectory starts {gap:.2f} m from the ego")
-    _require_continuous(trajectory, step)
     return trajectory
 
 
-def _require_continuous(trajectory: Trajectory, step: float) -> None:
-    """Raise if the first step is farther than the trajectory's speeds allow."""
-    after = trajectory.at(step)
-    moved = math.hypot(after.x - trajectory.x[0], after.y - trajectory.y[0])
-    fastest = max(abs(float(trajectory.speed[0])), abs(after.speed))
+def check_motion(before: CartesianState, after: CartesianState, step: float) -> None:
+    """Refuse a step that is farther than the ego's speeds go.
+
+    Args:
+        before: The ego now.
+        after: The ego one step on.
+        step: Time between the two [s].
+
+    Raises:
+        PlannerOutputError: If the ego would jump.
+    """
+    moved = math.hypot(after.x - before.x, after.y - before.y)
+    fastest = max(abs(before.speed), abs(after.speed))
     if moved > fastest * step + START_TOLERANCE:
         raise PlannerOutputError(
             f"the trajectory jumps {moved:.2f} m in its first step at {fastest:.2f} m/s"

@@ -152,10 +152,10 @@ class SumoWorld:
             SimulationError: If SUMO fails or the state is not finite.
         """
         sumo = self._running()
-        x, y, angle = frames.front_from_rear_axle(ego, self._settings.vehicle)
-        if not all(map(math.isfinite, (x, y, angle, ego.speed))):
+        if not all(map(math.isfinite, (ego.x, ego.y, ego.heading, ego.speed))):
             # SUMO accepts NaN without a word and goes on with it.
             raise SimulationError(f"the ego cannot be moved to {ego}")
+        x, y, angle = frames.front_from_rear_axle(ego, self._settings.vehicle)
         with _sumo_errors(sumo, "moving the ego"):
             if self._ghost is not None:
                 self._ghost.update(ego, self._settings.vehicle)

@@ -80,7 +80,7 @@ class Truth:
             )
         )
         self._ids: tuple[str, ...] = ()
-        self._rows = np.empty((0, 6))
+        self._rows: FloatArray | None = None
         self._ego: FloatArray | None = None
 
     def judge(self, ego: CartesianState, traffic: TrafficState, near: float) -> Verdict:
@@ -98,15 +98,11 @@ class Truth:
             The verdict.
         """
         ego_row = self._ego_row(ego)
-        rows = _vehicle_rows(traffic)
+        rows = self._body_rows(traffic)
         before, known = self._before(traffic.ids, rows)
         ego_before = ego_row if self._ego is None else self._ego
         touched, nearest, clearance = _hold_against(
-            ego_before,
-            ego_row,
-            np.concatenate((before, self._static)),
-            np.concatenate((rows, self._static)),
-            np.concatenate((known, np.ones(len(self._static), np.bool_))),
+            ego_before, ego_row, before, rows, known
         )
         self._ids, self._rows, self._ego = traffic.ids, rows, ego_row
         return Verdict(
@@ -127,17 +123,34 @@ class Truth:
         half_length, half_width = self._vehicle.length / 2.0, self._vehicle.width / 2.0
         return np.array((x, y, ego.heading, half_length, half_width, 0.0))
 
+    def _body_rows(self, traffic: TrafficState) -> FloatArray:
+        """Pack all rectangles, vehicles before static bodies, (n, 6)."""
+        count = len(traffic.ids)
+        rows = np.empty((count + len(self._static), 6))
+        rows[:count, X] = traffic.x
+        rows[:count, Y] = traffic.y
+        rows[:count, HEADING] = traffic.heading
+        rows[:count, HALF_LENGTH] = traffic.length / 2.0
+        rows[:count, HALF_WIDTH] = traffic.width / 2.0
+        rows[:count, RADIUS] = 0.0
+        rows[count:] = self._static
+        return rows
+
     def _before(
         self, ids: tuple[str, ...], rows: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Find where each vehicle was a step ago, and whether that is known."""
-        if ids == self._ids:
-            return self._rows, np.ones(len(ids), np.bool_)
-        place = {name: i for i, name in enumerate(self._ids)}
-        found = np.array([place.get(name, -1) for name in ids], dtype=np.int64)
-        known = found >= 0
+        """Find where each body was a step ago, and whether that is known."""
+        known = np.ones(len(rows), np.bool_)
+        if ids == self._ids and self._rows is not None:
+            return self._rows, known
         before = rows.copy()
-        before[known] = self._rows[found[known]]
+        place = {name: i for i, name in enumerate(self._ids)}
+        for i, name in enumerate(ids):
+            was = place.get(name)
+            if was is None or self._rows is None:
+                known[i] = False
+            else:
+                before[i] = self._rows[was]
         return before, known
 
     def _off_road(self, ego: FloatArray, near: float) -> float:
@@ -151,18 +164,6 @@ class Truth:
         )
         left, right = self._road.at(s)
         return max(float(np.max(l - left)), float(np.max(right - l)), 0.0)
-
-
-def _vehicle_rows(traffic: TrafficState) -> FloatArray:
-    """Pack the vehicles' rectangles, (n, 6)."""
-    rows = np.empty((len(traffic.ids), 6))
-    rows[:, X] = traffic.x
-    rows[:, Y] = traffic.y
-    rows[:, HEADING] = traffic.heading
-    rows[:, HALF_LENGTH] = traffic.length / 2.0
-    rows[:, HALF_WIDTH] = traffic.width / 2.0
-    rows[:, RADIUS] = 0.0
-    return rows
 
 
 @compiled

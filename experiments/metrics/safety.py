@@ -11,6 +11,7 @@ from planner.states import FloatArray
 TTC_HORIZON = 10.0  # an encounter farther ahead is none [s]
 MIN_HEADWAY_SPEED = 1.0  # below it a time headway says nothing [m/s]
 OFF_ROAD_TOLERANCE = 0.01  # the loop's: so far over the edge is still on the road [m]
+STILL = 1e-9  # bodies that close up slower than this never meet [m/s]
 LEADER_RANGE = 100.0  # front bumper to rear bumper [m]
 
 
@@ -129,7 +130,7 @@ def _overlap_times(
     distance: FloatArray, rate: FloatArray, reach: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Solve |distance + rate t| <= reach for t; (inf, -inf) if never."""
-    still = rate == 0.0
+    still = np.abs(rate) < STILL
     safe = np.where(still, 1.0, rate)
     one, other = (-reach - distance) / safe, (reach - distance) / safe
     always = np.abs(distance) <= reach

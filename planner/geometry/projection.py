@@ -15,10 +15,10 @@ from planner.geometry.pieces import (
     RATE,
     SIN,
     IndexArray,
-    follow,
     S,
     X,
     Y,
+    follow,
     index_bins,
     piece_index,
     points_at,
@@ -40,14 +40,15 @@ Foot = tuple[float, float, float, bool]  # cost [m], s [m], l [m], found
 @compiled
 def lead(knots: FloatArray, i: int, x: float, y: float) -> float:
     """Give how far a point lies ahead of knot `i`, along its tangent [m]."""
-    return (x - knots[i, X]) * knots[i, COS] + (y - knots[i, Y]) * knots[i, SIN]
+    dx, dy = x - knots[i, X], y - knots[i, Y]
+    return float(dx * knots[i, COS] + dy * knots[i, SIN])
 
 
 @compiled
 def squared_distance(blocks: FloatArray, j: int, x: float, y: float) -> float:
     """Give the squared distance of a point from the middle of block `j` [m²]."""
     dx, dy = x - blocks[j, MIDDLE_X], y - blocks[j, MIDDLE_Y]
-    return dx * dx + dy * dy
+    return float(dx * dx + dy * dy)
 
 
 @compiled

@@ -255,7 +255,7 @@ def _rounded_distance(a: FloatArray, b: FloatArray) -> float:
         b[HALF_LENGTH],
         b[HALF_WIDTH],
     )
-    return max(core - a[RADIUS] - b[RADIUS], 0.0)
+    return float(max(core - a[RADIUS] - b[RADIUS], 0.0))
 
 
 @compiled
@@ -306,9 +306,9 @@ def swept_contact(
         gap = core - grown
         if gap <= CONTACT_TOLERANCE:
             return True
-        if not gap < (1.0 - time) * travel:
+        if not gap <= (1.0 - time) * travel + CONTACT_TOLERANCE:
             return False
-        time += gap / travel
+        time = min(time + gap / travel, 1.0)
 
 
 @compiled

@@ -110,7 +110,7 @@ def _fit(u: FloatArray, corners: FloatArray, bound: float) -> BSpline:
         bands = np.zeros((DEGREE + 1, basis.shape[1]))
         for k in range(DEGREE + 1):
             bands[k, : basis.shape[1] - k] = gram.diagonal(-k)
-        right = basis.T @ (weights[:, None] * wanted)
+        right = np.asarray(basis.T @ (weights[:, None] * wanted))
         spline = BSpline(t, solveh_banded(bands, right, lower=True), DEGREE)
         excess = _normal_distances(spline, samples, wanted) / bound
         if excess.max() <= 1.0:
@@ -121,10 +121,10 @@ def _fit(u: FloatArray, corners: FloatArray, bound: float) -> BSpline:
 
 def _third_differences(n: int) -> csr_array:
     """Give D^T D of the third differences of n coefficients."""
-    D = diags_array(
+    differences = diags_array(
         [-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(n - 3, n), format="csr"
     )
-    return csr_array(D.T @ D)
+    return csr_array(differences.T @ differences)
 
 
 def _normal_distances(

@@ -159,7 +159,7 @@ def _rows(
     """Broadcast boundary values and durations into rows; (rows, common shape)."""
     durations = np.asarray(T, dtype=np.float64)
     if not np.all((durations > 0.0) & np.isfinite(durations)):
-        raise InvalidInputError(f"T = {T} must be positive")
+        raise InvalidInputError(f"T = {durations} must be positive")
     columns = np.broadcast_arrays(*(np.asarray(v, np.float64) for v in values), T)
     rows = np.stack([column.reshape(-1) for column in columns], axis=1)
     return rows.astype(np.float64, copy=False), columns[0].shape

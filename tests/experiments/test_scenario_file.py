@@ -134,7 +134,7 @@ def test_committed_schema_is_current():
         ("vehicles=[{s_m: 3}]", "vehicles[0].speed_mps: is missing; allowed: a number"),
         (
             "ego.vehicle.wheelbase_m=4",
-            "ego.vehicle.wheelbase_m: is 4; allowed: at most length_m - rear_overhang_m",
+            "wheelbase_m: is 4; allowed: at most length_m - rear_overhang_m = 3.8",
         ),
         (
             "ego.vehicle.limits.max_deceleration_mps2=9",
@@ -227,7 +227,8 @@ def test_unknown_scenarios_suggest_a_close_one():
 def test_network_files_are_relative_to_the_scenario(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(
-        "name: mine\nnetwork: {file: a.net.xml, route: [a], lane: 0}\nego: {goal_m: 9}\n"
+        "name: mine\nego: {goal_m: 9}\n"
+        "network: {file: a.net.xml, route: [a], lane: 0}\n"
     )
     network = load_scenario(str(path)).network
     assert network is not None

@@ -67,7 +67,7 @@ def test_same_trace_same_bytes(tmp_path):
         assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes()
 
 
-def test_nothing_is_null_in_the_file(tmp_path):
+def test_none_is_null_in_the_file_and_infinity_stays(tmp_path):
     write_trace(some_trace(), tmp_path)
     file = tmp_path / file_name("steps")
     found = duckdb.sql(f"SELECT s_m, candidates, reason FROM '{file}'").fetchall()

@@ -39,11 +39,15 @@ def route_file(tmp_path: Path) -> Callable[[str], Path]:
 
     def write(vehicles: str = "", *, car: str = 'speedFactor="1"') -> Path:
         path = tmp_path / "demand.rou.xml"
+        routes = "".join(
+            f'<route id="{edge}" edges="{edge}"/>'
+            for edge in ("own", "oncoming")
+            if f'route="{edge}"' in vehicles
+        )
         path.write_text(
             f'<routes>{EGO}<vType id="car" length="4.6" width="1.8" '
             f'emergencyDecel="9" {CALM} {car}/>'
-            f'<route id="own" edges="own"/><route id="oncoming" edges="oncoming"/>'
-            f"{vehicles}</routes>"
+            f"{routes}{vehicles}</routes>"
         )
         return path
 

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,9 +8,13 @@ from hypothesis import strategies as st
 
 from experiments.cosim.ghost import corners, ghost_pose, lane_of
 from experiments.cosim.lanes import Lane
+from experiments.cosim.projection import state_on_path
 from experiments.cosim.truth import Truth
+from planner.geometry.reference_path import ReferencePath
+from planner.geometry.segments import arc, line
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
+from sumo_nets.catalogue import network
 
 CAR = Vehicle()
 WIDTH = 3.5
@@ -181,3 +186,59 @@ def test_the_ghost_is_no_traffic_and_no_collision(straight, lane_change):
         world.advance(lane_change(start, (k + 1) * world.step))
     assert seen > 10
     assert world.reported_collisions == 0
+
+
+def turn_left_and_change(world, seconds: float = 5.0):
+    """Change one lane over inside the junction; give speeds, clearance, ghost lanes."""
+    libsumo = pytest.importorskip("libsumo")
+    world.enter()
+    truth = Truth(CAR, world.path, world.road, world.obstacles)
+    speeds, clearance, lanes = [], math.inf, {}
+    for k in range(round(seconds / world.step)):
+        s = 118.0 + 6.0 * k * world.step
+        share = min(max((s - 126.0) / 24.0, 0.0), 1.0)
+        l = 10.0 / 3.0 * (3.0 - 2.0 * share) * share**2
+        slope = 20.0 / 24.0 * (share - share**2)
+        state = state_on_path(world.path, s, l, 6.0)
+        state = replace(state, heading=state.heading + math.atan(slope))
+        if k:
+            world.advance(state)
+        traffic = world.observe()
+        clearance = min(clearance, truth.judge(state, traffic, s).clearance)
+        speeds.append(float(traffic.speed[0]))
+        if traffic.ghost is not None:
+            lane = libsumo.vehicle.getLaneID("ghost@ego")
+            assert libsumo.vehicle.getLaneID("ego") != lane
+            lanes.setdefault(lane, k)
+    world.close()
+    return np.array(speeds), clearance, lanes
+
+
+@pytest.mark.sumo
+def test_the_ghost_works_inside_a_junction(straight):
+    path = ReferencePath.from_segments(
+        [line(140.0), arc(7.5 * math.pi, 1.0 / 15.0), line(250.0)],
+        (-150.0, -5.0, 0.0),
+    )
+    net = network("intersection")
+    rear = (
+        '<vehicle id="rear" type="car" depart="0" departLane="2" departPos="106" '
+        'departSpeed="8.5"><route edges="west_in north_out"/></vehicle>'
+    )
+    given = {
+        "net_file": net.net_file,
+        "route": net.route,
+        "path": path,
+        "start_s": 118.0,
+        "start_speed": 6.0,
+    }
+    seen, unseen = (
+        turn_left_and_change(straight(rear, **given, ghost=ghost))
+        for ghost in (True, False)
+    )
+    assert list(seen[2]) == [":centre_14_1", ":centre_14_0"]
+    assert unseen[2] == {}
+    first_difference = int(np.flatnonzero(seen[0] != unseen[0])[0])
+    assert first_difference == seen[2][":centre_14_1"] + 1
+    assert seen[1] > 1.0
+    assert unseen[1] < 0.5

@@ -7,6 +7,7 @@ import pytest
 from experiments.cosim.plant import (
     PerfectTracking,
     PlannerOutputError,
+    check_motion,
     drivable_trajectory,
 )
 from planner.interface import PlanResult, PlanStats, PlanStatus
@@ -59,7 +60,6 @@ def test_nan_anywhere_is_refused(column):
     [
         ({"y": np.full(11, 0.2)}, "0.20 m from the ego"),
         ({"t": 0.05 + np.arange(11) * 0.1}, "starts at t"),
-        ({"x": np.append(0.0, 5.0 + np.arange(10))}, "jumps 5.00 m"),
     ],
 )
 def test_a_trajectory_that_is_not_from_here_is_refused(changes, message):
@@ -83,3 +83,15 @@ def test_tracking_refuses_a_state_that_is_not_finite():
     trajectory = straight_on(acceleration=np.append(0.0, np.full(10, math.inf)))
     with pytest.raises(PlannerOutputError, match="inf"):
         PerfectTracking().step(replace(EGO, x=1.0), trajectory, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("x", "speed", "fine"), [(1.0, 10.0, True), (1.0, 0.0, True), (1.2, 10.0, False)]
+)
+def test_the_ego_moves_no_farther_than_it_drives(x, speed, fine):
+    after = replace(EGO, x=x, speed=speed)
+    if fine:
+        check_motion(EGO, after, 0.1)
+    else:
+        with pytest.raises(PlannerOutputError, match=r"jumps 1.20 m"):
+            check_motion(EGO, after, 0.1)

@@ -64,9 +64,7 @@ def test_clothoid_matches_fresnel_integrals(end):
     across, along = fresnel(s / scale)
     points = path.at(s)
     np.testing.assert_allclose(points.x, scale * along, atol=1e-12)
-    np.testing.assert_allclose(
-        points.y, math.copysign(scale, end) * across, atol=1e-12
-    )
+    np.testing.assert_allclose(points.y, math.copysign(scale, end) * across, atol=1e-12)
 
 
 @pytest.mark.parametrize("s", [7.3, 20.0, 31.41, 35.0, 40.02, 47.0, 55.999, 56.0])

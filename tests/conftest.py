@@ -1,0 +1,10 @@
+"""Hypothesis profiles: the same examples on every run of CI, no deadlines anywhere."""
+
+import os
+
+from hypothesis import settings
+
+# The first example of a compiled function takes its compilation too.
+settings.register_profile("local", deadline=None)
+settings.register_profile("ci", deadline=None, derandomize=True)
+settings.load_profile("ci" if os.environ.get("CI") else "local")

@@ -1,0 +1,56 @@
+"""Planners by name and by address."""
+
+import pytest
+
+from experiments.errors import ConfigError
+from experiments.planners import PLANNERS, make_planner
+
+MODULE = "tests.experiments.constant_speed_planner"
+
+
+@pytest.mark.parametrize("name", list(PLANNERS))
+def test_known_planners_can_be_made(name):
+    assert callable(make_planner(name, {}).plan)
+
+
+def test_settings_reach_the_planner():
+    planner = make_planner("cruise", {"margin": 0.4, "weights": {"jerk": 2.0}})
+    assert planner.settings.margin == 0.4
+    assert planner.settings.weights.jerk == 2.0
+    default = make_planner("cruise", {}).settings
+    assert planner.settings.weights.safety == default.weights.safety
+    assert make_planner("cruise", {"times": (1, 2)}).settings.times == (1.0, 2.0)
+
+
+def test_own_planner_without_registration():
+    assert make_planner(f"{MODULE}:make", {"nan_at": 2.0}).nan_at == 2.0
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "message"),
+    [
+        ("cruse", {}, "did you mean cruise[?] allowed: cruise, .*module:factory"),
+        ("cruise", {"margn": 1}, "settings.margn: unknown key; did you mean margin"),
+        ("cruise", {"margin": "wide"}, "settings.margin: is 'wide'; input should be"),
+        ("cruise", {"margin": True}, "settings.margin: is True; input should be"),
+        ("cruise", {"margin": float("nan")}, "settings.margin: .* finite"),
+        (
+            "cruise",
+            {"weights": {"jrk": 1}},
+            "weights.jrk: unknown key; did you mean jerk",
+        ),
+        ("cruise", {"safety_term": "none"}, "safety_term: .*'edge_clearance'"),
+        ("cruise", {"lateral_step": -1}, "lateral_step = -1"),
+        ("cruise_thesis", {"margin": 1}, "refuses its settings"),
+        ("no_such_module:make", {}, "cannot import no_such_module"),
+        (f"{MODULE}:mak", {}, "has no mak; did you mean make"),
+        (f"{MODULE}:NOT_CALLABLE", {}, "NOT_CALLABLE is a int"),
+        (f"{MODULE}:no_planner", {}, "gave a object; allowed: an object with plan"),
+        (f"{MODULE}:make", {"depth": 1}, "refuses its settings: .*depth"),
+        (":make", {}, "allowed: module:factory"),
+    ],
+)
+def test_mistakes(name, settings, message):
+    with pytest.raises(ConfigError, match=message) as caught:
+        make_planner(name, settings)
+    assert str(caught.value).startswith("planner")

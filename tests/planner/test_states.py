@@ -1,0 +1,81 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.errors import InvalidInputError
+from planner.states import CartesianStates, FrenetStates, Trajectory, freeze
+
+
+def trajectory(heading=None):
+    t = np.array([0.0, 0.1, 0.3, 0.6])
+    return Trajectory(
+        t,
+        10.0 * t,
+        -2.0 * t,
+        0.5 * t if heading is None else heading,
+        0.01 * t,
+        10.0 + t,
+        1.0 - t,
+        10.0 * t,
+        0.1 * t,
+    )
+
+
+def test_freeze_copies_and_locks():
+    source = np.array([1, 2, 3])
+    frozen = freeze(source)
+    source[0] = 9
+    assert frozen.tolist() == [1.0, 2.0, 3.0]
+    assert frozen.dtype == np.float64
+    with pytest.raises(ValueError, match="read-only"):
+        frozen[0] = 0.0
+
+
+@pytest.mark.parametrize(("record", "n"), [(CartesianStates, 6), (FrenetStates, 8)])
+def test_batches_share_one_shape(record, n):
+    assert record(*[np.zeros((2, 3))] * n).__slots__
+    with pytest.raises(InvalidInputError, match="one shape"):
+        record(*[np.zeros(3)] * (n - 1), np.zeros(4))
+
+
+def test_trajectory_returns_its_samples_untouched():
+    samples = trajectory()
+    for k, t in enumerate(samples.t):
+        state = samples.at(float(t))
+        assert state.x == samples.x[k]
+        assert state.acceleration == samples.acceleration[k]
+        assert state.heading == samples.heading[k]
+
+
+def test_trajectory_is_linear_between_samples():
+    state = trajectory().at(0.2)
+    assert (state.x, state.y) == pytest.approx((2.0, -0.4))
+    assert state.heading == pytest.approx(0.1)
+    assert state.speed == pytest.approx(10.2)
+
+
+def test_trajectory_is_held_at_both_ends():
+    samples = trajectory()
+    assert samples.at(-1.0).x == samples.x[0]
+    assert samples.at(9.0).x == samples.x[-1]
+    assert samples.duration == pytest.approx(0.6)
+
+
+def test_heading_is_interpolated_the_shorter_way():
+    state = trajectory(np.array([3.0, 3.1, -3.1, -3.0])).at(0.2)
+    assert abs(state.heading) == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize("t", [[0.0], [0.0, 0.0], [0.0, 0.2, 0.1], [[0.0, 1.0]]])
+def test_times_must_grow(t):
+    columns = [np.zeros(np.shape(t))] * 8
+    with pytest.raises(InvalidInputError, match="growing"):
+        Trajectory(np.array(t), *columns)
+
+
+def test_finiteness_covers_every_column():
+    samples = trajectory()
+    assert samples.is_finite()
+    assert not replace(samples, l=[0.0, 0.0, math.nan, 0.0]).is_finite()
