@@ -19,6 +19,7 @@ from experiments.errors import ConfigError, ExperimentError
 
 if TYPE_CHECKING:
     from experiments.config import Scenario
+    from experiments.cosim.records import StepRecord
     from experiments.episode import Outcome
 
 ARRIVED, OTHER_OUTCOME, BAD_INPUT = 0, 1, 2
@@ -114,11 +115,21 @@ def schema() -> None:
 def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> int:
     """Run, show, and give the exit status."""
     with _one_line_errors():
+        from experiments.crash_guard import interrupts_between_steps
         from experiments.episode import run_episode
         from experiments.progress import progress
 
         _announce_compilation()
-        with _stdout_to_stderr(), progress(scenario) as on_step:
+        with (
+            _stdout_to_stderr(),
+            interrupts_between_steps() as check_interrupt,
+            progress(scenario) as show,
+        ):
+
+            def on_step(record: "StepRecord") -> None:
+                check_interrupt()
+                show(record)
+
             outcome = run_episode(scenario, out=out, gui=gui, on_step=on_step)
         return _report(outcome, as_json=as_json)
 

@@ -7,7 +7,9 @@ forked child, before anything heavy is loaded; the parent sees how it ended.
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 
 import typer
 
@@ -40,6 +42,35 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
     if os.WIFSIGNALED(state):
         return crashed(child, signal.Signals(os.WTERMSIG(state)).name)
     return os.WEXITSTATUS(state)
+
+
+@contextmanager
+def interrupts_between_steps() -> Iterator[Callable[[], None]]:
+    """Hold Ctrl-C back until a step is complete; the second one comes at once.
+
+    In the middle of compiled code an interrupt would look like a failure of the
+    planner.
+
+    Yields:
+        What raises KeyboardInterrupt after a Ctrl-C; to be called in each step.
+    """
+    asked = False
+
+    def handler(number: int, frame: FrameType | None) -> None:
+        nonlocal asked
+        if asked:
+            signal.default_int_handler(number, frame)
+        asked = True
+
+    def check() -> None:
+        if asked:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _status(episode: Callable[[], int]) -> int:

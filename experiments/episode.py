@@ -17,6 +17,7 @@ from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import Ending, EpisodeStatus, StepRecord
 from experiments.doctor import check_simulator
 from experiments.errors import ConfigError
+from experiments.layout import Layout, make_layout, make_vehicle
 from experiments.metrics.row import Cell, metric_row
 from experiments.planners import make_planner, planner_source
 from experiments.recording import Setting, build_trace
@@ -24,7 +25,7 @@ from experiments.run_folder import whole_folder
 from experiments.scenario_file import config_hash
 from experiments.trace import SCHEMA_VERSION, Trace, trace_hash
 from experiments.trace_files import write_trace
-from experiments.worlds import Layout, make_layout, make_vehicle, make_world
+from experiments.worlds import make_world
 from planner.interface import Planner
 
 RUNS = Path("runs")

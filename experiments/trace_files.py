@@ -4,6 +4,8 @@ duckdb takes columns straight from NumPy, masked ones as null. One thread and no
 stamps: the same trace gives the same bytes.
 """
 
+import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -119,5 +121,7 @@ def _quoted(path: Path) -> str:
 
 
 def _short(error: Exception) -> str:
-    """Give the first line of a message."""
-    return str(error).splitlines()[0]
+    """Give the words of the operating system if there are any, else the first line."""
+    text = str(error)
+    number = re.search(r"errno\W+([0-9]+)", text)
+    return os.strerror(int(number[1])) if number else text.splitlines()[0]

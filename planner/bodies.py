@@ -3,12 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.compiled import compiled
-from planner.geometry.clearance import span_clearance
 from planner.scene import Scene
-from planner.states import FloatArray
+from planner.states import BoolArray, FloatArray
 
 CORRIDOR_MARGIN = 0.3  # lateral overlap is judged this much wider than the bodies [m]
 
@@ -22,18 +19,13 @@ class Bodies:
     """
 
     ids: tuple[str, ...]
-    x: FloatArray  # (n, n_steps) [m]
-    y: FloatArray
-    cos_heading: FloatArray
-    sin_heading: FloatArray
+    poses: FloatArray  # (n, 4, n_steps): x, y [m], cos and sin of the heading
     s: FloatArray  # (n, n_steps), inf without a Frenet place [m]
     l: FloatArray
     speed: FloatArray  # along its own motion now, (n,) [m/s]
-    half_length: FloatArray  # (n,) [m]
-    half_width: FloatArray
-    radius: FloatArray
+    extents: FloatArray  # (n, 3): half length, half width, radius [m]
     size: FloatArray  # circumscribed circle, r_ob of [Thesis] eq. 4.19, (n,) [m]
-    follower: NDArray[np.bool_]  # (n,)
+    follower: BoolArray  # (n,)
     n_static: int
 
 
@@ -52,14 +44,15 @@ def bodies_of(scene: Scene, n_steps: int) -> Bodies:
     n_fixed = len(fixed.ids)
     ahead = moving.prediction
     column = np.minimum(np.arange(n_steps), ahead.x.shape[1] - 1)
-    shape = (n_fixed + len(moving.ids), n_steps)
-    x, y, cos_heading, sin_heading, s, l = (np.empty(shape) for _ in range(6))
+    n = n_fixed + len(moving.ids)
+    poses = np.empty((n, 4, n_steps))
+    s, l = np.empty((n, n_steps)), np.empty((n, n_steps))
     fixed_s, fixed_l = scene.path.project(fixed.x, fixed.y)
     for table, static, predicted in (
-        (x, fixed.x, ahead.x),
-        (y, fixed.y, ahead.y),
-        (cos_heading, np.cos(fixed.heading), np.cos(ahead.heading)),
-        (sin_heading, np.sin(fixed.heading), np.sin(ahead.heading)),
+        (poses[:, 0], fixed.x, ahead.x),
+        (poses[:, 1], fixed.y, ahead.y),
+        (poses[:, 2], np.cos(fixed.heading), np.cos(ahead.heading)),
+        (poses[:, 3], np.sin(fixed.heading), np.sin(ahead.heading)),
         (s, fixed_s, ahead.s),
         (l, fixed_l, ahead.l),
     ):
@@ -75,23 +68,18 @@ def bodies_of(scene: Scene, n_steps: int) -> Bodies:
     follower[:n_fixed] = False
     return Bodies(
         (*fixed.ids, *moving.ids),
-        x,
-        y,
-        cos_heading,
-        sin_heading,
+        poses,
         s,
         l,
         np.concatenate([np.zeros(n_fixed), moving.speed]),
-        half_length,
-        half_width,
-        radius,
+        np.column_stack([half_length, half_width, radius]),
         np.hypot(half_length, half_width) + radius,
         follower,
         n_fixed,
     )
 
 
-def _overlaps_ego(scene: Scene, l: FloatArray, half_width: FloatArray) -> NDArray[np.bool_]:
+def _overlaps_ego(scene: Scene, l: FloatArray, half_width: FloatArray) -> BoolArray:
     """Tell which bodies share the ego's corridor now."""
     reach = half_width + scene.vehicle.width / 2.0 + CORRIDOR_MARGIN
     return np.abs(l - scene.ego_frenet.l) < reach
@@ -103,66 +91,16 @@ def leader_of(scene: Scene, bodies: Bodies) -> Leader | None:
         return None
     s = bodies.s[:, 0]
     candidates = (
-        _overlaps_ego(scene, bodies.l[:, 0], bodies.half_width + bodies.radius)
+        _overlaps_ego(scene, bodies.l[:, 0], bodies.extents[:, 1:].sum(axis=1))
         & (s > scene.ego_frenet.s)
         & np.isfinite(s)
     )
     if not candidates.any():
         return None
     index = int(np.argmin(np.where(candidates, s, np.inf)))
-    reach = bodies.half_length[index] + bodies.radius[index]
+    reach = bodies.extents[index, 0] + bodies.extents[index, 2]
     along = bodies.s[index]
     if not np.isfinite(along).all():  # it will leave the ego's road
         return None
     speed = np.maximum(np.gradient(along, scene.step), 0.0)
     return Leader(bodies.ids[index], along - reach, speed)
-
-
-@compiled
-def gaps_to(
-    points: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
-    cos_heading: FloatArray,
-    sin_heading: FloatArray,
-    half_length: FloatArray,
-    half_width: FloatArray,
-    radius: FloatArray,
-    discs: FloatArray,
-    disc_radius: float,
-) -> FloatArray:
-    """Smallest gap of one motion to each body, swept from step to step.
-
-    Args:
-        points: (4, n_steps): x, y, cos and sin of the heading of the rear axle; with
-            one column the gaps at that moment.
-        x: Body centres, (n_bodies, >= n_steps) [m].
-        y: As `x`.
-        cos_heading: As `x`.
-        sin_heading: As `x`.
-        half_length: (n_bodies,) [m].
-        half_width: (n_bodies,) [m].
-        radius: (n_bodies,) [m].
-        discs: Disc centres along the ego's heading from the rear axle [m].
-        disc_radius: [m].
-
-    Returns:
-        (n_bodies,) [m], negative on overlap.
-    """
-    gaps = np.full(x.shape[0], np.inf)
-    for b in range(x.shape[0]):
-        gaps[b], _ = span_clearance(
-            points,
-            x[b],
-            y[b],
-            cos_heading[b],
-            sin_heading[b],
-            0,
-            points.shape[1] - 1,
-            (half_length[b], half_width[b], radius[b]),
-            discs,
-            disc_radius,
-            np.inf,
-            -np.inf,
-        )
-    return gaps

@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from planner.errors import InvalidInputError
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 
 def freeze(values: ArrayLike) -> FloatArray:

@@ -21,6 +21,8 @@ from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
 
 GHOST_ID = "ghost@ego"
+GHOST_TYPE = "type@ghost"
+NO_LIMIT = 100.0  # [m/s], and as a factor of a lane's limit
 KEEP_ROUTE_EXACT = 3  # moveToXY: exact position, route kept
 NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
 LOOK_AHEAD = 4  # strips in which the ego may turn up next
@@ -113,7 +115,11 @@ class Ghost:
     ) -> None:
         self._sumo = sumo
         self._route_id = route_id
-        self._type_id = type_id
+        # SUMO refuses a departure above the lane's limit or the type's own; the ghost
+        # has to keep up with the ego whatever it does.
+        sumo.vehicletype.copy(type_id, GHOST_TYPE)
+        sumo.vehicletype.setSpeedFactor(GHOST_TYPE, NO_LIMIT)
+        sumo.vehicletype.setMaxSpeed(GHOST_TYPE, NO_LIMIT)
         self._strips = tuple(tuple(strip) for strip in strips)
         self._strip = 0  # where the ego was last seen
         self.pose: GhostPose | None = None
@@ -147,7 +153,10 @@ class Ghost:
         vehicles = self._sumo.vehicle
         if not alive:
             vehicles.add(
-                GHOST_ID, self._route_id, typeID=self._type_id, departSpeed=str(speed)
+                GHOST_ID,
+                self._route_id,
+                typeID=GHOST_TYPE,
+                departSpeed=repr(float(speed)),
             )
             vehicles.setSpeedMode(GHOST_ID, NO_CHECKS)
             vehicles.setLaneChangeMode(GHOST_ID, 0)

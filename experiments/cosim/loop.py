@@ -8,7 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
 
-from experiments.cosim.plant import PlannerOutputError, Plant, drivable_trajectory
+from experiments.cosim.plant import (
+    PlannerOutputError,
+    Plant,
+    check_motion,
+    drivable_trajectory,
+)
 from experiments.cosim.projection import SceneFrame, make_scene
 from experiments.cosim.records import (
     Ending,

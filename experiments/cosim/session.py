@@ -108,7 +108,7 @@ class SumoWorld:
         if settings.ghost:
             with _sumo_errors(sumo, "reading the lanes"):
                 strips = route_strips(sumo, settings.route[edge:])
-            self._ghost = Ghost(sumo, EGO_ROUTE, settings.ego_type, strips)
+                self._ghost = Ghost(sumo, EGO_ROUTE, settings.ego_type, strips)
         ego = self._start_state(speed)
         self._ego_front = frames.front_from_rear_axle(ego, settings.vehicle)[:2]
         return ego
@@ -264,8 +264,8 @@ class SumoWorld:
             EGO_ROUTE,
             typeID=settings.ego_type,
             departLane=str(lane.index),
-            departPos=repr(position),
-            departSpeed="max" if wanted is None else repr(wanted),
+            departPos=repr(float(position)),
+            departSpeed="max" if wanted is None else repr(float(wanted)),
         )
         for _ in range(max(round(settings.entry_patience / settings.step), 1)):
             sumo.simulationStep()

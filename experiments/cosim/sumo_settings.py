@@ -42,8 +42,8 @@ def command_line(settings: SumoSettings) -> list[str]:
     command = ["sumo-gui" if settings.gui else "sumo"]
     command += ["--net-file", str(settings.net_file)]
     command += ["--route-files", str(settings.route_file)]
-    command += ["--begin", repr(settings.begin)]
-    command += ["--step-length", repr(settings.step)]
+    command += ["--begin", repr(float(settings.begin))]
+    command += ["--step-length", repr(float(settings.step))]
     command += ["--seed", str(settings.seed)]
     command += ["--no-step-log", "--no-warnings"]
     # Queues stay; SUMO removes nobody, whatever it takes for a collision.
@@ -52,7 +52,7 @@ def command_line(settings: SumoSettings) -> list[str]:
     command += ["--collision.mingap-factor", "0"]
     command += ["--collision.check-junctions", "true"]
     if settings.lane_change_duration > 0.0:
-        command += ["--lanechange.duration", repr(settings.lane_change_duration)]
+        command += ["--lanechange.duration", repr(float(settings.lane_change_duration))]
     if settings.gui:
         command += ["--start", "--quit-on-end", "--delay", "100"]
     return command

@@ -1,4 +1,8 @@
-"""The hot loop: every candidate through every check and cost term."""
+"""The hot loop: every candidate through every check and cost term.
+
+The compiled functions take few large arrays: each array that a compiled function
+holds costs two atomic reference counts, and there are hundreds of candidates.
+"""
 
 from typing import NamedTuple
 
@@ -8,10 +12,8 @@ from planner.compiled import compiled
 from planner.cruise.costs import edge_clearance
 from planner.cruise.feasibility import (
     MIN_STRETCH,
-    TOLERANCE,
     Check,
     Limits,
-    Reference,
     lateral_at,
     lateral_quintic,
     road_excess,
@@ -19,7 +21,7 @@ from planner.cruise.feasibility import (
 )
 from planner.geometry.clearance import span_clearance
 from planner.geometry.frenet import cartesian_rates
-from planner.states import FloatArray
+from planner.states import FloatArray, IntArray
 
 # Plain numbers: numba compiles these in.
 PASSED = int(Check.PASSED)
@@ -32,18 +34,19 @@ COLLISION = int(Check.COLLISION)
 JERK, SAFETY, OFFSET, HEADWAY, CONSISTENCY = 0, 1, 2, 3, 4
 N_TERMS = 5
 
+# Rows of a track: the profile, the last plan's offset, the path and the road under it.
+S, S_DOT, S_DDOT, S_DDDOT, LAST_L = 0, 1, 2, 3, 4
+X, Y, COS, SIN, KAPPA, KAPPA_RATE, LEFT, RIGHT = 5, 6, 7, 8, 9, 10, 11, 12
+N_ROWS = 13
 
-class Longitudinal(NamedTuple):
-    """The profiles as the kernel takes them; see `sampling.Profiles`."""
 
-    s: FloatArray
-    s_dot: FloatArray
-    s_ddot: FloatArray
-    s_dddot: FloatArray
-    duration: FloatArray
-    count: FloatArray
-    jerk: FloatArray
-    last_l: FloatArray  # offset of the last plan at the same s, (n_profiles, n_steps)
+class Tracks(NamedTuple):
+    """Longitudinal profiles and the road under them, as the kernel takes them."""
+
+    rows: FloatArray  # (n_profiles, 13, n_steps), rows named above
+    duration: FloatArray  # of the manoeuvre, (n_profiles,) [s]
+    count: IntArray  # valid steps, (n_profiles,)
+    jerk: FloatArray  # integral of squared jerk, (n_profiles,) [m²/s⁵]
 
 
 class Lateral(NamedTuple):
@@ -59,23 +62,16 @@ class Lateral(NamedTuple):
 class Surroundings(NamedTuple):
     """Bodies, when they can matter, and where headway would be short."""
 
-    x: FloatArray
-    y: FloatArray
-    cos_heading: FloatArray
-    sin_heading: FloatArray
-    l: FloatArray
-    half_length: FloatArray
-    half_width: FloatArray
-    radius: FloatArray
-    size: FloatArray
-    threshold: FloatArray  # gap below which a candidate collides, (n,) [m]
-    first: FloatArray  # spans, see `clearance.near_spans`
-    body: FloatArray
-    begin: FloatArray
-    end: FloatArray
-    lag_first: FloatArray
-    lag_step: FloatArray
-    lag_body: FloatArray
+    poses: FloatArray  # (n_bodies, 4, n_steps)
+    extents: FloatArray  # (n_bodies, 3)
+    l: FloatArray  # (n_bodies, n_steps)
+    size: FloatArray  # (n_bodies,)
+    threshold: FloatArray  # gap below which a candidate collides, (n_bodies,) [m]
+    first: IntArray  # spans, see `clearance.near_spans`
+    spans: IntArray
+    lag_first: IntArray  # pairs, see `headway.headway_pairs`
+    lag_step: IntArray
+    lag_body: IntArray
     lag: FloatArray
     discs: FloatArray
     disc_radius: float
@@ -84,12 +80,19 @@ class Surroundings(NamedTuple):
 
 
 @compiled
+def lateral_length(
+    rows: FloatArray, p: int, duration: float, lateral: Lateral
+) -> float:
+    """Extent of the lateral motion in its own variable [s] or [m]."""
+    if lateral.over_time:
+        return duration
+    at = min(int(duration / lateral.step + 0.5), rows.shape[2] - 1)
+    return max(rows[p, S, at] - rows[p, S, 0], lateral.min_length)
+
+
+@compiled
 def candidate_motion(
-    p: int,
-    offset: float,
-    longitudinal: Longitudinal,
-    lateral: Lateral,
-    reference: Reference,
+    p: int, offset: float, tracks: Tracks, lateral: Lateral
 ) -> FloatArray:
     """All points of one candidate.
 
@@ -97,27 +100,22 @@ def candidate_motion(
         (8, n_steps): x, y, cos heading, sin heading, curvature, speed, acceleration, l.
         Columns from the profile's count on are undefined.
     """
-    out = np.empty((8, longitudinal.s.shape[1]))
-    c, length = _lateral_coefficients(p, offset, longitudinal, lateral)
-    s = longitudinal.s[p]
-    for i in range(longitudinal.count[p]):
-        s_dot, s_ddot = longitudinal.s_dot[p, i], longitudinal.s_ddot[p, i]
-        done = lateral.step * i if lateral.over_time else s[i] - s[0]
+    rows = tracks.rows
+    out = np.empty((8, rows.shape[2]))
+    length = lateral_length(rows, p, tracks.duration[p], lateral)
+    c = lateral_quintic(lateral.start, offset, length)
+    for i in range(tracks.count[p]):
+        s_dot, s_ddot = rows[p, S_DOT, i], rows[p, S_DDOT, i]
+        done = lateral.step * i if lateral.over_time else rows[p, S, i] - rows[p, S, 0]
         l, slope, bend, _ = lateral_at(
             lateral.over_time, c, length, offset, done, s_dot, s_ddot, 0.0
         )
         cos_e, sin_e, curvature, speed, acceleration = cartesian_rates(
-            l,
-            reference.curvature[p, i],
-            reference.curvature_rate[p, i],
-            s_dot,
-            s_ddot,
-            slope,
-            bend,
+            l, rows[p, KAPPA, i], rows[p, KAPPA_RATE, i], s_dot, s_ddot, slope, bend
         )
-        cos_r, sin_r = reference.cos_heading[p, i], reference.sin_heading[p, i]
-        out[0, i] = reference.x[p, i] - sin_r * l
-        out[1, i] = reference.y[p, i] + cos_r * l
+        cos_r, sin_r = rows[p, COS, i], rows[p, SIN, i]
+        out[0, i] = rows[p, X, i] - sin_r * l
+        out[1, i] = rows[p, Y, i] + cos_r * l
         out[2, i] = cos_r * cos_e - sin_r * sin_e
         out[3, i] = sin_r * cos_e + cos_r * sin_e
         out[4, i] = curvature
@@ -128,96 +126,147 @@ def candidate_motion(
 
 
 @compiled
-def _lateral_coefficients(
-    p: int, offset: float, longitudinal: Longitudinal, lateral: Lateral
-) -> tuple[tuple[float, float, float, float, float, float], float]:
-    """Lateral quintic of one candidate and its extent in its own variable."""
-    if lateral.over_time:
-        length = longitudinal.duration[p]
-    else:
-        at = min(
-            int(round(longitudinal.duration[p] / lateral.step)),
-            longitudinal.s.shape[1] - 1,
-        )
-        length = max(longitudinal.s[p, at] - longitudinal.s[p, 0], lateral.min_length)
-    return lateral_quintic(lateral.start, offset, length), length
-
-
-@compiled
 def _move_and_check(
+    rows: FloatArray,
     p: int,
+    count: int,
+    c: tuple[float, float, float, float, float, float],
+    length: float,
     offset: float,
-    longitudinal: Longitudinal,
-    lateral: Lateral,
-    reference: Reference,
+    over_time: bool,  # noqa: FBT001 - a constant of the cycle
+    step: float,
     limits: Limits,
-    excess_now: float,
     points: FloatArray,
     terms: FloatArray,
+    k: int,
 ) -> int:
     """Fill `points` (5, n_steps) with x, y, cos, sin, l and check the limits.
 
-    Stops at the first violation. Also fills the jerk, offset and consistency terms.
-    The loop works on rows and numbers: whole records would be passed by value to
-    every point.
+    Stops at the first violation. Fills jerk (lateral part), offset and consistency of
+    `terms[k]`.
     """
-    c, length = _lateral_coefficients(p, offset, longitudinal, lateral)
-    over_time, step = lateral.over_time, lateral.step
-    s, s_dots, s_ddots = (
-        longitudinal.s[p],
-        longitudinal.s_dot[p],
-        longitudinal.s_ddot[p],
-    )
-    s_dddots, last_l = longitudinal.s_dddot[p], longitudinal.last_l[p]
-    ref_x, ref_y = reference.x[p], reference.y[p]
-    ref_cos, ref_sin = reference.cos_heading[p], reference.sin_heading[p]
-    ref_k, ref_rate = reference.curvature[p], reference.curvature_rate[p]
-    lefts, rights = reference.left[p], reference.right[p]
-    max_curvature, max_lateral = limits.curvature, limits.lateral_acceleration
-    lowest, highest = -limits.deceleration, limits.acceleration
-    front, rear, half_width = limits.front, limits.rear, limits.half_width
-    count = longitudinal.count[p]
-    allowed_excess = max(excess_now, 0.0) + TOLERANCE
+    verdict = PASSED
     jerk = offset2 = change2 = 0.0
+    s0 = rows[p, S, 0]
     for i in range(count):
-        s_dot, s_ddot, k = s_dots[i], s_ddots[i], ref_k[i]
-        done = step * i if over_time else s[i] - s[0]
+        s_dot, s_ddot, kappa = rows[p, S_DOT, i], rows[p, S_DDOT, i], rows[p, KAPPA, i]
+        done = step * i if over_time else rows[p, S, i] - s0
         l, slope, bend, lateral_jerk = lateral_at(
-            over_time, c, length, offset, done, s_dot, s_ddot, s_dddots[i]
+            over_time, c, length, offset, done, s_dot, s_ddot, rows[p, S_DDDOT, i]
         )
-        if 1.0 - k * l < MIN_STRETCH:
-            return DOMAIN
+        if 1.0 - kappa * l < MIN_STRETCH:
+            verdict = DOMAIN
+            break
         cos_e, sin_e, curvature, speed, acceleration = cartesian_rates(
-            l, k, ref_rate[i], s_dot, s_ddot, slope, bend
+            l, kappa, rows[p, KAPPA_RATE, i], s_dot, s_ddot, slope, bend
         )
-        points[0, i] = ref_x[i] - ref_sin[i] * l
-        points[1, i] = ref_y[i] + ref_cos[i] * l
-        points[2, i] = ref_cos[i] * cos_e - ref_sin[i] * sin_e
-        points[3, i] = ref_sin[i] * cos_e + ref_cos[i] * sin_e
+        cos_r, sin_r = rows[p, COS, i], rows[p, SIN, i]
+        points[0, i] = rows[p, X, i] - sin_r * l
+        points[1, i] = rows[p, Y, i] + cos_r * l
+        points[2, i] = cos_r * cos_e - sin_r * sin_e
+        points[3, i] = sin_r * cos_e + cos_r * sin_e
         points[4, i] = l
         offset2 += l * l
-        change2 += (l - last_l[i]) ** 2
+        change2 += (l - rows[p, LAST_L, i]) ** 2
         jerk += lateral_jerk * lateral_jerk
-        if i == 0:
-            continue
-        excess = road_excess(
-            l, cos_e, sin_e, k, lefts[i], rights[i], front, rear, half_width
-        )
-        if excess > allowed_excess:
-            return ROAD
-        if abs(curvature) > max_curvature:
-            return CURVATURE
-        if acceleration < lowest or acceleration > highest:
-            return ACCELERATION
-        if speed * speed * abs(curvature) > max_lateral:
-            return LATERAL_ACCELERATION
-    if over_time:
-        terms[JERK] = longitudinal.jerk[p] + squared_jerk(c, longitudinal.duration[p])
-    else:
-        terms[JERK] = longitudinal.jerk[p] + jerk * step
-    terms[OFFSET] = offset2 / count
-    terms[CONSISTENCY] = change2 / count
+        if i > 0:
+            verdict = _check_point(
+                road_excess(
+                    l,
+                    cos_e,
+                    sin_e,
+                    kappa,
+                    rows[p, LEFT, i],
+                    rows[p, RIGHT, i],
+                    limits.front,
+                    limits.rear,
+                    limits.half_width,
+                ),
+                curvature,
+                speed,
+                acceleration,
+                limits,
+            )
+            if verdict != PASSED:
+                break
+    terms[k, JERK] = jerk * step
+    terms[k, OFFSET] = offset2 / count
+    terms[k, CONSISTENCY] = change2 / count
+    return verdict
+
+
+@compiled
+def _check_point(
+    excess: float, curvature: float, speed: float, acceleration: float, limits: Limits
+) -> int:
+    """Check one point against the limits; [Thesis] eq. 4.12, 4.13 and the road."""
+    if excess > limits.excess:
+        return ROAD
+    if abs(curvature) > limits.curvature:
+        return CURVATURE
+    if acceleration > limits.acceleration or acceleration < -limits.deceleration:
+        return ACCELERATION
+    if speed * speed * abs(curvature) > limits.lateral_acceleration:
+        return LATERAL_ACCELERATION
     return PASSED
+
+
+@compiled
+def evaluate(
+    tracks: Tracks,
+    lateral: Lateral,
+    limits: Limits,
+    around: Surroundings,
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Check and price all candidates; candidate = profile · n_offsets + offset.
+
+    Args:
+        tracks: Profiles and the road under them.
+        lateral: Samples of the lateral motion.
+        limits: Of the vehicle.
+        around: Bodies.
+
+    Returns:
+        (check that removed it, (n,); first body it hits or -1, (n,); radius of the
+        largest body it hits, (n,) [m]; raw cost terms, (n, 5)).
+    """
+    n_offsets = lateral.offsets.size
+    n = tracks.rows.shape[0] * n_offsets
+    verdict = np.empty(n, np.int64)
+    blocker = np.full(n, -1, np.int64)
+    hit_size = np.zeros(n)
+    terms = np.zeros((n, N_TERMS))
+    points = np.empty((5, tracks.rows.shape[2]))
+    for p in range(tracks.rows.shape[0]):
+        duration, count = tracks.duration[p], tracks.count[p]
+        length = lateral_length(tracks.rows, p, duration, lateral)
+        for o in range(n_offsets):
+            k = p * n_offsets + o
+            offset = lateral.offsets[o]
+            c = lateral_quintic(lateral.start, offset, length)
+            verdict[k] = _move_and_check(
+                tracks.rows,
+                p,
+                count,
+                c,
+                length,
+                offset,
+                lateral.over_time,
+                lateral.step,
+                limits,
+                points,
+                terms,
+                k,
+            )
+            if verdict[k] != PASSED:
+                continue
+            if lateral.over_time:
+                terms[k, JERK] = squared_jerk(c, duration)
+            terms[k, JERK] += tracks.jerk[p]
+            blocker[k], hit_size[k] = _clear_and_price(p, points, around, terms, k)
+            if blocker[k] >= 0:
+                verdict[k] = COLLISION
+    return verdict, blocker, hit_size, terms
 
 
 @compiled
@@ -225,101 +274,43 @@ def _clear_and_price(
     p: int,
     points: FloatArray,
     around: Surroundings,
-    gaps: FloatArray,
     terms: FloatArray,
+    k: int,
 ) -> tuple[int, float]:
-    """Check one candidate against the bodies; fill `gaps` and the safety terms.
+    """Check one candidate against the bodies; fill the safety terms.
 
     Returns:
         (first body that it hits, in time, or -1; radius of the largest body it hits).
     """
-    gaps[:] = np.inf
     hit = -1
     hit_step = points.shape[1]
     hit_size = 0.0
+    safety = 0.0
     for q in range(around.first[p], around.first[p + 1]):
-        b = around.body[q]
-        gaps[b], step = span_clearance(
+        b = around.spans[0, q]
+        gap, step = span_clearance(
             points,
-            around.x[b],
-            around.y[b],
-            around.cos_heading[b],
-            around.sin_heading[b],
-            around.begin[q],
-            around.end[q],
-            (around.half_length[b], around.half_width[b], around.radius[b]),
+            around.poses,
+            around.extents,
+            b,
+            around.spans[1, q],
+            around.spans[2, q],
             around.discs,
             around.disc_radius,
             around.range,
             around.threshold[b],
         )
+        safety += edge_clearance(gap, around.size[b], around.range)
         if step >= 0:
             hit_size = max(hit_size, around.size[b])
             if step < hit_step:
                 hit, hit_step = b, step
-    safety = 0.0
-    for b in range(gaps.size):
-        safety += edge_clearance(gaps[b], around.size[b], around.range)
-    terms[SAFETY] = safety
+    terms[k, SAFETY] = safety
     headway = 0.0
     for q in range(around.lag_first[p], around.lag_first[p + 1]):
         i, b = around.lag_step[q], around.lag_body[q]
-        if abs(around.l[b, i] - points[4, i]) < around.corridor + around.half_width[b]:
+        reach = around.corridor + around.extents[b, 1]
+        if abs(around.l[b, i] - points[4, i]) < reach:
             headway += around.lag[q]
-    terms[HEADWAY] = headway / points.shape[1]
+    terms[k, HEADWAY] = headway / points.shape[1]
     return hit, hit_size
-
-
-@compiled
-def evaluate(
-    longitudinal: Longitudinal,
-    lateral: Lateral,
-    reference: Reference,
-    limits: Limits,
-    excess_now: float,
-    around: Surroundings,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Check and price all candidates; candidate = profile · n_offsets + offset.
-
-    Args:
-        longitudinal: Profiles.
-        lateral: Samples of the lateral motion.
-        reference: The path under the profiles.
-        limits: Of the vehicle.
-        excess_now: How far the ego is over the road's edge already [m].
-        around: Bodies.
-
-    Returns:
-        (check that removed it, (n,) int64; first body it hits or -1, (n,) int64;
-        radius of the largest body it hits, (n,) [m]; raw cost terms, (n, 5)).
-    """
-    n_offsets = lateral.offsets.size
-    n = longitudinal.s.shape[0] * n_offsets
-    verdict = np.empty(n, np.int64)
-    blocker = np.full(n, -1, np.int64)
-    hit_size = np.zeros(n)
-    terms = np.zeros((n, N_TERMS))
-    points = np.empty((5, longitudinal.s.shape[1]))
-    gaps = np.empty(around.size.size)
-    for p in range(longitudinal.s.shape[0]):
-        for o in range(n_offsets):
-            k = p * n_offsets + o
-            verdict[k] = _move_and_check(
-                p,
-                lateral.offsets[o],
-                longitudinal,
-                lateral,
-                reference,
-                limits,
-                excess_now,
-                points,
-                terms[k],
-            )
-            if verdict[k] != PASSED:
-                continue
-            blocker[k], hit_size[k] = _clear_and_price(
-                p, points, around, gaps, terms[k]
-            )
-            if blocker[k] >= 0:
-                verdict[k] = COLLISION
-    return verdict, blocker, hit_size, terms

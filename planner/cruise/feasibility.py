@@ -3,11 +3,8 @@
 from enum import IntEnum
 from typing import NamedTuple
 
-import numpy as np
-
 from planner.compiled import compiled
 from planner.motion.polynomials import quintic_coefficients
-from planner.states import FloatArray
 
 MIN_STRETCH = 0.05  # 1 - kappa_r l; below it the Frenet frame is not usable
 MIN_SPEED = 0.1  # below it l(t) gives no direction [m/s]
@@ -29,19 +26,6 @@ class Check(IntEnum):
     COLLISION = 9
 
 
-class Reference(NamedTuple):
-    """The reference path at the profiles' points; all (n_profiles, n_steps)."""
-
-    x: FloatArray
-    y: FloatArray
-    cos_heading: FloatArray
-    sin_heading: FloatArray
-    curvature: FloatArray
-    curvature_rate: FloatArray
-    left: FloatArray  # road bounds [m]
-    right: FloatArray
-
-
 class Limits(NamedTuple):
     """Limits of every candidate; widened to where the ego already is beyond them."""
 
@@ -52,6 +36,7 @@ class Limits(NamedTuple):
     front: float  # rear axle to the body's front that must stay on the road [m]
     rear: float  # the same to its rear [m]
     half_width: float  # body and road margin [m]
+    excess: float  # how far the body may be over the road's edge [m]
 
 
 @compiled
@@ -104,7 +89,7 @@ def lateral_at(
     s_ddot: float,
     s_dddot: float,
 ) -> tuple[float, float, float, float]:
-    """(l, l', l'', d³l/dt³) after `done` seconds or metres; straight on after `length`."""
+    """(l, l', l'', d³l/dt³) after `done` s or m; straight on after `length`."""
     if done > length + 1e-9:
         return offset, 0.0, 0.0, 0.0
     if over_time:
@@ -121,9 +106,7 @@ def lateral_quintic(
 
 
 @compiled
-def squared_jerk(
-    c: tuple[float, float, float, float, float, float], T: float
-) -> float:
+def squared_jerk(c: tuple[float, float, float, float, float, float], T: float) -> float:
     """Integral over 0 ... T of the squared third derivative; [Thesis] eq. 4.15."""
     a, b, d = 6.0 * c[3], 24.0 * c[4], 60.0 * c[5]
     return T * (

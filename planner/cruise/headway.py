@@ -4,24 +4,24 @@ import numpy as np
 
 from planner.compiled import compiled
 from planner.cruise.costs import headway_lack
-from planner.states import FloatArray
+from planner.states import BoolArray, FloatArray, IntArray
 
 
 @compiled
 def headway_pairs(
     s: FloatArray,
     s_dot: FloatArray,
-    count: FloatArray,
+    count: IntArray,
     body_s: FloatArray,
     body_speed: FloatArray,
     body_reach: FloatArray,
-    considered: FloatArray,
+    considered: BoolArray,
     front_reach: float,
     rear_overhang: float,
     standstill_gap: float,
     time_headway: float,
     rear_time_headway: float,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
     """List per profile where the gap to a vehicle ahead or behind would be too short.
 
     Ahead the ego keeps standstill_gap + time_headway · its speed; behind it leaves

@@ -4,23 +4,34 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.bodies import Bodies, bodies_of, gaps_to, leader_of
+from planner.bodies import Bodies, bodies_of, leader_of
 from planner.cruise import costs, sampling
 from planner.cruise.evaluation import (
     CONSISTENCY,
+    COS,
     HEADWAY,
     JERK,
+    KAPPA,
+    KAPPA_RATE,
+    LAST_L,
+    LEFT,
+    N_ROWS,
     OFFSET,
+    RIGHT,
+    S_DOT,
     SAFETY,
+    SIN,
     Lateral,
-    Longitudinal,
+    S,
     Surroundings,
+    Tracks,
+    X,
+    Y,
     candidate_motion,
     evaluate,
 )
-from planner.cruise.feasibility import Check, Limits, Reference, road_excess
+from planner.cruise.feasibility import TOLERANCE, Check, Limits, road_excess
 from planner.cruise.headway import headway_pairs
 from planner.cruise.settings import (
     CruiseSettings,
@@ -29,12 +40,13 @@ from planner.cruise.settings import (
     SafetyTerm,
 )
 from planner.fallback import fallback
-from planner.geometry.clearance import near_spans
+from planner.geometry.clearance import gaps_to, near_spans
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
-from planner.states import FloatArray, Trajectory
+from planner.states import FloatArray, IntArray, Trajectory
 
 REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
+OVERLAP_MARGIN = 0.2  # bodies this far apart sideways share a corridor [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,12 +71,7 @@ class CruisePlanner:
         last = memory.trajectory if isinstance(memory, CruiseMemory) else None
         cycle = _Cycle.of(scene, self.settings, last)
         verdict, blocker, hit_size, raw = evaluate(
-            cycle.longitudinal,
-            cycle.lateral,
-            cycle.reference,
-            cycle.limits,
-            cycle.excess_now,
-            cycle.around,
+            cycle.tracks, cycle.lateral, cycle.limits, cycle.around
         )
         terms, total = _price(cycle, self.settings, verdict, hit_size, raw)
         removed = {
@@ -116,11 +123,9 @@ class _Cycle:
     """Everything that one cycle's evaluation reads."""
 
     bodies: Bodies
-    longitudinal: Longitudinal
+    tracks: Tracks
     lateral: Lateral
-    reference: Reference
     limits: Limits
-    excess_now: float
     around: Surroundings
     speed_term: FloatArray  # per profile [-]
     dropped: dict[str, int]  # candidates of profiles that cannot be driven
@@ -137,76 +142,59 @@ class _Cycle:
         profiles = sampling.longitudinal_profiles(
             scene, settings, speed_ahead, leader_of(scene, bodies)
         )
-        limits, excess_now = _limits(scene, settings)
+        limits = _limits(scene, settings)
+        span = (scene.ego_frenet.s, float(profiles.motion[:, 0, -1].max()))
         offsets = sampling.terminal_offsets(
-            scene.road, profiles.s.ravel(), limits.half_width, settings
+            scene.road, span, limits.half_width, settings
         )
         profiles, dropped = _drivable(scene, profiles)
-        dropped = {check: n * offsets.size for check, n in dropped.items() if n}
-        last_l = np.zeros_like(profiles.s)
-        if last is not None:
-            last_l = np.interp(profiles.s, last.s, last.l)
-        longitudinal = Longitudinal(
-            profiles.s,
-            profiles.s_dot,
-            profiles.s_ddot,
-            profiles.s_dddot,
-            profiles.duration,
-            profiles.count,
-            profiles.jerk,
-            last_l,
-        )
-        reference = _reference(scene, profiles.s)
+        tracks = _tracks(scene, profiles, last)
         ego = scene.ego_frenet
         over_time = settings.lateral_motion is LateralMotion.TIME
-        lateral = Lateral(
-            over_time,
-            (ego.l, ego.l_dot, ego.l_ddot)
-            if over_time
-            else (ego.l, ego.l_prime, ego.l_second),
-            offsets,
-            settings.min_manoeuvre_length,
-            settings.step,
+        first, second = (
+            (ego.l_dot, ego.l_ddot) if over_time else (ego.l_prime, ego.l_second)
         )
         return cls(
             bodies,
-            longitudinal,
-            lateral,
-            reference,
+            tracks,
+            Lateral(
+                over_time,
+                (ego.l, first, second),
+                offsets,
+                settings.min_manoeuvre_length,
+                settings.step,
+            ),
             limits,
-            excess_now,
-            _surroundings(scene, settings, bodies, longitudinal, reference, offsets),
-            costs.speed_deviation(profiles.s, profiles.s_dot, *speed_ahead),
-            dropped,
+            _surroundings(scene, settings, bodies, tracks, offsets),
+            costs.speed_deviation(
+                tracks.rows[:, S], tracks.rows[:, S_DOT], *speed_ahead
+            ),
+            {check: n * offsets.size for check, n in dropped.items() if n},
             last is not None,
         )
 
     def trajectory(self, index: int) -> Trajectory:
         """Candidate `index` as a trajectory."""
         p, o = divmod(index, self.lateral.offsets.size)
-        count = int(self.longitudinal.count[p])
+        count = int(self.tracks.count[p])
         x, y, cos_h, sin_h, curvature, speed, acceleration, l = candidate_motion(
-            p,
-            float(self.lateral.offsets[o]),
-            self.longitudinal,
-            self.lateral,
-            self.reference,
+            p, float(self.lateral.offsets[o]), self.tracks, self.lateral
         )[:, :count]
         return Trajectory(
-            self.lateral.step * np.arange(count),
+            self.lateral.step * np.arange(count, dtype=np.float64),
             x,
             y,
             np.arctan2(sin_h, cos_h),
             curvature,
             np.maximum(speed, 0.0),
             acceleration,
-            self.longitudinal.s[p, :count],
+            self.tracks.rows[p, S, :count],
             l,
         )
 
 
-def _limits(scene: Scene, settings: CruiseSettings) -> tuple[Limits, float]:
-    """Limits of this cycle, and how far the body is over the road's edge now.
+def _limits(scene: Scene, settings: CruiseSettings) -> Limits:
+    """Limits of this cycle.
 
     Where the ego already exceeds a limit, after a fallback say, it may do so no more
     than now: else no way back would be left.
@@ -215,15 +203,9 @@ def _limits(scene: Scene, settings: CruiseSettings) -> tuple[Limits, float]:
     whole_body = settings.cover_discs > 1
     deceleration = settings.max_deceleration or own.max_deceleration
     lateral = settings.max_lateral_acceleration or own.max_lateral_acceleration
-    limits = Limits(
-        max(own.max_acceleration, ego.acceleration) + 1e-6,
-        max(deceleration, -ego.acceleration) + 1e-6,
-        max(lateral, ego.speed**2 * abs(ego.curvature)) + 1e-6,
-        max(settings.max_curvature or own.max_curvature, abs(ego.curvature)) + 1e-6,
-        vehicle.front_reach if whole_body else 0.0,
-        vehicle.rear_overhang if whole_body else 0.0,
-        vehicle.width / 2.0 + settings.road_margin,
-    )
+    front = vehicle.front_reach if whole_body else 0.0
+    rear = vehicle.rear_overhang if whole_body else 0.0
+    half_width = vehicle.width / 2.0 + settings.road_margin
     at = scene.ego_frenet
     curvature = float(scene.path.at(at.s).curvature)
     error = math.atan2(at.l_prime, 1.0 - curvature * at.l)
@@ -235,53 +217,58 @@ def _limits(scene: Scene, settings: CruiseSettings) -> tuple[Limits, float]:
         curvature,
         float(left[0]),
         float(right[0]),
-        limits.front,
-        limits.rear,
-        limits.half_width,
+        front,
+        rear,
+        half_width,
     )
-    return limits, excess
+    return Limits(
+        max(own.max_acceleration, ego.acceleration) + TOLERANCE,
+        max(deceleration, -ego.acceleration) + TOLERANCE,
+        max(lateral, ego.speed**2 * abs(ego.curvature)) + TOLERANCE,
+        max(settings.max_curvature or own.max_curvature, abs(ego.curvature))
+        + TOLERANCE,
+        front,
+        rear,
+        half_width,
+        max(excess, 0.0) + TOLERANCE,
+    )
 
 
 def _drivable(
     scene: Scene, profiles: sampling.Profiles
 ) -> tuple[sampling.Profiles, dict[str, int]]:
     """Leave out profiles that no lateral motion can mend."""
-    steps = np.arange(profiles.s.shape[1])
-    valid = steps < profiles.count[:, None]
-    slowest = np.where(valid, profiles.s_dot, np.inf).min(axis=1)
-    fastest = np.where(valid, profiles.s_dot, 0.0).max(axis=1)
-    last = profiles.s[np.arange(profiles.s.shape[0]), profiles.count - 1]
+    last = profiles.motion[np.arange(profiles.count.size), 0, profiles.count - 1]
     limit = max(scene.vehicle.limits.max_speed, scene.ego_frenet.s_dot) + 0.5
     line = min(scene.stop_lines, default=math.inf)
-    reverses = slowest < -REVERSE_TOLERANCE
-    speeds = ~reverses & (fastest > limit)
+    reverses = profiles.slowest < -REVERSE_TOLERANCE
+    speeds = ~reverses & (profiles.fastest > limit)
     crosses = ~reverses & ~speeds & (last + scene.vehicle.front_reach > line)
-    keep = ~(reverses | speeds | crosses)
-    kept = sampling.Profiles(
-        *(getattr(profiles, field.name)[keep] for field in fields(profiles))
-    )
-    return kept, {
+    return profiles.only(~(reverses | speeds | crosses)), {
         Check.REVERSING.name.lower(): int(np.count_nonzero(reverses)),
         Check.SPEED.name.lower(): int(np.count_nonzero(speeds)),
         Check.STOP_LINE.name.lower(): int(np.count_nonzero(crosses)),
     }
 
 
-def _reference(scene: Scene, s: FloatArray) -> Reference:
-    """The path and the road under the profiles; the road also under the front."""
+def _tracks(
+    scene: Scene, profiles: sampling.Profiles, last: Trajectory | None
+) -> Tracks:
+    """Put the path and the road under the profiles; the road also under the front."""
+    n_profiles, _, n_steps = profiles.motion.shape
+    rows = np.empty((n_profiles, N_ROWS, n_steps))
+    rows[:, :LAST_L] = profiles.motion
+    s = rows[:, S]
     points = scene.path.at(s)
     left, right = scene.road.at(s)
     front_left, front_right = scene.road.at(s + scene.vehicle.front_reach)
-    return Reference(
-        points.x,
-        points.y,
-        points.cos_heading,
-        points.sin_heading,
-        points.curvature,
-        points.curvature_rate,
-        np.minimum(left, front_left),
-        np.maximum(right, front_right),
-    )
+    rows[:, LAST_L] = 0.0 if last is None else np.interp(s, last.s, last.l)
+    rows[:, X], rows[:, Y] = points.x, points.y
+    rows[:, COS], rows[:, SIN] = points.cos_heading, points.sin_heading
+    rows[:, KAPPA], rows[:, KAPPA_RATE] = points.curvature, points.curvature_rate
+    rows[:, LEFT] = np.minimum(left, front_left)
+    rows[:, RIGHT] = np.maximum(right, front_right)
+    return Tracks(rows, profiles.duration, profiles.count, profiles.jerk)
 
 
 def _discs(scene: Scene, settings: CruiseSettings) -> tuple[FloatArray, float]:
@@ -295,22 +282,10 @@ def _gaps(
     scene: Scene, settings: CruiseSettings, bodies: Bodies, points: FloatArray
 ) -> FloatArray:
     """Smallest gap of a motion (4, n_steps) to each body [m]."""
-    return gaps_to(
-        points,
-        bodies.x,
-        bodies.y,
-        bodies.cos_heading,
-        bodies.sin_heading,
-        bodies.half_length,
-        bodies.half_width,
-        bodies.radius,
-        *_discs(scene, settings),
-    )
+    return gaps_to(points, bodies.poses, bodies.extents, *_discs(scene, settings))
 
 
-def _thresholds(
-    scene: Scene, settings: CruiseSettings, bodies: Bodies
-) -> FloatArray:
+def _thresholds(scene: Scene, settings: CruiseSettings, bodies: Bodies) -> FloatArray:
     """Gap that each body is due; no more than there is now, so that a way out stays."""
     ego = scene.ego
     here = np.array(
@@ -324,8 +299,7 @@ def _surroundings(
     scene: Scene,
     settings: CruiseSettings,
     bodies: Bodies,
-    longitudinal: Longitudinal,
-    reference: Reference,
+    tracks: Tracks,
     offsets: FloatArray,
 ) -> Surroundings:
     """Put the bodies and the pairs that can matter into arrays."""
@@ -333,25 +307,24 @@ def _surroundings(
     discs, disc_radius = _discs(scene, settings)
     widest = float(np.abs(offsets).max(initial=abs(scene.ego_frenet.l)))
     reach = widest + 0.5 + disc_radius + float(np.abs(discs).max())
-    spans = near_spans(
-        reference.x,
-        reference.y,
-        longitudinal.count,
-        bodies.x,
-        bodies.y,
+    first, spans = near_spans(
+        tracks.rows[:, X : Y + 1],
+        tracks.count,
+        bodies.poses,
         bodies.size,
         bodies.follower,
         reach + settings.scales.clearance,
-        settings.step * (scene.vehicle.limits.max_speed * 2.0 + bodies.speed.max(initial=0.0)),
+        settings.step
+        * (2.0 * vehicle.limits.max_speed + float(bodies.speed.max(initial=0.0))),
     )
     moving = np.arange(len(bodies.ids)) >= bodies.n_static
     lags = headway_pairs(
-        longitudinal.s,
-        longitudinal.s_dot,
-        longitudinal.count,
+        tracks.rows[:, S],
+        tracks.rows[:, S_DOT],
+        tracks.count,
         bodies.s,
         bodies.speed,
-        bodies.half_length,
+        bodies.extents[:, 0],
         moving & ~bodies.follower,
         vehicle.front_reach,
         vehicle.rear_overhang,
@@ -360,29 +333,25 @@ def _surroundings(
         settings.rear_time_headway,
     )
     return Surroundings(
-        bodies.x,
-        bodies.y,
-        bodies.cos_heading,
-        bodies.sin_heading,
+        bodies.poses,
+        bodies.extents,
         bodies.l,
-        bodies.half_length,
-        bodies.half_width,
-        bodies.radius,
         bodies.size,
         _thresholds(scene, settings, bodies),
-        *spans,
+        first,
+        spans,
         *lags,
         discs,
         disc_radius,
         settings.scales.clearance,
-        vehicle.width / 2.0 + 0.2,
+        vehicle.width / 2.0 + OVERLAP_MARGIN,
     )
 
 
 def _price(
     cycle: _Cycle,
     settings: CruiseSettings,
-    verdict: NDArray[np.int64],
+    verdict: IntArray,
     hit_size: FloatArray,
     raw: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
@@ -436,8 +405,8 @@ def _price(
 
 def _blocker_of_cheapest(
     bodies: Bodies,
-    verdict: NDArray[np.int64],
-    blocker: NDArray[np.int64],
+    verdict: IntArray,
+    blocker: IntArray,
     total: FloatArray,
 ) -> str | None:
     """Name what the cheapest candidate would hit; None if it is free."""
@@ -472,7 +441,7 @@ def _fall_back(
                 np.cos(trajectory.heading),
                 np.sin(trajectory.heading),
             ]
-        )[:, : cycle.bodies.x.shape[1]]
+        )[:, : cycle.bodies.poses.shape[2]]
         gaps = _gaps(scene, settings, cycle.bodies, points)
         hits = np.flatnonzero((gaps < threshold) & ~cycle.bodies.follower)
         return cycle.bodies.ids[int(hits[np.argmin(gaps[hits])])] if hits.size else None

@@ -1,14 +1,15 @@
 """Longitudinal profiles and lateral targets: what the candidates are made of."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from planner.bodies import Leader
+from planner.compiled import compiled
 from planner.cruise.settings import CruiseSettings
 from planner.motion import polynomials
 from planner.scene import RoadBounds, Scene
-from planner.states import FloatArray, FrenetState
+from planner.states import BoolArray, FloatArray, FrenetState, IntArray
 
 PREVIEW = 90.0  # how far ahead the road sets the speed: 20 m/s stop at 2.2 m/s² [m]
 PREVIEW_STEP = 1.0  # [m]
@@ -16,19 +17,22 @@ PREVIEW_STEP = 1.0  # [m]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Profiles:
-    """Longitudinal motions; arrays are (n_profiles, n_steps) unless said otherwise.
+    """Longitudinal motions.
 
     After its manoeuvre a profile goes on at its terminal speed. Points from `count`
     on are padding.
     """
 
-    s: FloatArray  # [m]
-    s_dot: FloatArray  # [m/s]
-    s_ddot: FloatArray  # [m/s²]
-    s_dddot: FloatArray  # [m/s³]
+    motion: FloatArray  # (n_profiles, 4, n_steps): s [m] and its three derivatives
     duration: FloatArray  # of the manoeuvre, (n_profiles,) [s]
-    count: FloatArray  # valid points, (n_profiles,) int64
+    count: IntArray  # valid points, (n_profiles,)
     jerk: FloatArray  # integral of squared jerk, (n_profiles,) [m²/s⁵]
+    slowest: FloatArray  # smallest s_dot, (n_profiles,) [m/s]
+    fastest: FloatArray  # largest s_dot, (n_profiles,) [m/s]
+
+    def only(self, keep: BoolArray) -> "Profiles":
+        """Leave the others out."""
+        return Profiles(*(getattr(self, field.name)[keep] for field in fields(self)))
 
 
 def reference_speed(
@@ -60,24 +64,30 @@ def reference_speed(
 
 
 def terminal_offsets(
-    road: RoadBounds, s: FloatArray, half_width: float, settings: CruiseSettings
+    road: RoadBounds,
+    s: tuple[float, float],
+    half_width: float,
+    settings: CruiseSettings,
 ) -> FloatArray:
     """Terminal offsets, multiples of the lateral step inside the widest road ahead.
 
     Args:
         road: Lateral room.
-        s: Arc lengths that the horizon covers [m].
+        s: First and last arc length that the horizon covers [m].
         half_width: Of the body [m].
-        settings: Step and limit; with an infinite road they alone decide.
+        settings: Step and limit.
 
     Returns:
         Offsets in growing order, (n,) [m].
     """
-    left, right = road.at(s)
+    inside = (road.s > s[0]) & (road.s < s[1])
+    left, right = road.at(np.concatenate([s, road.s[inside]]))
     step = settings.lateral_step
     high = min(settings.lateral_limit, float(left.max()) - half_width)
     low = max(-settings.lateral_limit, float(right.min()) + half_width)
-    return step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1)
+    return step * np.arange(
+        np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1
+    )
 
 
 def stop_target(scene: Scene, settings: CruiseSettings) -> float | None:
@@ -157,23 +167,49 @@ def _evaluate(
     """Evaluate (n, 6) coefficients on the time grid, straight on after the end."""
     end = settings.horizon or float(duration.max())
     n_steps = round(end / settings.step) + 1
-    t = settings.step * np.arange(n_steps)
-    inside = np.minimum(t, duration[:, None])  # (n, n_steps)
-    after = t - inside
-    rows = coefficients[:, None, :]
-    s_dot = polynomials.evaluate(rows, inside, 1)
-    s = polynomials.evaluate(rows, inside, 0) + s_dot * after
-    moving = after <= 1e-9
     if settings.horizon:
         count = np.full(duration.size, n_steps)
     else:
         count = np.rint(duration / settings.step).astype(np.int64) + 1
-    return Profiles(
-        s,
-        s_dot,
-        np.where(moving, polynomials.evaluate(rows, inside, 2), 0.0),
-        np.where(moving, polynomials.evaluate(rows, inside, 3), 0.0),
-        duration,
-        count.astype(np.int64),
-        polynomials.integral_of_squared_jerk(coefficients, np.minimum(duration, end)),
-    )
+    motion, slowest, fastest = roll_out(coefficients, duration, count, settings.step)
+    jerk = polynomials.integral_of_squared_jerk(coefficients, np.minimum(duration, end))
+    return Profiles(motion, duration, count, jerk, slowest, fastest)
+
+
+@compiled
+def roll_out(
+    coefficients: FloatArray, duration: FloatArray, count: IntArray, step: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Evaluate quintics s(t) on the time grid, at constant speed after their end.
+
+    Args:
+        coefficients: (n, 6), lowest order first.
+        duration: (n,) [s].
+        count: Valid steps, (n,).
+        step: [s].
+
+    Returns:
+        ((n, 4, n_steps): s and its three derivatives; smallest and largest s_dot of
+        the valid steps, (n,) each [m/s]).
+    """
+    n, n_steps = coefficients.shape[0], count.max()
+    motion = np.empty((n, 4, n_steps))
+    slowest, fastest = np.full(n, np.inf), np.full(n, -np.inf)
+    for p in range(n):
+        c0, c1, c2 = coefficients[p, 0], coefficients[p, 1], coefficients[p, 2]
+        c3, c4, c5 = coefficients[p, 3], coefficients[p, 4], coefficients[p, 5]
+        for i in range(n_steps):
+            t = min(i * step, duration[p])
+            after = i * step - t
+            moving = 1.0 if after <= 1e-9 else 0.0
+            v = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)))
+            a = 2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5))
+            s = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+            motion[p, 0, i] = s + v * after
+            motion[p, 1, i] = v
+            motion[p, 2, i] = moving * a
+            motion[p, 3, i] = moving * (6.0 * c3 + t * (24.0 * c4 + t * 60.0 * c5))
+            if i < count[p]:
+                slowest[p] = min(slowest[p], v)
+                fastest[p] = max(fastest[p], v)
+    return motion, slowest, fastest

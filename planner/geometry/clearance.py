@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from planner.compiled import compiled
-from planner.states import FloatArray
+from planner.states import BoolArray, FloatArray, IntArray
 
 
 @compiled
@@ -79,16 +79,14 @@ def segment_to_rectangle(
 
 @compiled
 def near_spans(
-    path_x: FloatArray,
-    path_y: FloatArray,
-    count: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
+    path: FloatArray,
+    count: IntArray,
+    poses: FloatArray,
     size: FloatArray,
-    ignored: FloatArray,
+    ignored: BoolArray,
     reach: float,
     fastest: float,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+) -> tuple[IntArray, IntArray]:
     """List per profile the bodies that can come near at any offset, and when.
 
     A body farther than `reach` + its circumscribed circle from the reference point of
@@ -96,21 +94,19 @@ def near_spans(
     than that, d / `fastest` steps can be skipped.
 
     Args:
-        path_x: Reference points, (n_profiles, n_steps) [m].
-        path_y: As `path_x`.
+        path: Reference points (x, y) of the profiles, (n_profiles, 2, n_steps) [m].
         count: Valid steps per profile, (n_profiles,).
-        x: Body centres, (n_bodies, n_steps) [m].
-        y: As `x`.
+        poses: Bodies, (n_bodies, 4, n_steps): x, y, cos and sin of the heading.
         size: Circumscribed circles, (n_bodies,) [m].
-        ignored: Bodies to leave out, (n_bodies,) bool.
+        ignored: Bodies to leave out, (n_bodies,).
         reach: Largest offset + ego reach + range of interest [m].
         fastest: Largest change of a distance in one step [m].
 
     Returns:
-        (first, body, begin, end): spans of profile p are first[p] ... first[p + 1] - 1;
-        `body` may be near during the steps begin ... end, begin >= 1.
+        (first, spans): spans of profile p are columns first[p] ... first[p + 1] - 1 of
+        (3, n): body, first and last step at which it may be near; steps from 1 on.
     """
-    n_profiles, n_bodies = path_x.shape[0], x.shape[0]
+    n_profiles, n_bodies = path.shape[0], poses.shape[0]
     first = np.zeros(n_profiles + 1, np.int64)
     spans = np.empty((3, n_profiles * n_bodies), np.int64)
     total = 0
@@ -121,7 +117,9 @@ def near_spans(
             begin, end = -1, -1
             i = 0
             while i < count[p]:
-                apart = math.hypot(x[b, i] - path_x[p, i], y[b, i] - path_y[p, i])
+                apart = math.hypot(
+                    poses[b, 0, i] - path[p, 0, i], poses[b, 1, i] - path[p, 1, i]
+                )
                 beyond = apart - reach - size[b]
                 if beyond > 0.0:
                     i += max(1, int(beyond / fastest))
@@ -136,19 +134,17 @@ def near_spans(
                 spans[2, total] = end
                 total += 1
         first[p + 1] = total
-    return first, spans[0, :total], spans[1, :total], spans[2, :total]
+    return first, spans[:, :total].copy()
 
 
 @compiled
 def span_clearance(
     points: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
-    cos_heading: FloatArray,
-    sin_heading: FloatArray,
+    poses: FloatArray,
+    extents: FloatArray,
+    b: int,
     begin: int,
     end: int,
-    extents: tuple[float, float, float],
     discs: FloatArray,
     disc_radius: float,
     enough: float,
@@ -161,13 +157,11 @@ def span_clearance(
 
     Args:
         points: Rear axle: rows x, y, cos and sin of the heading, (>= 4, n_steps).
-        x: Body's centre, (n_steps,) [m].
-        y: As `x`.
-        cos_heading: As `x`.
-        sin_heading: As `x`.
+        poses: Bodies, (n_bodies, 4, n_steps): x, y, cos and sin of the heading.
+        extents: (n_bodies, 3): half length, half width, radius [m].
+        b: Which body.
         begin: First step; the sweep starts one step before, where there is one.
         end: Last step.
-        extents: (half length, half width, radius) of the body [m].
         discs: Disc centres along the ego's heading from the rear axle [m].
         disc_radius: [m].
         enough: From this gap on the exact value does not matter [m].
@@ -177,23 +171,24 @@ def span_clearance(
         (gap [m], negative on overlap, inf or at least `enough` when it is at least
         that; first step with a hit or -1).
     """
-    half_length, half_width, radius = extents
-    grown = radius + disc_radius
+    half_length, half_width = extents[b, 0], extents[b, 1]
+    grown = extents[b, 2] + disc_radius
     nearest = np.inf
     hit = -1
-    for disc in discs:
+    start = max(begin - 1, 0)
+    for k in range(discs.size):
+        disc = discs[k]
         u0 = w0 = 0.0
-        start = max(begin - 1, 0)
         for i in range(start, end + 1):
-            dx = points[0, i] + disc * points[2, i] - x[i]
-            dy = points[1, i] + disc * points[3, i] - y[i]
-            u1 = dx * cos_heading[i] + dy * sin_heading[i]
-            w1 = dy * cos_heading[i] - dx * sin_heading[i]
-            if i == start and i < end:
-                u0, w0 = u1, w1
-                continue
+            dx = points[0, i] + disc * points[2, i] - poses[b, 0, i]
+            dy = points[1, i] + disc * points[3, i] - poses[b, 1, i]
+            cos, sin = poses[b, 2, i], poses[b, 3, i]
+            u1 = dx * cos + dy * sin
+            w1 = dy * cos - dx * sin
             if i == start:
                 u0, w0 = u1, w1
+                if i < end:
+                    continue
             du = max(abs(u1) - half_length, 0.0)
             dw = max(abs(w1) - half_width, 0.0)
             moved = abs(u1 - u0) + abs(w1 - w0)  # no less than the way driven
@@ -208,3 +203,41 @@ def span_clearance(
                     hit = i
             u0, w0 = u1, w1
     return nearest, hit
+
+
+@compiled
+def gaps_to(
+    points: FloatArray,
+    poses: FloatArray,
+    extents: FloatArray,
+    discs: FloatArray,
+    disc_radius: float,
+) -> FloatArray:
+    """Smallest gap of one motion to each body, swept from step to step.
+
+    Args:
+        points: (4, n_steps): x, y, cos and sin of the heading of the rear axle; with
+            one column the gaps at that moment.
+        poses: Bodies, (n_bodies, 4, >= n_steps).
+        extents: (n_bodies, 3): half length, half width, radius [m].
+        discs: Disc centres along the ego's heading from the rear axle [m].
+        disc_radius: [m].
+
+    Returns:
+        (n_bodies,) [m], negative on overlap.
+    """
+    gaps = np.empty(poses.shape[0])
+    for b in range(poses.shape[0]):
+        gaps[b] = span_clearance(
+            points,
+            poses,
+            extents,
+            b,
+            0,
+            points.shape[1] - 1,
+            discs,
+            disc_radius,
+            np.inf,
+            -np.inf,
+        )[0]
+    return gaps

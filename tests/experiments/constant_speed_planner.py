@@ -18,12 +18,15 @@ class ConstantSpeed:
     """Follows the reference path at the offset and speed it has."""
 
     crash_at: float | None = None  # the process dies then [s]
+    interrupt_at: float | None = None  # as if the user pressed Ctrl-C then [s]
     nan_at: float | None = None  # the plan holds NaN from then on [s]
     raise_at: float | None = None  # plan() raises then [s]
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         if self.crash_at is not None and scene.time >= self.crash_at:
             os.kill(os.getpid(), signal.SIGSEGV)
+        if self.interrupt_at is not None and scene.time >= self.interrupt_at:
+            os.kill(os.getpid(), signal.SIGINT)
         if self.raise_at is not None and scene.time >= self.raise_at:
             raise RuntimeError("no idea")
         t = scene.step * np.arange(POINTS)

@@ -148,6 +148,15 @@ def test_a_dying_process_is_an_outcome(road, tmp_path):
     assert len(list((tmp_path / "runs").iterdir())) == 1, "nothing half-written is left"
 
 
+def test_ctrl_c_leaves_nothing(road, tmp_path):
+    setting = "planner.settings.interrupt_at=1"
+    runs = tmp_path / "runs"
+    done = rearview("run", road, *OWN, "--set", setting, "--out", str(runs))
+    assert done.returncode == 130
+    assert done.stdout == ""
+    assert list(runs.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -236,6 +245,15 @@ def test_full_disk_is_one_line(road, tmp_path):
     assert "No space left on device" in done.stderr
     assert done.stderr.count("\n") == 1
     assert list((tmp_path / "runs").iterdir()) == []
+
+
+def test_a_disk_that_really_is_full(road, tiny_disk):
+    done = rearview("run", road, *OWN, "--out", str(tiny_disk))
+    assert done.returncode == 2
+    assert "cannot be written: No space left on device" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+    assert list(tiny_disk.iterdir()) == []
 
 
 def test_no_display_for_the_window():

@@ -1,8 +1,5 @@
 """Run folders exist complete or not at all."""
 
-import os
-import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -86,21 +83,6 @@ def test_what_a_dead_process_left_is_removed(tmp_path):
         folder.mkdir()
     remove_unfinished(tmp_path, 123)
     assert [path.name for path in tmp_path.iterdir()] == [alive.name]
-
-
-@pytest.fixture
-def tiny_disk(tmp_path):
-    """Mount a file system of 64 kB."""
-    mount = shutil.which("mount")
-    if mount is None or os.getuid() != 0:
-        pytest.skip("mounting takes root")
-    place = tmp_path / "tiny"
-    place.mkdir()
-    options = ["-t", "tmpfs", "-o", "size=64k", "tmpfs", str(place)]
-    if subprocess.run([mount, *options], check=False, capture_output=True).returncode:
-        pytest.skip("mounting is not allowed here")
-    yield place
-    subprocess.run(["umount", str(place)], check=True)
 
 
 def test_full_disk(tiny_disk):

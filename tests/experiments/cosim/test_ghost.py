@@ -242,3 +242,20 @@ def test_the_ghost_works_inside_a_junction(straight):
     assert first_difference == seen[2][":centre_14_1"] + 1
     assert seen[1] > 1.0
     assert unseen[1] < 0.5
+
+
+@pytest.mark.sumo
+@pytest.mark.parametrize("speed", [0.0, 16.0, 25.0])
+def test_the_ghost_keeps_up_above_every_limit(straight, speed):
+    libsumo = pytest.importorskip("libsumo")
+    world = straight()  # limit 13.89 m/s, the ego's type 20 m/s
+    start = world.enter()
+    for k in range(30):
+        inside = k % 6 < 2  # comes and goes
+        x = start.x + speed * (k + 1) * world.step
+        world.advance(replace(start, x=x, y=0.0 if inside else 1.0, speed=speed))
+        assert (world.observe().ghost is None) == inside
+        assert ("ghost@ego" in libsumo.vehicle.getIDList()) == (not inside)
+        if not inside:
+            assert libsumo.vehicle.getLaneID("ghost@ego") == "own_2"
+            assert libsumo.vehicle.getSpeed("ghost@ego") == speed

@@ -1,0 +1,20 @@
+"""The scenario schema: what a YAML file may say, strictly.
+
+Unknown keys, repeated keys, wrong types and numbers out of range are errors. Every key
+with a unit carries it in its name. The JSON Schema that editors read is made from the
+same classes.
+"""
+
+from experiments.config.ego import Ego
+from experiments.config.obstacles import Obstacle, RandomObstacles
+from experiments.config.scenario import DEFAULT_PLANNER, Scenario
+from experiments.config.traffic import Traffic
+
+__all__ = [
+    "DEFAULT_PLANNER",
+    "Ego",
+    "Obstacle",
+    "RandomObstacles",
+    "Scenario",
+    "Traffic",
+]

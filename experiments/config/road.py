@@ -1,0 +1,66 @@
+"""Where the ego drives: a SUMO network, or a road of segments."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from experiments.config.base import Curvature, Length, Size, Strict, mismatch
+
+
+class Network(Strict):
+    """A network of the catalogue, or any SUMO net with a route through it."""
+
+    name: str | None = Field(default=None, description="network of the catalogue")
+    file: str | None = Field(
+        default=None, description=".net.xml, relative to this file"
+    )
+    route: tuple[str, ...] | None = Field(
+        default=None, description="edges, in driving order"
+    )
+    lane: Annotated[int, Field(ge=0, le=20)] | None = Field(
+        default=None, description="lane of the first edge, 0 is the rightmost"
+    )
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        """Refuse a network that is named twice or only half."""
+        if (self.name is None) == (self.file is None):
+            raise mismatch("", "allowed: a catalogue name, or file, route, lane")
+        if self.file is not None and (self.route is None or self.lane is None):
+            raise mismatch("file", "needs route and lane beside it")
+        if self.name is not None and (self.route or self.lane is not None):
+            raise mismatch("name", "has its own route and lane; allowed: name alone")
+        return self
+
+
+def _segment_kind(value: Any) -> Any:
+    """Give the kind of a segment, None for what is no segment."""
+    return value[0] if isinstance(value, list | tuple) and value else None
+
+
+Segment = Annotated[
+    Annotated[tuple[Literal["line"], Length], Tag("line")]
+    | Annotated[tuple[Literal["arc"], Length, Curvature], Tag("arc")]
+    | Annotated[
+        tuple[Literal["clothoid"], Length, Curvature, Curvature], Tag("clothoid")
+    ],
+    Discriminator(_segment_kind),
+]
+
+
+class Road(Strict):
+    """A road made of segments, for the kinematic world."""
+
+    segments: tuple[Segment, ...] = Field(
+        min_length=1,
+        description="[line, length m], [arc, length m, curvature 1/m] or "
+        "[clothoid, length m, curvature at its start, at its end]",
+    )
+    half_width_m: Size = Field(
+        default=5.0, description="road edge from the reference path"
+    )
+
+    @property
+    def length(self) -> float:
+        """Length of all segments [m]."""
+        return sum(segment[1] for segment in self.segments)

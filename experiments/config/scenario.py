@@ -1,0 +1,150 @@
+"""The whole scenario: its sections, and what must agree between them."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, ConfigDict, Field, PrivateAttr, model_validator
+
+from experiments.config.base import Strict, as_section, mismatch
+from experiments.config.ego import Ego
+from experiments.config.obstacles import (
+    Obstacle,
+    Obstacles,
+    RandomSection,
+    read_obstacles,
+)
+from experiments.config.road import Network, Road
+from experiments.config.traffic import ScriptedVehicle, Traffic, read_traffic
+from experiments.errors import ConfigError
+from experiments.strict_yaml import Document, KeyPath, dotted
+
+DEFAULT_PLANNER = "cruise"
+
+
+class PlannerChoice(Strict):
+    """A planner by name or `module:factory`, and its settings."""
+
+    name: str = Field(min_length=1)
+    settings: dict[str, Any] = Field(default_factory=dict)
+
+
+class Simulation(Strict):
+    """Time, and when to give up."""
+
+    step_s: Annotated[float, Field(ge=0.01, le=1.0)] = 0.1
+    warmup_s: Annotated[float, Field(ge=0.0, le=3600.0)] = Field(
+        default=60.0, description="traffic runs alone before the ego enters"
+    )
+    duration_s: Annotated[float, Field(gt=0.0, le=3600.0)] = 90.0
+    horizon_s: Annotated[float, Field(gt=0.0, le=20.0)] = Field(
+        default=5.0, description="how far vehicles are predicted"
+    )
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+    blocked_after_s: Annotated[float, Field(gt=0.0, le=3600.0)] = Field(
+        default=20.0, description="standing this long without a way on ends the episode"
+    )
+
+
+class Scenario(Strict):
+    """One episode: a road, an ego, what is in its way, and a planner."""
+
+    model_config = ConfigDict(title="rearview scenario")
+    _document: Document | None = PrivateAttr(None)
+
+    name: str = Field(pattern=r"^[A-Za-z0-9_]+$")
+    purpose: str = Field("", description="one sentence, shown by `rearview list`")
+    world: Literal["sumo", "kinematic"] = "sumo"
+    network: (
+        Annotated[
+            Network,
+            BeforeValidator(as_section("name"), json_schema_input_type=str | Network),
+        ]
+        | None
+    ) = Field(default=None, description="world sumo: a name of the catalogue or a file")
+    road: Road | None = Field(default=None, description="world kinematic")
+    ego: Ego
+    obstacles: Annotated[
+        Obstacles,
+        BeforeValidator(
+            read_obstacles,
+            json_schema_input_type=Literal["none"]
+            | tuple[Obstacle, ...]
+            | RandomSection,
+        ),
+    ] = Obstacles()
+    traffic: Annotated[
+        Traffic | None,
+        BeforeValidator(read_traffic, json_schema_input_type=Literal["none"] | Traffic),
+    ] = Field(default=None, description="world sumo")
+    vehicles: tuple[ScriptedVehicle, ...] = Field(
+        default=(), description="world kinematic"
+    )
+    planner: Annotated[
+        PlannerChoice,
+        BeforeValidator(as_section("name"), json_schema_input_type=str | PlannerChoice),
+    ] = PlannerChoice(name=DEFAULT_PLANNER)
+    simulation: Simulation = Simulation()
+
+    @model_validator(mode="after")
+    def _fits_world(self) -> Self:
+        """Refuse keys of the other world, and things beyond the road."""
+        sumo = self.world == "sumo"
+        needed, foreign = ("network", "road") if sumo else ("road", "network")
+        if getattr(self, needed) is None:
+            raise mismatch(needed, f"is missing; world {self.world} needs it")
+        if getattr(self, foreign) is not None:
+            raise mismatch(foreign, f"is not for world {self.world}; allowed: {needed}")
+        if sumo and self.vehicles:
+            raise mismatch("vehicles", "is not for world sumo; allowed: traffic")
+        if not sumo and self.traffic is not None:
+            raise mismatch("traffic", "is not for world kinematic; allowed: vehicles")
+        beyond = self.beyond(self.road.length) if self.road else None
+        if beyond is not None:
+            raise mismatch(dotted(beyond[0]), beyond[1])
+        return self
+
+    def beyond(self, length: float) -> tuple[KeyPath, str] | None:
+        """Find a goal, obstacle or vehicle that is not on the road.
+
+        Args:
+            length: Of the road [m].
+
+        Returns:
+            The key and what is wrong with it, None if all is on the road.
+        """
+        places: dict[KeyPath, float] = {("ego", "goal_m"): self.ego.goal_m}
+        for index, obstacle in enumerate(self.obstacles.listed):
+            places["obstacles", index, "s_m"] = obstacle.s_m
+        for index, vehicle in enumerate(self.vehicles):
+            places["vehicles", index, "s_m"] = vehicle.s_m
+        if self.obstacles.random:
+            places["obstacles", "random", "first_m"] = self.obstacles.random.first_m
+        for key, place in places.items():
+            if place > length:
+                problem = f"is {place:g}; allowed: 0 to {length:.1f}, the road's end"
+                return key, problem
+        return None
+
+    def from_document(self, document: Document) -> Self:
+        """Remember where the keys were written, for messages that come later."""
+        self._document = document
+        return self
+
+    def error(self, path: KeyPath, problem: str) -> ConfigError:
+        """Make the error about a key, naming the place where it was written."""
+        where = self._document.where(path) if self._document else self.name
+        return ConfigError(f"{where}: {dotted(path)}: {problem}")
+
+    def resolved(self) -> dict[str, Any]:
+        """Give the whole configuration as plain data that reads back the same."""
+        data: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
+        if self.network is not None and self.network.name is not None:
+            data["network"] = self.network.name
+        random = self.obstacles.random
+        data["obstacles"] = (
+            {"random": data["obstacles"]["random"]}
+            if random
+            else data["obstacles"]["listed"]
+        )
+        if self.world == "sumo":
+            data.setdefault("traffic", "none")
+        return data

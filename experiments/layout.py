@@ -1,0 +1,230 @@
+"""From a scenario to a road with obstacles, before anything moves on it."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.config import Ego, Obstacle, RandomObstacles, Scenario
+from experiments.cosim.kinematic_world import (
+    constant_road,
+)
+from experiments.cosim.projection import state_on_path
+from experiments.strict_yaml import KeyPath
+from planner.errors import PlannerError
+from planner.geometry.rectangles import Rectangle, distance
+from planner.geometry.reference_path import ReferencePath
+from planner.geometry.segments import Segment, arc, clothoid, line
+from planner.scene import Obstacles, RoadBounds
+from planner.states import FloatArray
+from planner.vehicle import Vehicle, VehicleLimits
+from sumo_nets import catalogue
+from sumo_nets.catalogue import Network
+from sumo_nets.errors import NetworkError
+from sumo_nets.route_path import RoutePath, StopLine, route_path
+
+# A catalogue's exact line and its built net may differ by so much before it is stale.
+MAX_DEVIATION = 0.25  # [m]
+
+_SEGMENTS: Mapping[str, Callable[..., Segment]] = {
+    "line": line,
+    "arc": arc,
+    "clothoid": clothoid,
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """A road before anything moves on it."""
+
+    path: ReferencePath
+    road: RoadBounds
+    obstacles: Obstacles
+    stop_lines: tuple[StopLine, ...] = ()
+    network: Network | None = None  # of world sumo
+
+
+def make_vehicle(ego: Ego) -> Vehicle:
+    """Make the planner's vehicle from its section."""
+    body = ego.vehicle
+    limits = body.limits
+    return Vehicle(
+        body.length_m,
+        body.width_m,
+        body.wheelbase_m,
+        body.rear_overhang_m,
+        VehicleLimits(
+            limits.max_speed_mps,
+            limits.max_acceleration_mps2,
+            limits.max_deceleration_mps2,
+            limits.emergency_deceleration_mps2,
+            limits.max_lateral_acceleration_mps2,
+            limits.max_curvature_1pm,
+        ),
+    )
+
+
+def make_layout(scenario: Scenario) -> Layout:
+    """Lay the road out and put the obstacles on it.
+
+    Raises:
+        ConfigError: If the network, its route or lane is none, something lies beyond
+            the road, or an obstacle stands where the ego starts.
+    """
+    try:
+        bare = _sumo_road(scenario) if scenario.world == "sumo" else _plain(scenario)
+    except NetworkError as error:
+        raise scenario.error(("network",), str(error)) from error
+    except PlannerError as error:
+        section = "network" if scenario.world == "sumo" else "road"
+        raise scenario.error((section,), str(error)) from error
+    beyond = scenario.beyond(bare.path.length)
+    if beyond is not None:
+        raise scenario.error(*beyond)
+    obstacles = _place(bare.path, listed_obstacles(scenario))
+    _check_start(scenario, bare.path, obstacles)
+    return Layout(bare.path, bare.road, obstacles, bare.stop_lines, bare.network)
+
+
+def listed_obstacles(scenario: Scenario) -> tuple[Obstacle, ...]:
+    """Give the obstacles; random ones are drawn from the scenario's seed."""
+    section = scenario.obstacles.random
+    if section is None:
+        return scenario.obstacles.listed
+    key = crc32(b"obstacles")  # apart from the streams of the traffic
+    rng = np.random.default_rng([scenario.simulation.seed, key])
+    return _draw(section, scenario.ego.goal_m, rng)
+
+
+def _draw(
+    section: RandomObstacles, goal: float, rng: np.random.Generator
+) -> tuple[Obstacle, ...]:
+    """Draw discs from the first place to the goal."""
+    drawn = []
+    s = section.first_m
+    while s <= goal:
+        l = rng.uniform(-section.max_offset_m, section.max_offset_m)
+        radius = rng.uniform(*section.radius_m)
+        if not any(begin <= s <= end for begin, end in section.keep_clear_m):
+            drawn.append(
+                Obstacle(s_m=round(s, 3), l_m=round(l, 3), radius_m=round(radius, 3))
+            )
+        s += rng.uniform(*section.spacing_m)
+    return tuple(drawn)
+
+
+def _place(path: ReferencePath, listed: tuple[Obstacle, ...]) -> Obstacles:
+    """Put obstacles on the road."""
+    s = np.array([obstacle.s_m for obstacle in listed])
+    l = np.array([obstacle.l_m for obstacle in listed])
+    point = path.at(s)
+    return Obstacles(
+        ids=tuple(f"obstacle.{number}" for number in range(len(listed))),
+        x=point.x - l * point.sin_heading,
+        y=point.y + l * point.cos_heading,
+        heading=point.heading + np.array([o.heading_rad for o in listed]),
+        length=np.array([obstacle.length_m or 0.0 for obstacle in listed]),
+        width=np.array([obstacle.width_m or 0.0 for obstacle in listed]),
+        radius=np.array([obstacle.radius_m or 0.0 for obstacle in listed]),
+    )
+
+
+def _check_start(scenario: Scenario, path: ReferencePath, obstacles: Obstacles) -> None:
+    """Refuse an obstacle where the ego starts."""
+    ego, vehicle = scenario.ego, make_vehicle(scenario.ego)
+    start = state_on_path(path, ego.start_m, ego.start_offset_m, 0.0)
+    reach = vehicle.centre_offset
+    body = Rectangle(
+        start.x + reach * math.cos(start.heading),
+        start.y + reach * math.sin(start.heading),
+        start.heading,
+        vehicle.length,
+        vehicle.width,
+    )
+    for index in range(len(obstacles.ids)):
+        columns = ("x", "y", "heading", "length", "width", "radius")
+        other = Rectangle(*(float(getattr(obstacles, c)[index]) for c in columns))
+        if distance(body, other) <= 0.0:
+            key: KeyPath = ("obstacles", index)
+            if scenario.obstacles.random is not None:
+                key = ("obstacles", "random", "first_m")
+            raise scenario.error(
+                key,
+                f"an obstacle stands on the ego, which starts at s = {ego.start_m:g} m;"
+                f" allowed: s_m beyond {_free_from(scenario, obstacles, index):.1f} m,"
+                " or aside",
+            )
+
+
+def _free_from(scenario: Scenario, obstacles: Obstacles, index: int) -> float:
+    """Give the s from which an obstacle is surely clear of the ego's front [m]."""
+    size = math.hypot(obstacles.length[index], obstacles.width[index]) / 2.0
+    front = scenario.ego.start_m + make_vehicle(scenario.ego).front_reach
+    return front + size + float(obstacles.radius[index])
+
+
+def _plain(scenario: Scenario) -> Layout:
+    """Build the road of the kinematic world."""
+    road = scenario.road
+    if road is None:
+        raise scenario.error(("road",), "is missing")
+    segments = [_SEGMENTS[kind](*numbers) for kind, *numbers in road.segments]
+    path = ReferencePath.from_segments(segments)
+    return Layout(path, constant_road(path, road.half_width_m), Obstacles.none())
+
+
+def _sumo_road(scenario: Scenario) -> Layout:
+    """Read the road of a SUMO network."""
+    choice = scenario.network
+    if choice is None:
+        raise scenario.error(("network",), "is missing")
+    if choice.file is None:
+        network = catalogue.network(choice.name or "")
+    else:
+        route, lane = choice.route or (), choice.lane or 0
+        network = Network.from_file(choice.file, route, lane)
+    found = route_path(network.net_file, network.route, network.lane)
+    path = _reference_path(network, found)
+    s, l = path.project(found.points[:, 0], found.points[:, 1], near=found.s)
+    stop_lines = tuple(
+        StopLine(stop.signal, stop.link, float(np.interp(stop.s, found.s, s)))
+        for stop in found.stop_lines
+    )
+    kept = _growing(s)
+    road = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
+    return Layout(path, road, Obstacles.none(), stop_lines, network)
+
+
+def _reference_path(network: Network, found: RoutePath) -> ReferencePath:
+    """Take the exact line where the catalogue knows it, else smooth the points."""
+    if not network.segments:
+        return ReferencePath.from_polyline(found.points)
+    first, second = found.points[0], found.points[1]
+    heading = math.atan2(second[1] - first[1], second[0] - first[0])
+    segments = [_exact_segment(segment) for segment in network.segments]
+    start = (float(first[0]), float(first[1]), heading)
+    path = ReferencePath.from_segments(segments, start)
+    _, l = path.project(found.points[:, 0], found.points[:, 1], near=found.s)
+    if np.abs(l).max() > MAX_DEVIATION:
+        raise NetworkError(
+            f"{network.net_file}: is {np.abs(l).max():.2f} m off its exact line; "
+            "rebuild it with make nets"
+        )
+    return path
+
+
+def _exact_segment(segment: tuple[str, float, float, float]) -> Segment:
+    """Turn a segment of the catalogue into one of the planner."""
+    kind, length, begin, end = segment
+    if kind == "line":
+        return line(length)
+    return arc(length, begin) if kind == "arc" else clothoid(length, begin, end)
+
+
+def _growing(s: FloatArray) -> NDArray[np.bool_]:
+    """Mark the values that exceed all before them."""
+    before = np.concatenate(([-np.inf], np.maximum.accumulate(s)[:-1]))
+    return np.asarray(s > before + 1e-6)
