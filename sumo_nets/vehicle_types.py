@@ -61,7 +61,6 @@ TEMPERS = MappingProxyType(
 # SUMO's car-following models in use; sigma belongs to Krauss alone.
 MODELS = ("Krauss", "IDM", "EIDM", "ACC")
 
-LATERAL_SPEED_SHARE = 0.3  # of the speed: 17 degrees of course at most [-]
 LOWEST_FACTOR = 0.7
 
 
@@ -104,9 +103,6 @@ def type_attributes(vehicle_type: VehicleType) -> dict[str, str]:
         "lcAssertive": f"{temper.assertive:g}",
         "lcSpeedGain": f"{temper.speed_gain:g}",
         "lcCooperative": f"{temper.cooperative:g}",
-        # A lane change that takes time must not slide a standing car sideways.
-        "lcMaxSpeedLatStanding": "0",
-        "lcMaxSpeedLatFactor": f"{LATERAL_SPEED_SHARE:g}",
     }
     if vehicle_type.model == "Krauss":
         attributes["sigma"] = f"{temper.sigma:g}"

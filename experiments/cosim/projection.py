@@ -110,6 +110,8 @@ def _vehicles(
         traffic.speed[kept],
         traffic.acceleration[kept],
     )
-    prediction = frame.predictor(frame.path, *motion, frame.step, frame.n_steps)
+    prediction = frame.predictor(
+        frame.path, *motion, traffic.lateral_speed[kept], frame.step, frame.n_steps
+    )
     length, width = traffic.length[kept], traffic.width[kept]
     return Vehicles(ids, *motion, length, width, prediction)

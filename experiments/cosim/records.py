@@ -1,7 +1,9 @@
 """What one simulation step says: traffic, signals, the ego, and how an episode ends."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
+
+import numpy as np
 
 from planner.errors import InvalidInputError
 from planner.interface import PlanResult
@@ -35,11 +37,15 @@ class TrafficState:
     width: FloatArray
     signals: tuple[Signal, ...] = ()
     ghost: CartesianState | None = None  # centre of the ghost, while there is one
+    # Across the lane, positive to the vehicle's left; none given means none [m/s].
+    lateral_speed: FloatArray = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
         names = ("x", "y", "heading", "speed", "acceleration", "length", "width")
-        for name in names:
+        if self.lateral_speed.size == 0:
+            object.__setattr__(self, "lateral_speed", np.zeros(len(self.ids)))
+        for name in (*names, "lateral_speed"):
             array = freeze(getattr(self, name))
             if array.shape != (len(self.ids),):
                 raise InvalidInputError(f"{name}: {array.shape}, {len(self.ids)} ids")

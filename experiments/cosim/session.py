@@ -123,8 +123,8 @@ class SumoWorld:
         with _sumo_errors(sumo, "reading the traffic"):
             ids, rows = self._read_vehicles(sumo)
             signals = self._read_signals(sumo)
-        x, y, angle, speed, acceleration, length, width = (
-            np.array(rows, dtype=np.float64).reshape(-1, 7).T
+        x, y, angle, speed, acceleration, lateral, length, width = (
+            np.array(rows, dtype=np.float64).reshape(-1, 8).T
         )
         heading = frames.heading_from_angle(angle)
         centre_x, centre_y = frames.centre_from_front(x, y, heading, length)
@@ -140,6 +140,7 @@ class SumoWorld:
             width,
             signals,
             self._ghost_state(),
+            lateral,
         )
 
     def advance(self, ego: CartesianState) -> None:
@@ -286,10 +287,11 @@ class SumoWorld:
     def _read_vehicles(
         self, sumo: ModuleType
     ) -> tuple[list[str], list[tuple[float, ...]]]:
-        """Read ids and (x, y, angle, speed, acceleration, length, width)."""
+        """Read ids and (x, y, angle, three rates, length, width) of each vehicle."""
         vehicles = sumo.vehicle
         position, angle = vehicles.getPosition, vehicles.getAngle
         speed, acceleration = vehicles.getSpeed, vehicles.getAcceleration
+        lateral = vehicles.getLateralSpeed
         ego_x, ego_y = self._ego_front
         square = self._settings.view_radius**2
         ids: list[str] = []
@@ -305,7 +307,8 @@ class SumoWorld:
                 size = (vehicles.getLength(name), vehicles.getWidth(name))
                 self._sizes[name] = size
             ids.append(name)
-            rows.append((x, y, angle(name), speed(name), acceleration(name), *size))
+            motion = (speed(name), acceleration(name), lateral(name))
+            rows.append((x, y, angle(name), *motion, *size))
         return ids, rows
 
     def _read_signals(self, sumo: ModuleType) -> tuple[Signal, ...]:

@@ -57,7 +57,7 @@ def size_kernel(step: float, sigma: float) -> FloatArray:
 
 
 def gaussian_kernel(step: float, sigma: float) -> FloatArray:
-    """Gaussian over terminal offsets, as in the conventional method [100]; (2 m + 1,)."""
+    """Gaussian over terminal offsets, as in the method [100]; (2 m + 1,)."""
     x = step * np.arange(
         -math.ceil(4.0 * sigma / step), math.ceil(4.0 * sigma / step) + 1
     )

@@ -19,6 +19,7 @@ from planner.cruise.feasibility import (
     road_excess,
     squared_jerk,
 )
+from planner.cruise.headway import STRIDE
 from planner.geometry.clearance import span_clearance
 from planner.geometry.frenet import cartesian_rates
 from planner.states import FloatArray, IntArray
@@ -300,6 +301,8 @@ def _clear_and_price(
             around.range,
             around.threshold[b],
         )
+        if step >= 0:
+            gap = 0.0  # a body that is hit is priced as touched
         safety += edge_clearance(gap, around.size[b], around.range)
         if step >= 0:
             hit_size = max(hit_size, around.size[b])
@@ -312,5 +315,5 @@ def _clear_and_price(
         reach = around.corridor + around.extents[b, 1]
         if abs(around.l[b, i] - points[4, i]) < reach:
             headway += around.lag[q]
-    terms[k, HEADWAY] = headway / points.shape[1]
+    terms[k, HEADWAY] = headway * STRIDE / points.shape[1]
     return hit, hit_size

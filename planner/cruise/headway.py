@@ -6,6 +6,8 @@ from planner.compiled import compiled
 from planner.cruise.costs import headway_lack
 from planner.states import BoolArray, FloatArray, IntArray
 
+STRIDE = 5  # steps between the moments looked at: headways change slowly
+
 
 @compiled
 def headway_pairs(
@@ -54,7 +56,7 @@ def headway_pairs(
     body = np.empty(capacity, np.int64)
     lack = np.empty(capacity, np.float64)
     for p in range(n_profiles):
-        for i in range(1, count[p]):
+        for i in range(STRIDE, count[p], STRIDE):
             for b in range(body_s.shape[0]):
                 if not considered[b]:
                     continue

@@ -307,6 +307,7 @@ def _surroundings(
     discs, disc_radius = _discs(scene, settings)
     widest = float(np.abs(offsets).max(initial=abs(scene.ego_frenet.l)))
     reach = widest + 0.5 + disc_radius + float(np.abs(discs).max())
+    fastest = float(tracks.rows[:, S_DOT].max(initial=0.0))
     first, spans = near_spans(
         tracks.rows[:, X : Y + 1],
         tracks.count,
@@ -314,8 +315,7 @@ def _surroundings(
         bodies.size,
         bodies.follower,
         reach + settings.scales.clearance,
-        settings.step
-        * (2.0 * vehicle.limits.max_speed + float(bodies.speed.max(initial=0.0))),
+        settings.step * (fastest + bodies.speed) + 0.01,
     )
     moving = np.arange(len(bodies.ids)) >= bodies.n_static
     lags = headway_pairs(

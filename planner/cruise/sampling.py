@@ -13,6 +13,7 @@ from planner.states import BoolArray, FloatArray, FrenetState, IntArray
 
 PREVIEW = 90.0  # how far ahead the road sets the speed: 20 m/s stop at 2.2 m/s² [m]
 PREVIEW_STEP = 1.0  # [m]
+SLOW = 3.0  # below it the ego may also creep [m/s]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,7 +70,10 @@ def terminal_offsets(
     half_width: float,
     settings: CruiseSettings,
 ) -> FloatArray:
-    """Terminal offsets, multiples of the lateral step inside the widest road ahead.
+    """Terminal offsets: multiples of the lateral step inside the widest road ahead.
+
+    The outermost places that the body can take are added: between an obstacle and the
+    road's edge there may be room for the body but not for a multiple of the step.
 
     Args:
         road: Lateral room.
@@ -140,13 +144,16 @@ def _speed_keeping(
     # The speed that the road allows about where each manoeuvre will end.
     reach = ego.s + ego.s_dot * times
     allowed = np.interp(reach, *speed_ahead)
-    time, fraction = np.meshgrid(times, np.array(settings.speed_fractions))
-    end_speed = fraction * np.interp(time, times, allowed)
+    end_speed = np.outer(settings.speed_fractions, allowed)
+    if ego.s_dot < SLOW:
+        creeping = np.minimum.outer(np.array(settings.creep_speeds), allowed)
+        end_speed = np.vstack([end_speed, creeping])
+    duration = np.broadcast_to(times, end_speed.shape).ravel()
     quartics = polynomials.quartic(
-        (ego.s, ego.s_dot, ego.s_ddot), (end_speed.ravel(), 0.0), time.ravel()
+        (ego.s, ego.s_dot, ego.s_ddot), (end_speed.ravel(), 0.0), duration
     )
     padded = np.hstack([quartics, np.zeros((quartics.shape[0], 1))])
-    return [padded], [time.ravel()]
+    return [padded], [duration]
 
 
 def _arrivals(

@@ -58,11 +58,13 @@ class CruiseSettings:
     lateral_motion: LateralMotion = LateralMotion.DISTANCE
     lateral_step: float = 0.5  # [m]
     lateral_limit: float = 5.0  # largest terminal offset [m]
-    min_manoeuvre_length: float = 12.0  # of a lateral motion over distance [m]
-    times: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 5.0)  # manoeuvre durations [s]
-    speed_fractions: tuple[float, ...] = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 1.0)
-    stop_times: tuple[float, ...] = (2.0, 3.0, 4.0, 5.0, 6.5, 8.0)  # [s]
-    follow_times: tuple[float, ...] = (2.0, 3.0, 4.0, 5.0)  # [s]
+    edge_offsets: bool = True  # sample the outermost places on the road too
+    min_manoeuvre_length: float = 8.0  # of a lateral motion over distance [m]
+    times: tuple[float, ...] = (1.0, 2.0, 3.0, 5.0)  # manoeuvre durations [s]
+    speed_fractions: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
+    creep_speeds: tuple[float, ...] = (1.0, 2.0)  # to get out of a jam [m/s]
+    stop_times: tuple[float, ...] = (2.0, 3.0, 4.5, 6.0, 8.0)  # [s]
+    follow_times: tuple[float, ...] = (2.0, 3.5, 5.0)  # [s]
     horizon: float = 5.0  # [s]; 0 ends each candidate with its manoeuvre
     step: float = 0.1  # between trajectory points [s]
 
@@ -76,7 +78,7 @@ class CruiseSettings:
     comfort_lateral_acceleration: float = 2.2  # sets the speed in curves [m/s²]
     comfort_deceleration: float = 1.5  # with which curves are approached [m/s²]
     stop_gap: float = 1.0  # front bumper to stop line [m]
-    standstill_gap: float = 2.5  # front bumper to a standing leader [m]
+    standstill_gap: float = 4.0  # front bumper to a standing leader [m]
     time_headway: float = 1.2  # [s]
     rear_time_headway: float = 0.8  # left to a vehicle behind in a lane entered [s]
 
@@ -117,7 +119,9 @@ def thesis_settings(safety_term: SafetyTerm, weights: Weights) -> CruiseSettings
     return CruiseSettings(
         lateral_motion=LateralMotion.TIME,
         times=tuple(round(4.0 + 0.1 * k, 1) for k in range(11)),
+        edge_offsets=False,
         speed_fractions=(1.0,),
+        creep_speeds=(),
         stop_times=(),
         follow_times=(),
         horizon=0.0,

@@ -7,6 +7,8 @@ import numpy as np
 from planner.compiled import compiled
 from planner.states import BoolArray, FloatArray, IntArray
 
+TURN_REACH = 5.0  # lever with which turning moves the discs, generously [m]
+
 
 @compiled
 def point_to_rectangle(
@@ -85,13 +87,13 @@ def near_spans(
     size: FloatArray,
     ignored: BoolArray,
     reach: float,
-    fastest: float,
+    moves: FloatArray,
 ) -> tuple[IntArray, IntArray]:
     """List per profile the bodies that can come near at any offset, and when.
 
     A body farther than `reach` + its circumscribed circle from the reference point of
     a step is out of reach of every candidate of that profile. While it is d farther
-    than that, d / `fastest` steps can be skipped.
+    than that, d / `moves` steps can be skipped.
 
     Args:
         path: Reference points (x, y) of the profiles, (n_profiles, 2, n_steps) [m].
@@ -100,7 +102,7 @@ def near_spans(
         size: Circumscribed circles, (n_bodies,) [m].
         ignored: Bodies to leave out, (n_bodies,).
         reach: Largest offset + ego reach + range of interest [m].
-        fastest: Largest change of a distance in one step [m].
+        moves: Largest change of each body's distance in one step, (n_bodies,) [m].
 
     Returns:
         (first, spans): spans of profile p are columns first[p] ... first[p + 1] - 1 of
@@ -122,7 +124,7 @@ def near_spans(
                 )
                 beyond = apart - reach - size[b]
                 if beyond > 0.0:
-                    i += max(1, int(beyond / fastest))
+                    i += max(1, int(beyond / moves[b]))
                     continue
                 if begin < 0:
                     begin = max(i, 1)
@@ -150,7 +152,7 @@ def span_clearance(
     enough: float,
     threshold: float,
 ) -> tuple[float, int]:
-    """Smallest gap between the ego's discs and one body over a span of steps.
+    """Smallest gap between the ego's discs and one body up to the first hit.
 
     Between steps each disc centre moves on a segment in the body's frame, which may
     itself move and turn.
@@ -169,40 +171,60 @@ def span_clearance(
 
     Returns:
         (gap [m], negative on overlap, inf or at least `enough` when it is at least
-        that; first step with a hit or -1).
+        that; first step with a hit, where the search ends, or -1).
     """
     half_length, half_width = extents[b, 0], extents[b, 1]
     grown = extents[b, 2] + disc_radius
+    # The ego's middle, a circle about all discs, and one about the whole body.
+    middle = 0.5 * (discs[0] + discs[-1])
+    around_both = 0.5 * abs(discs[-1] - discs[0]) + math.hypot(half_length, half_width)
     nearest = np.inf
     hit = -1
-    start = max(begin - 1, 0)
-    for k in range(discs.size):
-        disc = discs[k]
-        u0 = w0 = 0.0
-        for i in range(start, end + 1):
-            dx = points[0, i] + disc * points[2, i] - poses[b, 0, i]
-            dy = points[1, i] + disc * points[3, i] - poses[b, 1, i]
-            cos, sin = poses[b, 2, i], poses[b, 3, i]
-            u1 = dx * cos + dy * sin
-            w1 = dy * cos - dx * sin
-            if i == start:
-                u0, w0 = u1, w1
-                if i < end:
-                    continue
+    for i in range(begin, end + 1):
+        j = max(i - 1, 0)
+        dx = points[0, i] + middle * points[2, i] - poses[b, 0, i]
+        dy = points[1, i] + middle * points[3, i] - poses[b, 1, i]
+        # No less than what a point of the ego moves against the body's frame.
+        ahead_x = points[0, i] - points[0, j] - poses[b, 0, i] + poses[b, 0, j]
+        ahead_y = points[1, i] - points[1, j] - poses[b, 1, i] + poses[b, 1, j]
+        turned = (
+            abs(points[2, i] - points[2, j])
+            + abs(points[3, i] - points[3, j])
+            + abs(poses[b, 2, i] - poses[b, 2, j])
+            + abs(poses[b, 3, i] - poses[b, 3, j])
+        )
+        apart2 = dx * dx + dy * dy
+        moved = abs(ahead_x) + abs(ahead_y) + TURN_REACH * turned
+        far = min(enough, nearest) + grown + around_both + moved
+        if apart2 > far * far:
+            continue
+        for k in range(discs.size):
+            u0, w0 = _in_frame(points, poses, b, j, discs[k])
+            u1, w1 = _in_frame(points, poses, b, i, discs[k])
             du = max(abs(u1) - half_length, 0.0)
             dw = max(abs(w1) - half_width, 0.0)
-            moved = abs(u1 - u0) + abs(w1 - w0)  # no less than the way driven
-            far = min(enough, nearest) + grown + moved
+            far = min(enough, nearest) + grown + abs(u1 - u0) + abs(w1 - w0)
             if du * du + dw * dw < far * far:
                 gap = (
                     segment_to_rectangle(u0, w0, u1, w1, half_length, half_width)
                     - grown
                 )
                 nearest = min(nearest, gap)
-                if gap < threshold and (hit < 0 or i < hit):
-                    hit = i
-            u0, w0 = u1, w1
+        if nearest < threshold:
+            hit = i
+            break
     return nearest, hit
+
+
+@compiled
+def _in_frame(
+    points: FloatArray, poses: FloatArray, b: int, i: int, disc: float
+) -> tuple[float, float]:
+    """Disc centre at step i in the frame of body b [m]."""
+    dx = points[0, i] + disc * points[2, i] - poses[b, 0, i]
+    dy = points[1, i] + disc * points[3, i] - poses[b, 1, i]
+    cos, sin = poses[b, 2, i], poses[b, 3, i]
+    return dx * cos + dy * sin, dy * cos - dx * sin
 
 
 @compiled

@@ -1,7 +1,7 @@
 """Where other vehicles will be: simple predictors behind one signature.
 
-A predictor is `predictor(path, x, y, heading, speed, acceleration, step, n_steps) ->
-Prediction`; better ones take the place of these without a change elsewhere.
+`Predictor` is the signature; better ones take the place of these without a change
+elsewhere.
 """
 
 from typing import Protocol
@@ -16,6 +16,7 @@ from planner.states import FloatArray
 LANE_HEADING_TOLERANCE = 0.5  # [rad]; lane changes stay below 0.2, turns exceed it
 LANE_REACH = 20.0  # [m]; two carriageways of three lanes
 MIN_STRETCH = 0.2  # 1 - kappa_r l, below which the frame is too close to its pole
+LATERAL_HOLD = 1.5  # for which a lateral speed is held [s]
 FRENET_REACH = 40.0  # [m]; farther from the path a vehicle has no Frenet place
 
 
@@ -30,6 +31,7 @@ class Predictor(Protocol):
         heading: FloatArray,
         speed: FloatArray,
         acceleration: FloatArray,
+        lateral_speed: FloatArray,
         step: float,
         n_steps: int,
     ) -> Prediction:
@@ -44,6 +46,7 @@ def constant_speed(
     heading: FloatArray,
     speed: FloatArray,
     acceleration: FloatArray,  # noqa: ARG001 - part of the predictor signature
+    lateral_speed: FloatArray,
     step: float,
     n_steps: int,
 ) -> Prediction:
@@ -56,6 +59,8 @@ def constant_speed(
         heading: (n,) [rad].
         speed: (n,) [m/s].
         acceleration: (n,) [m/s²]; not used.
+        lateral_speed: Across the lane, positive to the vehicle's left, (n,) [m/s]. It
+            is held for `LATERAL_HOLD`: a lane change goes on, but nobody knows how far.
         step: Time between columns [s].
         n_steps: Number of columns, the first is now.
 
@@ -63,7 +68,8 @@ def constant_speed(
         The prediction, (n, n_steps).
     """
     t = step * np.arange(n_steps)
-    return _roll_out(path, x, y, heading, speed[:, None] * t, step)
+    distance = speed[:, None] * t
+    return _roll_out(path, (x, y, heading, lateral_speed), distance, step)
 
 
 def held_braking(
@@ -73,6 +79,7 @@ def held_braking(
     heading: FloatArray,
     speed: FloatArray,
     acceleration: FloatArray,
+    lateral_speed: FloatArray,
     step: float,
     n_steps: int,
 ) -> Prediction:
@@ -84,20 +91,18 @@ def held_braking(
     t = step * np.arange(n_steps)
     braking = np.minimum(acceleration, -1e-3)[:, None]
     until = np.minimum(t, -speed[:, None] / braking)  # the time still spent moving
-    return _roll_out(
-        path, x, y, heading, speed[:, None] * until + 0.5 * braking * until**2, step
-    )
+    distance = speed[:, None] * until + 0.5 * braking * until**2
+    return _roll_out(path, (x, y, heading, lateral_speed), distance, step)
 
 
 def _roll_out(
     path: ReferencePath,
-    x: FloatArray,
-    y: FloatArray,
-    heading: FloatArray,
+    now: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     distance: FloatArray,
     step: float,
 ) -> Prediction:
     """Move each vehicle `distance` (n, n_steps) along its lane or heading."""
+    x, y, heading, lateral_speed = now
     s0, l0 = path.project(x, y)
     foot = path.at(s0)
     along = np.cos(heading - foot.heading)  # +1 with the road, -1 against it
@@ -116,7 +121,8 @@ def _roll_out(
     lane = np.flatnonzero(follows)
     if lane.size:
         direction = np.sign(along[lane])[:, None]
-        l = np.repeat(l0[lane, None], distance.shape[1], axis=1)
+        drifting = np.minimum(step * np.arange(distance.shape[1]), LATERAL_HOLD)
+        l = l0[lane, None] + direction * lateral_speed[lane, None] * drifting
         s = _advance(path, s0[lane], l, direction * distance[lane])
         points = path.at(s)
         out_x[lane] = points.x - l * points.sin_heading

@@ -23,7 +23,7 @@ def traffic(*x: float) -> TrafficState:
 
 
 def frozen(  # noqa: PLR0917 - the signature of a predictor
-    path, x, y, heading, speed, acceleration, step, n_steps
+    path, x, y, heading, speed, acceleration, lateral_speed, step, n_steps
 ) -> Prediction:
     """Predict that everyone stays, and note the speed in l."""
     hold = np.ones((1, n_steps))
