@@ -1,4 +1,4 @@
-"""The command line: `rearview run | list | schema`.
+"""The command line: `rearview run | figure | list | schema`.
 
 Exit status: 0 arrived (or done), 1 any other outcome of an episode, 2 bad input. Heavy
 modules are imported where they are needed, so that `--help` comes at once.
@@ -102,6 +102,24 @@ def list_() -> None:
         )
         _print_list("networks", {n: r.description for n, r in networks().items()})
         _print_list("planners", {n: known.purpose for n, known in PLANNERS.items()})
+
+
+@app.command()
+def figure(
+    run_folder: Annotated[
+        Path, typer.Argument(metavar="RUN", help="A folder that `run` left.")
+    ],
+    *,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help=".png, .svg or .pdf  [RUN/figure.png]"),
+    ] = None,
+) -> None:
+    """Draw a run: the view from above, and speed, offset, clearance over time."""
+    with _one_line_errors():
+        from experiments.report.figures import save_figure
+
+        sys.stdout.write(f"{save_figure(run_folder, output)}\n")
 
 
 @app.command()

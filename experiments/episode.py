@@ -21,6 +21,7 @@ from experiments.layout import Layout, make_layout, make_vehicle
 from experiments.metrics.row import Cell, metric_row
 from experiments.planners import make_planner, planner_source
 from experiments.recording import Setting, build_trace
+from experiments.road_map import map_around, write_map
 from experiments.run_folder import whole_folder
 from experiments.scenario_file import config_hash
 from experiments.trace import SCHEMA_VERSION, Trace, trace_hash
@@ -114,6 +115,7 @@ def run_episode(
         trace = build_trace(
             _setting(scenario, layout), recorder.records, ending, recorder.elapsed
         )
+        _write_map(layout, folder)
         return _leave(scenario, identity, ending, trace, Place(folder, target))
 
 
@@ -128,6 +130,7 @@ def record_crash(scenario: Scenario, reason: str, out: Path = RUNS) -> Outcome:
     target = out / _folder_name(scenario, identity["run_hash"])
     trace = build_trace(_setting(scenario, layout), [], ending, [])
     with whole_folder(target) as folder:
+        _write_map(layout, folder)
         return _leave(scenario, identity, ending, trace, Place(folder, target))
 
 
@@ -165,6 +168,12 @@ def _leave(
     _write_json(place.aside / "manifest.json", about)
     _write_config(place.aside / CONFIG_FILE, scenario)
     return Outcome(ending, row, trace, hashed, place.target)
+
+
+def _write_map(layout: Layout, folder: Path) -> None:
+    """Keep the lanes about the ego's route for pictures."""
+    net_file = layout.network.net_file if layout.network else None
+    write_map(map_around(layout.path, net_file), folder)
 
 
 def _loop_settings(scenario: Scenario) -> LoopSettings:

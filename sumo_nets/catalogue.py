@@ -152,17 +152,23 @@ def _way_back(net: Any, route: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _road(name: str, segments: tuple[Segment, ...], description: str) -> Network:
-    """Describe a road without junctions; `segments` without the lead-in."""
+    """Describe a road without junctions; `segments` without the lead-in.
+
+    A road with bends has one edge for each segment, numbered in travel direction.
+    """
+    numbers = range(1, len(segments) + 1) if len(segments) > 1 else ("",)
+    own = tuple(f"own{number}" for number in numbers)
+    oncoming = tuple(f"oncoming{number}" for number in numbers)
     return Network(
         name=name,
         net_file=net_path(name),
-        route=("own",),
+        route=own,
         lane=1,
         lead_in=LEAD_IN,
         speed_limit=SPEED_LIMIT,
         streams=(
-            Stream("own", (Turn(("own",), 1.0),)),
-            Stream("oncoming", (Turn(("oncoming",), 1.0),)),
+            Stream("own", (Turn(own, 1.0),)),
+            Stream("oncoming", (Turn(oncoming, 1.0),)),
         ),
         description=description,
         segments=(line(LEAD_IN), *segments),

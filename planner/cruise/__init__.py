@@ -52,11 +52,11 @@ def conventional(settings: CruiseSettings | None = None) -> CruisePlanner:
 
 def thesis_proposed() -> CruisePlanner:
     """Make the proposed method as printed, Table 4.1."""
-    weights = Weights(0.4, 0.3, 0.3, 0.0, 0.0, 0.0)
+    weights = Weights(0.4, 0.3, 0.3, 0.0, 0.0, 0.0, 0.0)
     return CruisePlanner(thesis_settings(SafetyTerm.SIZE_CONVOLUTION, weights))
 
 
 def thesis_conventional() -> CruisePlanner:
     """Make the conventional method [100] in the set-up of Table 4.1."""
-    weights = Weights(0.4, 0.3, 0.0, 0.0, 0.0, 0.0)
+    weights = Weights(0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0)
     return CruisePlanner(thesis_settings(SafetyTerm.BINARY_CONVOLUTION, weights))

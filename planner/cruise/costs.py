@@ -12,7 +12,7 @@ from planner.cruise.settings import SafetyTerm
 from planner.states import FloatArray
 
 MIN_SPEED_SCALE = 2.0  # near a stop line, where the reference speed is 0 [m/s]
-TERMS = ("jerk", "safety", "offset", "speed", "headway", "consistency")
+TERMS = ("jerk", "safety", "offset", "speed", "headway", "consistency", "heading")
 
 
 @compiled

@@ -32,8 +32,8 @@ CURVATURE = int(Check.CURVATURE)
 ACCELERATION = int(Check.ACCELERATION)
 LATERAL_ACCELERATION = int(Check.LATERAL_ACCELERATION)
 COLLISION = int(Check.COLLISION)
-JERK, SAFETY, OFFSET, HEADWAY, CONSISTENCY = 0, 1, 2, 3, 4
-N_TERMS = 5
+JERK, SAFETY, OFFSET, HEADWAY, CONSISTENCY, HEADING = 0, 1, 2, 3, 4, 5
+N_TERMS = 6
 
 # Rows of a track: the profile, the last plan's offset, the path and the road under it.
 S, S_DOT, S_DDOT, S_DDDOT, LAST_L = 0, 1, 2, 3, 4
@@ -143,11 +143,11 @@ def _move_and_check(
 ) -> int:
     """Fill `points` (5, n_steps) with x, y, cos, sin, l and check the limits.
 
-    Stops at the first violation. Fills jerk (lateral part), offset and consistency of
-    `terms[k]`.
+    Stops at the first violation. Fills jerk (lateral part), offset, consistency and
+    heading of `terms[k]`.
     """
     verdict = PASSED
-    jerk = offset2 = change2 = 0.0
+    jerk = offset2 = change2 = sin_e = 0.0
     s0 = rows[p, S, 0]
     for i in range(count):
         s_dot, s_ddot, kappa = rows[p, S_DOT, i], rows[p, S_DDOT, i], rows[p, KAPPA, i]
@@ -193,6 +193,7 @@ def _move_and_check(
     terms[k, JERK] = jerk * step
     terms[k, OFFSET] = offset2 / count
     terms[k, CONSISTENCY] = change2 / count
+    terms[k, HEADING] = sin_e * sin_e
     return verdict
 
 
@@ -229,7 +230,7 @@ def evaluate(
 
     Returns:
         (check that removed it, (n,); first body it hits or -1, (n,); radius of the
-        largest body it hits, (n,) [m]; raw cost terms, (n, 5)).
+        largest body it hits, (n,) [m]; raw cost terms, (n, 6)).
     """
     n_offsets = lateral.offsets.size
     n = tracks.rows.shape[0] * n_offsets

@@ -10,6 +10,7 @@ from planner.cruise import costs, sampling
 from planner.cruise.evaluation import (
     CONSISTENCY,
     COS,
+    HEADING,
     HEADWAY,
     JERK,
     KAPPA,
@@ -358,7 +359,7 @@ def _price(
     """Make the terms comparable and add them up; [Thesis] eq. 4.14.
 
     Returns:
-        (terms (n, 6) in the order of `costs.TERMS`, weighted; total (n,)).
+        (terms (n, 7) in the order of `costs.TERMS`, weighted; total (n,)).
     """
     n_offsets = cycle.lateral.offsets.size
     safety = raw[:, SAFETY]
@@ -371,7 +372,7 @@ def _price(
         ).ravel()
     speed = np.repeat(cycle.speed_term, n_offsets)
     columns = (raw[:, JERK], safety, raw[:, OFFSET], speed, raw[:, HEADWAY])
-    terms = np.column_stack([*columns, raw[:, CONSISTENCY]])
+    terms = np.column_stack([*columns, raw[:, CONSISTENCY], raw[:, HEADING]])
     weights, scales = settings.weights, settings.scales
     if settings.normalisation is Normalisation.PER_CYCLE:
         passed = verdict == Check.PASSED
@@ -387,6 +388,7 @@ def _price(
                 1.0,
                 1.0,
                 scales.consistency,
+                scales.heading,
             ]
         )
     weight = np.array(
@@ -397,6 +399,7 @@ def _price(
             weights.speed,
             weights.headway,
             weights.consistency if cycle.has_last else 0.0,
+            weights.heading,
         ]
     )
     terms *= weight / scale

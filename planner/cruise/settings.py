@@ -39,6 +39,7 @@ class Weights:
     speed: float = 6.0
     headway: float = 3.0
     consistency: float = 0.3
+    heading: float = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,7 @@ class Scales:
     offset: float = 4.0  # mean squared offset: 2 m aside [m²]
     clearance: float = 1.5  # edge distance from which a body costs nothing [m]
     consistency: float = 1.0  # mean squared change of the plan's offset [m²]
+    heading: float = 1.0  # squared sine of the heading error where the plan ends [-]
 
 
 @dataclass(frozen=True, slots=True)

@@ -127,7 +127,8 @@ def _roll_out(
         points = path.at(s)
         out_x[lane] = points.x - l * points.sin_heading
         out_y[lane] = points.y + l * points.cos_heading
-        out_heading[lane] = points.heading + np.where(direction < 0.0, np.pi, 0.0)
+        # The course against the lane stays: a car in mid lane change stands askew.
+        out_heading[lane] = points.heading + (heading - foot.heading)[lane, None]
         out_s[lane], out_l[lane] = s, l
 
     free = np.flatnonzero(~follows & (np.abs(l0) < 3.0 * FRENET_REACH))

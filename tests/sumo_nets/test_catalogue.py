@@ -1,4 +1,5 @@
 import gzip
+import itertools
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
@@ -37,11 +38,11 @@ def exact_line(segments, start):
 def middle_lane(record):
     net = sumolib.net.readNet(str(record.net_file), withInternal=True)
     shapes = [net.getLane(f"{record.route[0]}_1").getShape()]
-    if len(record.route) > 1:
-        links = net.getEdge(record.route[0]).getOutgoing()[net.getEdge(record.route[1])]
+    for edge, following in itertools.pairwise(record.route):
+        links = net.getEdge(edge).getOutgoing()[net.getEdge(following)]
         via = next(link for link in links if link.getFromLane().getIndex() == 1)
         shapes.append(net.getLane(via.getViaLaneID()).getShape())
-        shapes.append(net.getLane(f"{record.route[1]}_1").getShape())
+        shapes.append(net.getLane(f"{following}_1").getShape())
     return np.concatenate(shapes)
 
 

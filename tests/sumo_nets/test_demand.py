@@ -136,7 +136,7 @@ def test_file_says_what_was_drawn(tmp_path):
     ego = types["ego"]
     assert (ego["length"], ego["width"], ego["decel"]) == ("4.8", "1.9", "4")
     assert (ego["apparentDecel"], ego["emergencyDecel"]) == ("4", "8")
-    assert root.find("route[@id='ego']").get("edges") == "own"
+    assert root.find("route[@id='ego']").get("edges") == " ".join(record.route)
     written = [
         (
             element.get("id"),

@@ -66,14 +66,13 @@ def test_straight_lines_have_two_points_and_curves_one_per_metre():
 
 
 def test_main_prints_the_shape_of_the_committed_road(capsys):
-    segments = ["line 140", f"arc {20 * pi} 0.05", "line 250"]
-    assert main([*segments, "--start", "-100", "0", "0"]) == 0
+    bend = [f"arc {20 * pi} 0.05", "--start", "40", "0", "0"]
+    assert main(bend) == 0
     edges = ElementTree.parse(ROOT / "u_shaped" / "u_shaped.edg.xml").getroot()
     shapes = {edge.get("id"): edge.get("shape", "").split() for edge in edges}
-    assert capsys.readouterr().out.split() == shapes["own"]
-    start = ["--start", "-100", "0", "0", "--offset", "10", "--reverse"]
-    assert main([*segments, *start]) == 0
-    assert capsys.readouterr().out.split() == shapes["oncoming"]
+    assert capsys.readouterr().out.split() == shapes["own2"]
+    assert main([*bend, "--offset", "10", "--reverse"]) == 0
+    assert capsys.readouterr().out.split() == shapes["oncoming2"]
 
 
 @pytest.mark.parametrize(

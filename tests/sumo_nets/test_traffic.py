@@ -95,7 +95,10 @@ def test_sumo_finds_the_ego_path_on_its_lanes(name, run):
             (stop,) = path.stop_lines
             assert (signal, link) == (stop.signal, stop.link)
             assert distance == pytest.approx(stop.s - path.s[row], abs=0.2)
-    assert tuple(seen) == path.lanes
+    # The seams between edges of one road are shorter than a step.
+    passed = [lane for lane in path.lanes if lane in seen]
+    assert seen == passed
+    assert all(lane in seen for lane in path.lanes if not lane.startswith(":own"))
 
 
 def test_queues_of_the_intersection_clear_and_nobody_waits_two_cycles(run):

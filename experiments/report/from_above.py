@@ -1,0 +1,216 @@
+"""The view from above: road, obstacles, the ego's way, and who was where when."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.patches import Polygon
+from matplotlib.patheffects import Normal, Stroke
+
+from experiments.report import palette
+from experiments.report.run_record import RunRecord, numbers
+from experiments.road_map import MapLane
+from experiments.trace import Table
+from planner.states import FloatArray
+
+MARGIN = 14.0  # shown about the ego's way [m]
+REACH = 50.0  # vehicles farther from the ego then are left out [m]
+CORNER_POINTS = 9  # of a quarter circle
+NUMBER_GAP = 8.0  # of a moment's number from the ego's centre, to its right [pt]
+DASHES = (0.0, (6.0, 7.0))  # of lane lines, in line widths
+
+
+def extent(run: RunRecord) -> tuple[float, float, float, float]:
+    """Give (x_min, x_max, y_min, y_max) of what is shown [m]."""
+    x, y = numbers(run.trace.steps["x_m"]), numbers(run.trace.steps["y_m"])
+    return (
+        float(x.min()) - MARGIN,
+        float(x.max()) + MARGIN,
+        float(y.min()) - MARGIN,
+        float(y.max()) + MARGIN,
+    )
+
+
+def draw_from_above(axes: Axes, run: RunRecord) -> LineCollection:
+    """Draw the scene.
+
+    Args:
+        axes: Where.
+        run: What.
+
+    Returns:
+        The ego's way coloured by speed, for the colour bar.
+    """
+    _draw_lanes(axes, run)
+    _draw_carriageway(axes, run.trace.road)
+    _draw_obstacles(axes, run.trace.obstacles)
+    way = _draw_way(axes, run)
+    for number in range(len(run.moments)):
+        _draw_moment(axes, run, number)
+    x_min, x_max, y_min, y_max = extent(run)
+    axes.set(xlim=(x_min, x_max), ylim=(y_min, y_max), xlabel="x [m]", ylabel="y [m]")
+    axes.set_aspect("equal")
+    return way
+
+
+def rectangle(
+    x: float, y: float, heading: float, length: float, width: float, radius: float = 0.0
+) -> FloatArray:
+    """Outline a rectangle that is grown by `radius` on all sides.
+
+    Args:
+        x: Centre [m].
+        y: Centre [m].
+        heading: [rad].
+        length: Before it is grown [m].
+        width: Before it is grown [m].
+        radius: [m].
+
+    Returns:
+        Points counter-clockwise, (n, 2) [m].
+    """
+    quarter = np.linspace(0.0, np.pi / 2.0, CORNER_POINTS if radius > 0.0 else 1)
+    along, across = [], []
+    for k, (i, j) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
+        angle = quarter + k * np.pi / 2.0
+        along.append(i * length / 2.0 + radius * np.cos(angle))
+        across.append(j * width / 2.0 + radius * np.sin(angle))
+    u, v = np.concatenate(along), np.concatenate(across)
+    cos, sin = np.cos(heading), np.sin(heading)
+    return np.column_stack((x + u * cos - v * sin, y + u * sin + v * cos))
+
+
+def offset_line(points: FloatArray, offset: float) -> FloatArray:
+    """Shift a polyline sideways, positive to the left; (n, 2) [m].
+
+    The offset is taken along the mean normal of the two segments at each point and
+    stretched so that both segments are shifted by it.
+    """
+    steps = np.diff(points, axis=0)
+    normals = np.column_stack((-steps[:, 1], steps[:, 0]))
+    normals /= np.maximum(np.hypot(*normals.T), 1e-9)[:, None]
+    before = np.concatenate((normals[:1], normals))
+    after = np.concatenate((normals, normals[-1:]))
+    cosine = 1.0 + np.sum(before * after, axis=1)  # 2 cos² of half the bend
+    shifted: FloatArray = (
+        points + offset * (before + after) / np.maximum(cosine, 0.2)[:, None]
+    )
+    return shifted
+
+
+def _draw_lanes(axes: Axes, run: RunRecord) -> None:
+    """Draw asphalt, lane lines and kerbs."""
+    for outline in run.road_map.junctions:
+        axes.add_patch(Polygon(outline, fc=palette.ASPHALT, ec="none", zorder=0))
+    lanes = run.road_map.lanes
+    leftmost: dict[str, int] = {}
+    for lane in lanes:
+        leftmost[lane.edge] = max(leftmost.get(lane.edge, 0), lane.index)
+        half = lane.width / 2.0
+        sides = offset_line(lane.points, half), offset_line(lane.points, -half)
+        area = np.concatenate((sides[0], sides[1][::-1]))
+        axes.add_patch(Polygon(area, fc=palette.ASPHALT, ec=palette.ASPHALT, zorder=0))
+    for lane in lanes:
+        if not lane.inside_junction:
+            _draw_lines(axes, lane, leftmost=lane.index == leftmost[lane.edge])
+
+
+def _draw_lines(axes: Axes, lane: MapLane, *, leftmost: bool) -> None:
+    """Draw the lines on both sides of a lane; a shared one is drawn once."""
+    left = offset_line(lane.points, lane.width / 2.0).T
+    if leftmost:
+        axes.plot(*left, color=palette.KERB, lw=palette.MEDIUM, zorder=1)
+    else:
+        axes.plot(*left, color=palette.MARKING, lw=palette.MEDIUM, ls=DASHES, zorder=1)
+    if lane.index == 0:
+        right = offset_line(lane.points, -lane.width / 2.0).T
+        axes.plot(*right, color=palette.KERB, lw=palette.MEDIUM, zorder=1)
+
+
+def _draw_carriageway(axes: Axes, road: Table) -> None:
+    """Draw the reference path and the edges that the ego has to keep."""
+    x, y, heading = (numbers(road[key]) for key in ("x_m", "y_m", "heading_rad"))
+    edges = []
+    for key in ("left_m", "right_m"):
+        l = numbers(road[key])
+        edges.append((x - l * np.sin(heading), y + l * np.cos(heading)))
+    (left_x, left_y), (right_x, right_y) = edges
+    area = np.column_stack(
+        (
+            np.concatenate((left_x, right_x[::-1])),
+            np.concatenate((left_y, right_y[::-1])),
+        )
+    )
+    axes.add_patch(Polygon(area, fc=palette.ASPHALT, ec="none", zorder=0))
+    for edge in edges:
+        axes.plot(*edge, color=palette.ROAD_EDGE, lw=palette.EDGE, zorder=2)
+    axes.plot(x, y, color=palette.REFERENCE, lw=palette.THIN, ls=":", zorder=2)
+
+
+def _draw_obstacles(axes: Axes, obstacles: Table) -> None:
+    """Draw the static bodies."""
+    keys = ("x_m", "y_m", "heading_rad", "length_m", "width_m", "radius_m")
+    for body in zip(*(numbers(obstacles[key]) for key in keys), strict=True):
+        axes.add_patch(
+            Polygon(rectangle(*body), fc=palette.OBSTACLE, ec="none", zorder=3)
+        )
+
+
+def _draw_way(axes: Axes, run: RunRecord) -> LineCollection:
+    """Draw the way of the rear axle, coloured by speed."""
+    steps = run.trace.steps
+    points = np.column_stack((numbers(steps["x_m"]), numbers(steps["y_m"])))
+    speed = numbers(steps["speed_mps"])
+    pieces = np.stack((points[:-1], points[1:]), axis=1)  # (n_steps - 1, 2, 2)
+    way = LineCollection(
+        list(pieces),
+        cmap=palette.SPEED_MAP,
+        lw=palette.THICK,
+        capstyle="round",
+        zorder=5,
+    )
+    way.set_array((speed[:-1] + speed[1:]) / 2.0)
+    way.set_clim(0.0, max(float(speed.max()), run.trace.fact("target_speed_mps")))
+    axes.add_collection(way)
+    return way
+
+
+def _draw_moment(axes: Axes, run: RunRecord, number: int) -> None:
+    """Draw the plan, the vehicles nearby and the ego of one moment."""
+    trace, step, colour = run.trace, run.moments[number], palette.MOMENTS[number]
+    plan = run.at(trace.plans, step)
+    x, y = numbers(trace.plans["x_m"])[plan], numbers(trace.plans["y_m"])[plan]
+    axes.plot(x, y, color=colour, lw=palette.MEDIUM, zorder=6)
+    ego_x, ego_y, heading = _ego_centre(run, step)
+    now = run.at(trace.vehicles, step)
+    keys = ("x_m", "y_m", "heading_rad", "length_m", "width_m")
+    columns = (numbers(trace.vehicles[key])[now] for key in keys)
+    for body in zip(*columns, strict=True):
+        if np.hypot(body[0] - ego_x, body[1] - ego_y) <= REACH:
+            outline = Polygon(rectangle(*body), fc="white", ec=colour, zorder=4)
+            axes.add_patch(outline)
+    size = trace.fact("length_m"), trace.fact("width_m")
+    body = Polygon(rectangle(ego_x, ego_y, heading, *size), fc=colour, ec="black")
+    body.set(linewidth=palette.THIN, zorder=7)
+    axes.add_patch(body)
+    axes.annotate(
+        str(number + 1),
+        (ego_x, ego_y),
+        xytext=(NUMBER_GAP * np.sin(heading), -NUMBER_GAP * np.cos(heading)),
+        textcoords="offset points",
+        color=colour,
+        weight="bold",
+        ha="center",
+        va="center",
+        zorder=8,
+        path_effects=[Stroke(linewidth=1.6, foreground="white"), Normal()],
+    )
+
+
+def _ego_centre(run: RunRecord, step: int) -> tuple[float, float, float]:
+    """Give centre [m] and heading [rad] of the ego, recorded at its rear axle."""
+    steps, fact = run.trace.steps, run.trace.fact
+    heading = float(steps["heading_rad"][step])
+    reach = fact("length_m") / 2.0 - fact("rear_overhang_m")
+    x = float(steps["x_m"][step]) + reach * np.cos(heading)
+    y = float(steps["y_m"][step]) + reach * np.sin(heading)
+    return x, y, heading

@@ -1,0 +1,168 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from planner.cruise.feasibility import (
+    lateral_at,
+    lateral_over_distance,
+    lateral_over_time,
+    lateral_quintic,
+    road_excess,
+    squared_jerk,
+)
+from planner.geometry.reference_path import ReferencePath
+from planner.geometry.segments import arc, line
+
+offset = st.floats(-5.0, 5.0)
+rate = st.floats(-2.0, 2.0)
+bend = st.floats(-1.0, 1.0)
+length = st.floats(1.0, 8.0)
+HALF_WIDTH, FRONT, REAR = 0.95, 3.8, 1.0
+
+
+@given(offset, rate, bend, offset, length)
+def test_the_quintic_meets_its_boundary_values(l0, l1, l2, end, T):
+    c = lateral_quintic((l0, l1, l2), end, T)
+    value = np.polynomial.Polynomial(c)
+    start = (value(0.0), value.deriv(1)(0.0), value.deriv(2)(0.0))
+    np.testing.assert_allclose(start, (l0, l1, l2), atol=1e-12)
+    stop = (value(T), value.deriv(1)(T), value.deriv(2)(T))
+    np.testing.assert_allclose(stop, (end, 0.0, 0.0), atol=1e-9)
+
+
+def speeding(t, speed, acceleration, jerk):
+    """s and its derivatives of a motion with constant jerk."""
+    s = speed * t + acceleration * t**2 / 2.0 + jerk * t**3 / 6.0
+    return (
+        s,
+        speed + acceleration * t + jerk * t**2 / 2.0,
+        acceleration + jerk * t,
+        jerk,
+    )
+
+
+motion = (st.floats(2.0, 15.0), st.floats(-1.0, 1.0), st.floats(-0.5, 0.5))
+
+
+def differences(function, t, h):
+    """First, second and third derivative by central differences of fourth order."""
+    f = [function(t + k * h) for k in range(-3, 4)]
+    first = (f[1] - 8.0 * f[2] + 8.0 * f[4] - f[5]) / (12.0 * h)
+    second = (-f[1] + 16.0 * f[2] - 30.0 * f[3] + 16.0 * f[4] - f[5]) / (12.0 * h**2)
+    third = (f[0] - 8.0 * f[1] + 13.0 * f[2] - 13.0 * f[4] + 8.0 * f[5] - f[6]) / (
+        8.0 * h**3
+    )
+    return first, second, third
+
+
+start = st.tuples(offset, rate, bend)
+gentle = st.tuples(offset, st.floats(-0.3, 0.3), st.floats(-0.05, 0.05))
+
+
+@given(start, offset, st.floats(3.0, 8.0), *motion)
+def test_motion_over_time_against_finite_differences(start, end, T, v, a, j):
+    c = lateral_quintic(start, end, T)
+    value = np.polynomial.Polynomial(c)
+    t = 0.4 * T
+    _, s_dot, s_ddot, _ = speeding(t, v + 10.0, a, j)
+    l, slope, second, jerk = lateral_over_time(c, t, s_dot, s_ddot)
+    l_dot, l_ddot, l_dddot = differences(value, t, 0.05)
+    assert math.isclose(l, value(t), abs_tol=1e-9)
+    assert math.isclose(slope * s_dot, l_dot, abs_tol=1e-4)
+    # l_ddot = l'' s_dot² + l' s_ddot
+    assert math.isclose(second * s_dot**2 + slope * s_ddot, l_ddot, abs_tol=1e-3)
+    assert math.isclose(jerk, l_dddot, abs_tol=2e-3)
+
+
+@given(gentle, offset, *motion)
+def test_motion_over_distance_against_finite_differences(start, end, v, a, j):
+    length = 40.0
+    c = lateral_quintic(start, end, length)
+    value = np.polynomial.Polynomial(c)
+    t = 1.0
+    s, s_dot, s_ddot, s_dddot = speeding(t, v, a, j)
+    l, slope, second, jerk = lateral_over_distance(c, s, s_dot, s_ddot, s_dddot)
+    l_prime, l_second, _ = differences(value, s, 0.05)
+    assert math.isclose(l, value(s), abs_tol=1e-12)
+    assert math.isclose(slope, l_prime, abs_tol=1e-6)
+    assert math.isclose(second, l_second, abs_tol=1e-6)
+    of_time = differences(lambda at: value(speeding(at, v, a, j)[0]), t, 0.01)[2]
+    assert math.isclose(jerk, of_time, rel_tol=1e-3, abs_tol=1e-3)
+
+
+@pytest.mark.parametrize("over_time", [True, False])
+def test_after_its_length_the_motion_goes_straight_on(over_time):
+    c = lateral_quintic((1.0, 0.2, 0.0), -2.0, 4.0)
+    at_end = lateral_at(over_time, c, 4.0, -2.0, 4.0, 10.0, 0.0, 0.0)
+    np.testing.assert_allclose(at_end[:3], (-2.0, 0.0, 0.0), atol=1e-12)
+    after = lateral_at(over_time, c, 4.0, -2.0, 4.1, 10.0, 1.0, 1.0)
+    assert after == (-2.0, 0.0, 0.0, 0.0)
+
+
+@given(offset, rate, bend, offset, length)
+def test_squared_jerk_against_quadrature(l0, l1, l2, end, T):
+    c = lateral_quintic((l0, l1, l2), end, T)
+    third = np.polynomial.Polynomial(c).deriv(3)
+    expected, _ = quad(lambda t: third(t) ** 2, 0.0, T)
+    assert math.isclose(squared_jerk(c, T), expected, rel_tol=1e-7, abs_tol=1e-9)
+
+
+def body_excess(path, s, l, error, left, right):
+    """The same by projecting the body's outline on the path."""
+    x, y, heading = path.pose(s)
+    x, y = x - l * math.sin(heading), y + l * math.cos(heading)
+    along = np.linspace(-REAR, FRONT, 97)
+    heading += error
+    worst = -math.inf
+    for across in (-HALF_WIDTH, HALF_WIDTH):
+        _, offsets = path.project(
+            x + along * math.cos(heading) - across * math.sin(heading),
+            y + along * math.sin(heading) + across * math.cos(heading),
+        )
+        worst = max(
+            worst, float(np.max(offsets - left)), float(np.max(right - offsets))
+        )
+    return worst
+
+
+def excess(l, error, curvature, left, right):
+    return road_excess(
+        l,
+        math.cos(error),
+        math.sin(error),
+        curvature,
+        left,
+        right,
+        FRONT,
+        REAR,
+        HALF_WIDTH,
+    )
+
+
+@given(st.floats(-6.0, 6.0), st.floats(-1.0, 1.0))
+def test_road_excess_is_exact_on_a_straight(l, error):
+    path = ReferencePath.from_segments([line(100.0)])
+    expected = body_excess(path, 50.0, l, error, 5.0, -4.0)
+    assert math.isclose(excess(l, error, 0.0, 5.0, -4.0), expected, abs_tol=1e-9)
+
+
+@pytest.mark.parametrize("curvature", [1.0 / 15.0, -1.0 / 15.0])
+@given(l=st.floats(-0.5, 0.5), error=st.floats(-0.05, 0.05))
+def test_road_excess_near_the_middle_of_a_tight_bend(curvature, l, error):
+    path = ReferencePath.from_segments([arc(45.0, curvature)])
+    expected = body_excess(path, 20.0, l, error, 1.5, -1.5)
+    assert abs(excess(l, error, curvature, 1.5, -1.5) - expected) < 0.09
+
+
+@pytest.mark.parametrize("curvature", [1.0 / 15.0, -1.0 / 15.0])
+@given(l=st.floats(-4.2, 4.2), error=st.floats(-0.2, 0.2))
+def test_road_excess_is_never_far_too_small_in_a_tight_bend(curvature, l, error):
+    path = ReferencePath.from_segments([arc(45.0, curvature)])
+    expected = body_excess(path, 20.0, l, error, 5.0, -5.0)
+    if expected > -0.5:  # the body is near an edge
+        found = excess(l, error, curvature, 5.0, -5.0)
+        assert expected - 0.02 < found < expected + 0.2

@@ -1,0 +1,206 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.fallback import (
+    braking_on_arc,
+    fallback,
+    shifted_plan,
+    stopping_trajectory,
+)
+from planner.interface import PlanStatus
+from planner.states import CartesianState, FrenetState, Trajectory
+from tests.planner.scenes import STEP, bend, ego_on, make_scene, straight, winding
+
+HORIZON = 5.0
+COLUMNS = ("x", "y", "heading", "curvature", "speed", "acceleration", "s", "l")
+
+
+def free(trajectory):
+    return None
+
+
+def plan_along(path, s, speed, l=0.0):
+    """An even drive along the path, as a last plan."""
+    t = STEP * np.arange(51)
+    states = [ego_on(path, s + speed * time, l, speed) for time in t]
+    names = ("x", "y", "heading", "curvature", "speed", "acceleration")
+    columns = [np.array([getattr(state, name) for state in states]) for name in names]
+    return Trajectory(t, *columns, s + speed * t, np.full_like(t, l))
+
+
+def scene_after(path, last):
+    """The scene one step after `last` was made, driven perfectly."""
+    return make_scene(path, last.at(STEP), near=float(last.s[1]))
+
+
+class Refusing:
+    """Refuses the first `n` trajectories that it is asked about."""
+
+    def __init__(self, n):
+        self.asked = []
+        self.n = n
+
+    def __call__(self, trajectory):
+        self.asked.append(trajectory)
+        return "something" if len(self.asked) <= self.n else None
+
+
+def test_the_first_rung_is_the_last_plan_shifted():
+    path = winding()
+    last = plan_along(path, 10.0, 8.0)
+    status, trajectory = fallback(scene_after(path, last), last, free, HORIZON)
+    assert status is PlanStatus.LAST_PLAN_SHIFTED
+    np.testing.assert_allclose(trajectory.t, last.t[:-1], atol=1e-12)
+    for name in COLUMNS:
+        expected = getattr(last, name)[1:]
+        np.testing.assert_array_equal(getattr(trajectory, name), expected)
+
+
+@pytest.mark.parametrize("refused", [1, 2])
+def test_the_second_rung_is_a_full_stop(refused):
+    path = straight()
+    last = plan_along(path, 50.0, 10.0, l=1.0)
+    scene = scene_after(path, last)
+    blocker = Refusing(refused)
+    status, trajectory = fallback(scene, last, blocker, HORIZON)
+    assert status is PlanStatus.FULL_STOP
+    assert trajectory is blocker.asked[-1]
+    assert trajectory.speed[-1] == 0.0
+    stopped = trajectory.s[-1] - scene.ego_frenet.s
+    limit = scene.vehicle.limits.max_deceleration
+    assert math.isclose(stopped, 10.0**2 / (2.0 * limit), rel_tol=1e-6)
+
+
+def test_without_a_last_plan_the_ladder_begins_with_the_stop():
+    path = straight()
+    status, _ = fallback(make_scene(path, ego_on(path, 50.0)), None, free, HORIZON)
+    assert status is PlanStatus.FULL_STOP
+
+
+def test_the_last_rung_is_emergency_braking_whatever_stands_there():
+    path = straight()
+    last = plan_along(path, 50.0, 10.0)
+    scene = scene_after(path, last)
+    status, trajectory = fallback(scene, last, lambda _: "a wall", HORIZON)
+    assert status is PlanStatus.EMERGENCY_BRAKING
+    stopped = trajectory.s[-1] - scene.ego_frenet.s
+    limit = scene.vehicle.limits.emergency_deceleration
+    assert math.isclose(stopped, 10.0**2 / (2.0 * limit), rel_tol=1e-6)
+
+
+def test_where_the_frame_ends_the_ego_brakes_on_its_arc():
+    path = bend(6.0, before=10.0)
+    ego = ego_on(path, 15.0, 0.0, 5.0)
+    beyond = FrenetState(15.0, 5.0, 0.0, 6.5, 0.0, 0.0, 0.0, 0.0)
+    scene = make_scene(path, ego, frenet=beyond)
+    status, trajectory = fallback(scene, None, free, HORIZON)
+    assert status is PlanStatus.EMERGENCY_BRAKING
+    expected = braking_on_arc(ego, 8.0, STEP, HORIZON)
+    np.testing.assert_array_equal(trajectory.x, expected.x)
+
+
+@pytest.mark.parametrize(
+    ("aside", "faster"), [(0.2, 0.0), (0.0, 0.5), (-0.2, 0.0), (0.0, -0.5)]
+)
+def test_a_plan_that_the_ego_is_not_on_is_not_shifted(aside, faster):
+    path = straight()
+    last = plan_along(path, 50.0, 10.0)
+    ego = ego_on(path, 51.0, aside, 10.0 + faster)
+    assert shifted_plan(make_scene(path, ego), last) is None
+
+
+def test_a_plan_that_is_used_up_is_not_shifted():
+    path = straight()
+    last = plan_along(path, 50.0, 10.0)
+    short = Trajectory(last.t[:2], *(getattr(last, name)[:2] for name in COLUMNS))
+    assert shifted_plan(scene_after(path, last), short) is None
+
+
+def test_a_plan_can_be_shifted_again_and_again():
+    path = straight()
+    plan = plan_along(path, 50.0, 10.0)
+    first = plan
+    for k in range(1, 20):
+        plan = shifted_plan(make_scene(path, plan.at(STEP)), plan)
+        np.testing.assert_allclose(plan.x, first.x[k:])
+        assert plan.t[0] == pytest.approx(0.0, abs=1e-12)
+
+
+@given(
+    speed=st.floats(0.5, 20.0),
+    l=st.floats(-3.0, 3.0),
+    offset=st.floats(-3.0, 3.0),
+    error=st.floats(-0.1, 0.1),
+    deceleration=st.sampled_from([4.5, 8.0]),
+)
+def test_a_stop_on_a_straight_brakes_as_it_says(speed, l, offset, error, deceleration):
+    path = straight()
+    scene = make_scene(path, ego_on(path, 50.0, l, speed, error))
+    stop = stopping_trajectory(scene, offset, deceleration, HORIZON)
+    assert stop.t.size == 51
+    assert math.isclose(stop.x[0], scene.ego.x, abs_tol=1e-9)
+    assert math.isclose(stop.y[0], scene.ego.y, abs_tol=1e-9)
+    assert math.isclose(stop.heading[0], scene.ego.heading, abs_tol=1e-9)
+    assert math.isclose(stop.speed[0], speed, abs_tol=1e-9)
+    assert np.all(np.diff(stop.s) >= -1e-12)
+    assert stop.speed[-1] == 0.0
+    braking = -np.diff(stop.speed) / STEP
+    assert braking.max() < 1.12 * deceleration  # the way bends, the share of s is kept
+
+
+@pytest.mark.parametrize("speed", [3.0, 8.0])
+def test_a_stop_in_a_bend_follows_the_road_and_moves_as_it_says(speed):
+    path = winding()
+    scene = make_scene(path, ego_on(path, 40.0, 1.0, speed))
+    stop = stopping_trajectory(scene, 1.0, 4.5, HORIZON)
+    np.testing.assert_allclose(stop.l, 1.0, atol=1e-9)
+    s, l = path.project(stop.x, stop.y)
+    np.testing.assert_allclose(s, stop.s, atol=1e-6)
+    np.testing.assert_allclose(l, stop.l, atol=1e-6)
+    driven = np.hypot(np.diff(stop.x), np.diff(stop.y))
+    mean = 0.5 * (stop.speed[1:] + stop.speed[:-1]) * STEP
+    moving = stop.speed[1:] > 0.0
+    np.testing.assert_allclose(driven[moving], mean[moving], rtol=2e-3)
+
+
+def test_a_standing_ego_stays_where_it_is():
+    path = straight()
+    scene = make_scene(path, ego_on(path, 50.0, 1.0, 0.0))
+    stop = stopping_trajectory(scene, 0.0, 4.5, HORIZON)
+    np.testing.assert_allclose(stop.x, 50.0)
+    np.testing.assert_allclose(stop.y, 1.0)
+
+
+@given(st.floats(0.0, 20.0), st.floats(-0.2, 0.2), st.floats(1.0, 9.0))
+def test_braking_on_an_arc_in_closed_form(speed, curvature, deceleration):
+    ego = CartesianState(3.0, -2.0, 0.7, curvature, speed, 1.0)
+    stop = braking_on_arc(ego, deceleration, STEP, 25.0)
+    driven = speed**2 / (2.0 * deceleration)
+    assert math.isclose(stop.s[-1], driven, abs_tol=1e-9)
+    assert math.isclose(stop.heading[-1], 0.7 + curvature * driven, abs_tol=1e-9)
+    if abs(curvature) > 1e-3:
+        heading = 0.7 + curvature * stop.s
+        x = 3.0 + (np.sin(heading) - math.sin(0.7)) / curvature
+        y = -2.0 - (np.cos(heading) - math.cos(0.7)) / curvature
+        np.testing.assert_allclose(stop.x, x, atol=1e-6)
+        np.testing.assert_allclose(stop.y, y, atol=1e-6)
+    braking = -np.diff(stop.speed) / STEP
+    assert braking.max(initial=0.0) <= deceleration + 1e-9
+    np.testing.assert_array_equal(
+        stop.speed, np.maximum(speed - deceleration * stop.t, 0.0)
+    )
+
+
+def test_the_ladder_does_not_touch_its_inputs():
+    path = straight()
+    last = plan_along(path, 50.0, 10.0)
+    scene = scene_after(path, last)
+    before = {name: getattr(last, name).tobytes() for name in COLUMNS}
+    fallback(scene, last, Refusing(3), HORIZON)
+    assert before == {name: getattr(last, name).tobytes() for name in COLUMNS}
+    assert replace(scene) is not scene
