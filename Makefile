@@ -1,22 +1,31 @@
 # Developer and user commands; `make help` lists them. Needs GNU make and Python >= 3.11.
 PYTHON ?= python3
-NET ?= intersection
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+RUN ?= $(shell ls -td runs/*/ 2>/dev/null | head -n 1)
 ONLY_PYTHON := import sys; sys.exit(0 if sys.version_info >= (3, 11) else 1)
 PACKAGES := planner sumo_nets experiments
 
 .DEFAULT_GOAL := help
-.PHONY: help install experiment test test-all lint fmt type imports bench nets schema ci clean
+.PHONY: help install experiment need-net figure need-run test test-all lint fmt type imports bench nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 
 install: $(STAMP) ## Make .venv with everything in it (once; other commands do it too)
 
-experiment: $(STAMP) ## Run one episode: NET=straight|curved|intersection|u_shaped PLANNER= SEED= GUI=1 ARGS=
-	@$(BIN)/rearview run $(NET) $(if $(PLANNER),--planner $(PLANNER)) $(if $(SEED),--seed $(SEED)) $(if $(GUI),--gui) $(ARGS)
+experiment: need-net $(STAMP) ## Run one episode: NET=straight|curved|intersection|u_shaped PLANNER= SEED= GUI=1 ARGS=
+	@$(BIN)/rearview run "$(NET)" $(if $(PLANNER),--planner "$(PLANNER)") $(if $(SEED),--seed "$(SEED)") $(if $(GUI),--gui) $(ARGS)
+
+need-net:
+	@test -n "$(NET)" || { echo "make experiment needs NET: straight, curved, intersection, u_shaped, or a scenario file, for example: make experiment NET=intersection" >&2; exit 2; }
+
+figure: need-run $(STAMP) ## Draw a run: RUN=folder (without it the newest one) ARGS="-o picture.pdf"
+	@$(BIN)/rearview figure "$(RUN)" $(ARGS)
+
+need-run:
+	@test -n "$(RUN)" || { echo "make figure needs RUN, a run folder; there is none in runs yet: make experiment NET=intersection" >&2; exit 2; }
 
 test: $(STAMP) ## Run the tests, without the slow ones
 	@$(BIN)/python -m pytest $(ARGS)
@@ -54,7 +63,7 @@ ci: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory imports
 	@$(MAKE) --no-print-directory test-all
 
-clean: ## Remove .venv, caches and results
+clean: ## Remove .venv, caches, compiled loops and all results in runs
 	rm -rf $(VENV) runs build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
 	find $(PACKAGES) tests -name __pycache__ -type d -prune -exec rm -rf {} +
 

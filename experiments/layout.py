@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.config import Ego, Obstacle, RandomObstacles, Scenario
-from experiments.cosim.kinematic_world import (
-    constant_road,
-)
+from experiments.cosim.kinematic_world import constant_road
+from experiments.cosim.obstacles import PlacedBody, obstacles_on_path
 from experiments.cosim.projection import state_on_path
 from experiments.strict_yaml import KeyPath
 from planner.errors import PlannerError
@@ -84,7 +83,7 @@ def make_layout(scenario: Scenario) -> Layout:
     beyond = scenario.beyond(bare.path.length)
     if beyond is not None:
         raise scenario.error(*beyond)
-    obstacles = _place(bare.path, listed_obstacles(scenario))
+    obstacles = obstacles_on_path(bare.path, _placed(listed_obstacles(scenario)))
     _check_start(scenario, bare.path, obstacles)
     return Layout(bare.path, bare.road, obstacles, bare.stop_lines, bare.network)
 
@@ -116,20 +115,20 @@ def _draw(
     return tuple(drawn)
 
 
-def _place(path: ReferencePath, listed: tuple[Obstacle, ...]) -> Obstacles:
-    """Put obstacles on the road."""
-    s = np.array([obstacle.s_m for obstacle in listed])
-    l = np.array([obstacle.l_m for obstacle in listed])
-    point = path.at(s)
-    return Obstacles(
-        ids=tuple(f"obstacle.{number}" for number in range(len(listed))),
-        x=point.x - l * point.sin_heading,
-        y=point.y + l * point.cos_heading,
-        heading=point.heading + np.array([o.heading_rad for o in listed]),
-        length=np.array([obstacle.length_m or 0.0 for obstacle in listed]),
-        width=np.array([obstacle.width_m or 0.0 for obstacle in listed]),
-        radius=np.array([obstacle.radius_m or 0.0 for obstacle in listed]),
-    )
+def _placed(listed: tuple[Obstacle, ...]) -> list[PlacedBody]:
+    """Name the obstacles and give what one shape lacks as 0."""
+    return [
+        PlacedBody(
+            f"obstacle.{number}",
+            obstacle.s_m,
+            obstacle.l_m,
+            length=obstacle.length_m or 0.0,
+            width=obstacle.width_m or 0.0,
+            radius=obstacle.radius_m or 0.0,
+            heading=obstacle.heading_rad,
+        )
+        for number, obstacle in enumerate(listed)
+    ]
 
 
 def _check_start(scenario: Scenario, path: ReferencePath, obstacles: Obstacles) -> None:

@@ -47,10 +47,10 @@ def print_outcome(outcome: Outcome, console: Console | None = None) -> None:
     console.print(title, soft_wrap=True)
     console.print(table)
     style = "green" if row[columns.ARRIVED] else "red"
-    verdict = Text(str(outcome.ending.status), style=f"bold {style}")
-    console.print(
-        verdict.append(f": {outcome.ending.reason}", style="default"), soft_wrap=True
-    )
+    status = str(outcome.ending.status)
+    reason = outcome.ending.reason.removeprefix(status).strip()  # say it once
+    verdict = Text(status, style=f"bold {style}")
+    console.print(verdict.append(f": {reason}", style="default"), soft_wrap=True)
     console.print(f"run folder: {outcome.folder}", soft_wrap=True)
 
 

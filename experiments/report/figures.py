@@ -80,8 +80,9 @@ def draw_run(run: RunRecord) -> "Figure":
     panels = [figure.add_axes(page.share(box)) for box in page.panels]
     way = draw_from_above(view, run)
     draw_over_time(panels, run)
-    for index in page.named:
-        panels[index].set_xlabel("time [s]")
+    for index, axes in enumerate(panels):
+        axes.tick_params(labelbottom=index in page.named)
+        axes.set_xlabel("time [s]" if index in page.named else "")
     bar = figure.add_axes(page.share(page.bar))
     figure.colorbar(way, cax=bar, orientation="horizontal")
     bar.tick_params(length=2.0, pad=1.0, labelsize=palette.FONT_SIZE - 1.0)
@@ -116,22 +117,22 @@ def _legend(figure: "Figure", page: Page, run: RunRecord) -> None:
 
     from experiments.report.over_time import fallback_steps, waiting_steps
 
-    black = {"color": palette.CURVE, "lw": palette.MEDIUM}
     handles: list[Any] = [
         Patch(fc=colour, ec="black", lw=palette.THIN, label=_moment_name(run, k))
         for k, colour in enumerate(palette.MOMENTS[: len(run.moments)])
     ]
     handles += [
-        Patch(fc="white", ec="black", lw=palette.MEDIUM, label="others then"),
-        Line2D([], [], **black, label="plan then"),
+        Patch(fc="white", ec="black", lw=palette.MEDIUM, label="other vehicle"),
+        Line2D([], [], color=palette.CURVE, lw=palette.MEDIUM, label="plan"),
         Patch(fc=palette.OBSTACLE, label="obstacle"),
         Line2D([], [], color=palette.ROAD_EDGE, lw=palette.EDGE, label="road edge"),
     ]
     if waiting_steps(run).any():
         handles.append(Patch(fc=palette.WAITING, label="stop line closed"))
     if fallback_steps(run).any():
-        sign = {"ls": "none", "marker": "^", "ms": 4.0, "color": palette.CURVE}
-        handles.append(Line2D([], [], **sign, label="no fresh plan"))
+        sign = Line2D([], [], ls="none", marker="^", ms=4.0, color=palette.CURVE)
+        sign.set_label("no fresh plan")
+        handles.append(sign)
     figure.legend(
         handles=handles,
         loc="upper left",
@@ -169,9 +170,7 @@ def _save(figure: "Figure", target: Path, kind: str) -> None:
         os.close(descriptor)
         aside = Path(name)
         try:
-            figure.savefig(
-                aside, format=kind, dpi=RESOLUTION, metadata=_NO_DATE[kind]
-            )
+            figure.savefig(aside, format=kind, dpi=RESOLUTION, metadata=_NO_DATE[kind])
             aside.chmod(0o644)
             aside.replace(target)
         finally:

@@ -15,7 +15,7 @@ from planner.states import FloatArray
 MARGIN = 14.0  # shown about the ego's way [m]
 REACH = 50.0  # vehicles farther from the ego then are left out [m]
 CORNER_POINTS = 9  # of a quarter circle
-NUMBER_GAP = 8.0  # of a moment's number from the ego's centre, to its right [pt]
+NUMBER_GAP = 8.0  # of a moment's number from the ego's centre [pt]
 DASHES = (0.0, (6.0, 7.0))  # of lane lines, in line widths
 
 
@@ -180,22 +180,31 @@ def _draw_moment(axes: Axes, run: RunRecord, number: int) -> None:
     plan = run.at(trace.plans, step)
     x, y = numbers(trace.plans["x_m"])[plan], numbers(trace.plans["y_m"])[plan]
     axes.plot(x, y, color=colour, lw=palette.MEDIUM, zorder=6)
-    ego_x, ego_y, heading = _ego_centre(run, step)
+    ego = _ego_centre(run, step)
     now = run.at(trace.vehicles, step)
     keys = ("x_m", "y_m", "heading_rad", "length_m", "width_m")
     columns = (numbers(trace.vehicles[key])[now] for key in keys)
-    for body in zip(*columns, strict=True):
-        if np.hypot(body[0] - ego_x, body[1] - ego_y) <= REACH:
-            outline = Polygon(rectangle(*body), fc="white", ec=colour, zorder=4)
-            axes.add_patch(outline)
+    for other in zip(*columns, strict=True):
+        if np.hypot(other[0] - ego[0], other[1] - ego[1]) <= REACH:
+            outline = rectangle(*other)
+            axes.add_patch(Polygon(outline, fc="white", ec=colour, zorder=4))
     size = trace.fact("length_m"), trace.fact("width_m")
-    body = Polygon(rectangle(ego_x, ego_y, heading, *size), fc=colour, ec="black")
-    body.set(linewidth=palette.THIN, zorder=7)
+    body = Polygon(rectangle(*ego, *size), fc=colour, ec="black", zorder=7)
+    body.set_linewidth(palette.THIN)
     axes.add_patch(body)
+    _write_number(axes, number + 1, colour, ego, _free_side(trace.obstacles, *ego))
+
+
+def _write_number(
+    axes: Axes, number: int, colour: str, ego: tuple[float, float, float], side: float
+) -> None:
+    """Write the number of a moment on one side of the ego."""
+    x, y, heading = ego
+    gap = side * NUMBER_GAP
     axes.annotate(
-        str(number + 1),
-        (ego_x, ego_y),
-        xytext=(NUMBER_GAP * np.sin(heading), -NUMBER_GAP * np.cos(heading)),
+        str(number),
+        (x, y),
+        xytext=(-gap * np.sin(heading), gap * np.cos(heading)),
         textcoords="offset points",
         color=colour,
         weight="bold",
@@ -214,3 +223,13 @@ def _ego_centre(run: RunRecord, step: int) -> tuple[float, float, float]:
     x = float(steps["x_m"][step]) + reach * np.cos(heading)
     y = float(steps["y_m"][step]) + reach * np.sin(heading)
     return x, y, heading
+
+
+def _free_side(obstacles: Table, x: float, y: float, heading: float) -> float:
+    """Give the side of the ego without the nearest obstacle: 1 left, -1 right."""
+    dx, dy = numbers(obstacles["x_m"]) - x, numbers(obstacles["y_m"]) - y
+    if dx.size == 0:
+        return -1.0
+    nearest = int(np.argmin(np.hypot(dx, dy)))
+    left = dy[nearest] * np.cos(heading) - dx[nearest] * np.sin(heading)
+    return -1.0 if left > 0.0 else 1.0

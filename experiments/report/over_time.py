@@ -95,21 +95,29 @@ def _clearance(axes: Axes, run: RunRecord) -> None:
     """Draw the distance to the nearest body."""
     clearance = numbers(run.trace.steps["clearance_m"])
     _curve(axes, run, clearance)
-    least = MAX_SHOWN_CLEARANCE
+    top = MAX_SHOWN_CLEARANCE
     if np.isfinite(clearance).any():
-        step = int(np.nanargmin(clearance))
-        axes.plot(run.time[step], clearance[step], "o", ms=3.0, color=palette.CURVE)
-        axes.annotate(
-            f"{clearance[step]:.2f} m",
-            (run.time[step], clearance[step]),
-            xytext=(0.0, 5.0),
-            textcoords="offset points",
-            ha="center",
-            bbox={"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.6},
-        )
-        least = float(np.nanmax(clearance))
-    axes.set_ylim(0.0, 1.05 * min(least, MAX_SHOWN_CLEARANCE))
+        _mark_least(axes, run, clearance)
+        top = min(max(float(np.nanmax(clearance)), 1.0), MAX_SHOWN_CLEARANCE)
+    axes.set_ylim(0.0, 1.05 * top)
     axes.set_ylabel("clearance [m]")
+
+
+def _mark_least(axes: Axes, run: RunRecord, values: FloatArray) -> None:
+    """Mark the least value and write it beside, inside the panel."""
+    step = int(np.nanargmin(values))
+    time = run.time[step]
+    late = time > run.time[-1] / 2.0
+    axes.plot(time, values[step], "o", ms=3.0, color=palette.CURVE, zorder=5)
+    axes.annotate(
+        f"{values[step]:.2f} m",
+        (time, values[step]),
+        xytext=(-5.0 if late else 5.0, 2.0),
+        textcoords="offset points",
+        ha="right" if late else "left",
+        zorder=5,
+        bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.6},
+    )
 
 
 def _curve(

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 WIDTH = 7.2  # two columns of a journal [in]
-LEFT, RIGHT = 0.48, 0.08  # margins, the left one for the numbers of the axes [in]
+LEFT, RIGHT = 0.55, 0.1  # margins, the left one for the numbers of the axes [in]
 BOTTOM = 0.42  # for numbers and name of the time axis [in]
-HEADER = 0.72  # title and legend [in]
-BETWEEN = 0.5  # view and curves, columns of curves; for numbers and names [in]
-GAP = 0.22  # curves above each other, for the numbers of the time axis [in]
-CURVE = 1.0  # height of a curve [in]
+HEADER = 0.68  # title and legend [in]
+BETWEEN = 0.52  # view and curves, columns of curves; for numbers and names [in]
+GAP = 0.1  # curves above each other [in]
+CURVE = 1.05  # height of a curve [in]
 BAR = (1.3, 0.07)  # colour bar, length and thickness [in]
 TALL = 0.75  # height over width from which the curves stand beside the view
 MAX_VIEW_WIDTH = 3.4  # of a tall view [in]

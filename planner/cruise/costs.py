@@ -97,9 +97,10 @@ def convolved_safety(
 def speed_deviation(
     s: FloatArray, s_dot: FloatArray, s_grid: FloatArray, v_grid: FloatArray
 ) -> FloatArray:
-    """Mean squared difference from the speed that the road asks for, relative to it.
+    """Squared difference from the speed that the road asks for, relative to it.
 
-    Relative, so that standing costs the same on a tight bend as on a straight: else
+    Mean over the plan, plus the value at its end for what comes after: else it would
+    always be cheaper to slow down now and to pass an obstacle later. Relative, so that standing costs the same on a tight bend as on a straight: else
     the ego would rather wait in the bend for ever than pass an obstacle there.
 
     Args:
@@ -109,8 +110,8 @@ def speed_deviation(
         v_grid: Reference speed there, (n,) [m/s].
 
     Returns:
-        (n_profiles,) [-]; 1 for standing where one could drive.
+        (n_profiles,) [-]; 2 for standing where one could drive.
     """
     wanted = np.interp(s, s_grid, v_grid)
-    deviation = (s_dot - wanted) / np.maximum(wanted, MIN_SPEED_SCALE)
-    return np.mean(deviation**2, axis=1)
+    deviation2 = ((s_dot - wanted) / np.maximum(wanted, MIN_SPEED_SCALE)) ** 2
+    return np.asarray(np.mean(deviation2, axis=1) + deviation2[:, -1])

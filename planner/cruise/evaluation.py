@@ -313,7 +313,7 @@ def _clear_and_price(
     headway = 0.0
     for q in range(around.lag_first[p], around.lag_first[p + 1]):
         i, b = around.lag_step[q], around.lag_body[q]
-        reach = around.corridor + around.extents[b, 1]
+        reach = around.corridor + around.extents[b, 1] + around.extents[b, 2]
         if abs(around.l[b, i] - points[4, i]) < reach:
             headway += around.lag[q]
     terms[k, HEADWAY] = headway * STRIDE / points.shape[1]

@@ -6,6 +6,7 @@ from planner.compiled import compiled
 from planner.cruise.costs import headway_lack
 from planner.states import BoolArray, FloatArray, IntArray
 
+MIN_REAR_GAP = 1.0  # left to a vehicle behind at any speed [m]
 STRIDE = 5  # steps between the moments looked at: headways change slowly
 
 
@@ -20,9 +21,9 @@ def headway_pairs(
     considered: BoolArray,
     front_reach: float,
     rear_overhang: float,
-    standstill_gap: float,
-    time_headway: float,
-    rear_time_headway: float,
+    standstill_gap: FloatArray,
+    time_headway: FloatArray,
+    rear_time_headway: FloatArray,
 ) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
     """List per profile where the gap to a vehicle ahead or behind would be too short.
 
@@ -40,9 +41,9 @@ def headway_pairs(
         considered: Bodies that count, (n_bodies,) bool.
         front_reach: Rear axle to front bumper [m].
         rear_overhang: Rear axle to rear bumper [m].
-        standstill_gap: [m].
-        time_headway: [s].
-        rear_time_headway: [s].
+        standstill_gap: Kept to each body, (n_bodies,) [m].
+        time_headway: Kept to each body ahead, (n_bodies,) [s].
+        rear_time_headway: Left to each body behind, (n_bodies,) [s].
 
     Returns:
         (first, step, body, lack): lack in 0 ... 1, pairs of profile p are
@@ -63,10 +64,12 @@ def headway_pairs(
                 apart = body_s[b, i] - s[p, i]
                 if apart > 0.0:
                     gap = apart - body_reach[b] - front_reach
-                    needed = standstill_gap + time_headway * s_dot[p, i]
+                    needed = standstill_gap[b] + time_headway[b] * s_dot[p, i]
                 else:
+                    if body_speed[b] == 0.0:  # what stands behind needs nothing
+                        continue
                     gap = -apart - body_reach[b] - rear_overhang
-                    needed = standstill_gap + rear_time_headway * body_speed[b]
+                    needed = rear_time_headway[b] * body_speed[b] + MIN_REAR_GAP
                 if gap >= needed:
                     continue
                 if total == capacity:

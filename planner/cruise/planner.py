@@ -325,13 +325,13 @@ def _surroundings(
         tracks.count,
         bodies.s,
         bodies.speed,
-        bodies.extents[:, 0],
-        moving & ~bodies.follower,
+        bodies.extents[:, 0] + bodies.extents[:, 2],
+        ~bodies.follower,
         vehicle.front_reach,
         vehicle.rear_overhang,
-        settings.standstill_gap,
-        settings.time_headway,
-        settings.rear_time_headway,
+        np.where(moving, settings.standstill_gap, settings.obstacle_gap),
+        np.where(moving, settings.time_headway, 0.0),
+        np.where(moving, settings.rear_time_headway, 0.0),
     )
     return Surroundings(
         bodies.poses,

@@ -89,9 +89,12 @@ def terminal_offsets(
     step = settings.lateral_step
     high = min(settings.lateral_limit, float(left.max()) - half_width)
     low = max(-settings.lateral_limit, float(right.min()) + half_width)
-    return step * np.arange(
+    grid = step * np.arange(
         np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1
     )
+    if not settings.edge_offsets or low >= high:
+        return grid
+    return np.unique(np.concatenate([[low], grid, [high]]))
 
 
 def stop_target(scene: Scene, settings: CruiseSettings) -> float | None:

@@ -36,8 +36,8 @@ class Weights:
     jerk: float = 0.4
     safety: float = 1.0
     offset: float = 0.3
-    speed: float = 6.0
-    headway: float = 3.0
+    speed: float = 4.0
+    headway: float = 6.0
     consistency: float = 0.3
     heading: float = 5.0
 
@@ -80,7 +80,8 @@ class CruiseSettings:
     comfort_lateral_acceleration: float = 2.2  # sets the speed in curves [m/s²]
     comfort_deceleration: float = 1.5  # with which curves are approached [m/s²]
     stop_gap: float = 1.0  # front bumper to stop line [m]
-    standstill_gap: float = 4.0  # front bumper to a standing leader [m]
+    standstill_gap: float = 5.0  # front bumper to a standing leader [m]
+    obstacle_gap: float = 7.0  # to an obstacle ahead, to be able to steer round it [m]
     time_headway: float = 1.2  # [s]
     rear_time_headway: float = 0.8  # left to a vehicle behind in a lane entered [s]
 

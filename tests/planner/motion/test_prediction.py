@@ -127,7 +127,7 @@ def test_held_braking_ends_after_the_stopping_distance(straight, speed, braking)
     driven = ahead.s[0] - 30.0
     assert math.isclose(driven[-1], speed**2 / (2.0 * braking), abs_tol=1e-9)
     assert np.all(np.diff(driven) >= -1e-12)
-    moving = T <= speed / braking
+    moving = speed / braking >= T
     free = speed * T - 0.5 * braking * T**2
     np.testing.assert_allclose(driven[moving], free[moving], atol=1e-9)
 
