@@ -99,7 +99,7 @@ def stopping_trajectory(
         The trajectory; None where the Frenet frame does not reach.
     """
     ego = scene.ego_frenet
-    t = scene.step * np.arange(round(horizon / scene.step) + 1)
+    t = scene.step * np.arange(round(horizon / scene.step) + 1, dtype=np.float64)
     speed = max(scene.ego.speed, 1e-6)
     rate = deceleration * max(ego.s_dot, 0.0) / speed  # the same share of both speeds
     stop_time = max(ego.s_dot, 0.0) / rate if rate > 0.0 else 0.0
@@ -139,7 +139,7 @@ def braking_on_arc(
     ego: CartesianState, deceleration: float, step: float, horizon: float
 ) -> Trajectory:
     """Brake with the steering held: the rung that needs no path."""
-    t = step * np.arange(round(horizon / step) + 1)
+    t = step * np.arange(round(horizon / step) + 1, dtype=np.float64)
     stop_time = ego.speed / deceleration
     moving = np.minimum(t, stop_time)
     driven = ego.speed * moving - 0.5 * deceleration * moving**2

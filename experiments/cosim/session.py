@@ -13,6 +13,7 @@ from types import ModuleType
 import numpy as np
 
 from experiments.cosim import frames, obstacles
+from experiments.cosim.abreast import LaneChangeHold, abreast
 from experiments.cosim.ghost import (
     GHOST_ID,
     KEEP_ROUTE_EXACT,
@@ -47,6 +48,8 @@ class SumoWorld:
         self._settings = settings
         self._sumo: ModuleType | None = None
         self._ghost: Ghost | None = None
+        self._hold: LaneChangeHold | None = None
+        self._traffic: TrafficState | None = None  # as last observed
         self._ego_front = (math.nan, math.nan)
         self._twins: frozenset[str] = frozenset()
         self._sizes: dict[str, tuple[float, float]] = {}
@@ -109,6 +112,7 @@ class SumoWorld:
             with _sumo_errors(sumo, "reading the lanes"):
                 strips = route_strips(sumo, settings.route[edge:])
                 self._ghost = Ghost(sumo, EGO_ROUTE, settings.ego_type, strips)
+        self._hold = LaneChangeHold(sumo)
         ego = self._start_state(speed)
         self._ego_front = frames.front_from_rear_axle(ego, settings.vehicle)[:2]
         return ego
@@ -128,7 +132,7 @@ class SumoWorld:
         )
         heading = frames.heading_from_angle(angle)
         centre_x, centre_y = frames.centre_from_front(x, y, heading, length)
-        return TrafficState(
+        self._traffic = TrafficState(
             self._steps * self.step,
             tuple(ids),
             centre_x,
@@ -142,6 +146,7 @@ class SumoWorld:
             self._ghost_state(),
             lateral,
         )
+        return self._traffic
 
     def advance(self, ego: CartesianState) -> None:
         """Put the ego at `ego` and let SUMO move everyone else one step on.
@@ -163,6 +168,9 @@ class SumoWorld:
             # A negative speed would hand the ego back to SUMO's driver.
             sumo.vehicle.setSpeed(EGO_ID, max(ego.speed, 0.0))
             sumo.vehicle.moveToXY(EGO_ID, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
+            if self._hold is not None and self._traffic is not None:
+                beside = abreast(ego, self._settings.vehicle, self._traffic)
+                self._hold.update(beside, set(self._traffic.ids))
             sumo.simulationStep()
             if sumo.simulation.getCollidingVehiclesNumber():
                 self._count_collision(sumo)

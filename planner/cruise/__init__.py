@@ -32,6 +32,9 @@ __all__ = [
 ]
 
 
+ONLY_PRINTED = (0.0,) * 5  # the terms that [Thesis] eq. 4.14 does not have
+
+
 def proposed(settings: CruiseSettings | None = None) -> CruisePlanner:
     """Make the closed-loop planner with edge clearance and offset in its cost."""
     return CruisePlanner(settings or CruiseSettings())
@@ -52,11 +55,11 @@ def conventional(settings: CruiseSettings | None = None) -> CruisePlanner:
 
 def thesis_proposed() -> CruisePlanner:
     """Make the proposed method as printed, Table 4.1."""
-    weights = Weights(0.4, 0.3, 0.3, 0.0, 0.0, 0.0, 0.0)
+    weights = Weights(0.4, 0.3, 0.3, *ONLY_PRINTED)
     return CruisePlanner(thesis_settings(SafetyTerm.SIZE_CONVOLUTION, weights))
 
 
 def thesis_conventional() -> CruisePlanner:
     """Make the conventional method [100] in the set-up of Table 4.1."""
-    weights = Weights(0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0)
+    weights = Weights(0.4, 0.3, 0.0, *ONLY_PRINTED)
     return CruisePlanner(thesis_settings(SafetyTerm.BINARY_CONVOLUTION, weights))

@@ -12,7 +12,16 @@ from planner.cruise.settings import SafetyTerm
 from planner.states import FloatArray
 
 MIN_SPEED_SCALE = 2.0  # near a stop line, where the reference speed is 0 [m/s]
-TERMS = ("jerk", "safety", "offset", "speed", "headway", "consistency", "heading")
+TERMS = (
+    "jerk",
+    "safety",
+    "offset",
+    "speed",
+    "headway",
+    "consistency",
+    "heading",
+    "dead_end",
+)
 
 
 @compiled
@@ -53,7 +62,7 @@ def size_kernel(step: float, sigma: float) -> FloatArray:
     x = step * np.arange(-math.floor(edge / step), math.floor(edge / step) + 1)
     lowest = -2.0 / sigma**2 * math.exp(-1.5)
     shape = np.exp(-0.5 * (x / sigma) ** 2) * (1.0 - (x / sigma) ** 2) / sigma**2
-    return (shape - lowest) / np.sum(shape - lowest)
+    return np.asarray((shape - lowest) / np.sum(shape - lowest))
 
 
 def gaussian_kernel(step: float, sigma: float) -> FloatArray:
@@ -62,7 +71,7 @@ def gaussian_kernel(step: float, sigma: float) -> FloatArray:
         -math.ceil(4.0 * sigma / step), math.ceil(4.0 * sigma / step) + 1
     )
     shape = np.exp(-0.5 * (x / sigma) ** 2)
-    return shape / shape.sum()
+    return np.asarray(shape / shape.sum())
 
 
 def convolved_safety(
@@ -100,8 +109,9 @@ def speed_deviation(
     """Squared difference from the speed that the road asks for, relative to it.
 
     Mean over the plan, plus the value at its end for what comes after: else it would
-    always be cheaper to slow down now and to pass an obstacle later. Relative, so that standing costs the same on a tight bend as on a straight: else
-    the ego would rather wait in the bend for ever than pass an obstacle there.
+    always be cheaper to slow down now and to pass an obstacle later. Relative, so that
+    standing costs the same on a tight bend as on a straight: else the ego would rather
+    wait in the bend for ever than pass an obstacle there.
 
     Args:
         s: Profiles, (n_profiles, n_steps) [m].

@@ -32,8 +32,8 @@ CURVATURE = int(Check.CURVATURE)
 ACCELERATION = int(Check.ACCELERATION)
 LATERAL_ACCELERATION = int(Check.LATERAL_ACCELERATION)
 COLLISION = int(Check.COLLISION)
-JERK, SAFETY, OFFSET, HEADWAY, CONSISTENCY, HEADING = 0, 1, 2, 3, 4, 5
-N_TERMS = 6
+JERK, SAFETY, OFFSET, HEADWAY, CONSISTENCY, HEADING, DEAD_END = 0, 1, 2, 3, 4, 5, 6
+N_TERMS = 7
 
 # Rows of a track: the profile, the last plan's offset, the path and the road under it.
 S, S_DOT, S_DDOT, S_DDDOT, LAST_L = 0, 1, 2, 3, 4
@@ -46,7 +46,7 @@ class Tracks(NamedTuple):
 
     rows: FloatArray  # (n_profiles, 13, n_steps), rows named above
     duration: FloatArray  # of the manoeuvre, (n_profiles,) [s]
-    count: IntArray  # valid steps, (n_profiles,)
+    n_valid: IntArray  # valid steps, (n_profiles,)
     jerk: FloatArray  # integral of squared jerk, (n_profiles,) [m²/s⁵]
 
 
@@ -65,7 +65,9 @@ class Surroundings(NamedTuple):
 
     poses: FloatArray  # (n_bodies, 4, n_steps)
     extents: FloatArray  # (n_bodies, 3)
+    s: FloatArray  # (n_bodies, n_steps)
     l: FloatArray  # (n_bodies, n_steps)
+    turn_gap: FloatArray  # room to steer round what stands, else 0, (n_bodies,) [m]
     size: FloatArray  # (n_bodies,)
     threshold: FloatArray  # gap below which a candidate collides, (n_bodies,) [m]
     first: IntArray  # spans, see `clearance.near_spans`
@@ -77,7 +79,9 @@ class Surroundings(NamedTuple):
     discs: FloatArray
     disc_radius: float
     range: float  # gap from which on a body costs nothing [m]
-    corridor: float  # half the ego's width and the margin of overlap [m]
+    front_reach: float  # rear axle to front bumper [m]
+    deceleration: float  # with which the ego can stop [m/s²]
+    corridor: float  # room that the ego needs on each side of its path [m]
 
 
 @compiled
@@ -88,7 +92,8 @@ def lateral_length(
     if lateral.over_time:
         return duration
     at = min(int(duration / lateral.step + 0.5), rows.shape[2] - 1)
-    return max(rows[p, S, at] - rows[p, S, 0], lateral.min_length)
+    driven = float(rows[p, S, at] - rows[p, S, 0])
+    return max(driven, lateral.min_length)
 
 
 @compiled
@@ -105,7 +110,7 @@ def candidate_motion(
     out = np.empty((8, rows.shape[2]))
     length = lateral_length(rows, p, tracks.duration[p], lateral)
     c = lateral_quintic(lateral.start, offset, length)
-    for i in range(tracks.count[p]):
+    for i in range(tracks.n_valid[p]):
         s_dot, s_ddot = rows[p, S_DOT, i], rows[p, S_DDOT, i]
         done = lateral.step * i if lateral.over_time else rows[p, S, i] - rows[p, S, 0]
         l, slope, bend, _ = lateral_at(
@@ -230,7 +235,7 @@ def evaluate(
 
     Returns:
         (check that removed it, (n,); first body it hits or -1, (n,); radius of the
-        largest body it hits, (n,) [m]; raw cost terms, (n, 6)).
+        largest body it hits, (n,) [m]; raw cost terms, (n, 7)).
     """
     n_offsets = lateral.offsets.size
     n = tracks.rows.shape[0] * n_offsets
@@ -240,7 +245,7 @@ def evaluate(
     terms = np.zeros((n, N_TERMS))
     points = np.empty((5, tracks.rows.shape[2]))
     for p in range(tracks.rows.shape[0]):
-        duration, count = tracks.duration[p], tracks.count[p]
+        duration, count = tracks.duration[p], tracks.n_valid[p]
         length = lateral_length(tracks.rows, p, duration, lateral)
         for o in range(n_offsets):
             k = p * n_offsets + o
@@ -266,6 +271,13 @@ def evaluate(
                 terms[k, JERK] = squared_jerk(c, duration)
             terms[k, JERK] += tracks.jerk[p]
             blocker[k], hit_size[k] = _clear_and_price(p, points, around, terms, k)
+            terms[k, DEAD_END] = _dead_end(
+                tracks.rows[p, S, count - 1],
+                points[4, count - 1],
+                tracks.rows[p, S_DOT, count - 1],
+                count - 1,
+                around,
+            )
             if blocker[k] >= 0:
                 verdict[k] = COLLISION
     return verdict, blocker, hit_size, terms
@@ -318,3 +330,27 @@ def _clear_and_price(
             headway += around.lag[q]
     terms[k, HEADWAY] = headway * STRIDE / points.shape[1]
     return hit, hit_size
+
+
+@compiled
+def _dead_end(
+    s: float, l: float, speed: float, step: int, around: Surroundings
+) -> float:
+    """Share of the room that is missing where a plan ends in front of what stands.
+
+    The room is a stopping distance and `turn_gap`: with less, the ego could later
+    neither stop nor steer round, and it has no reverse gear. Linear, so that creeping
+    nearer never pays.
+    """
+    worst = 0.0
+    for b in range(around.size.size):
+        if around.turn_gap[b] == 0.0:
+            continue
+        beyond = around.s[b, step] - s
+        reach = around.corridor + around.extents[b, 1] + around.extents[b, 2]
+        if beyond <= 0.0 or abs(around.l[b, step] - l) > reach:
+            continue
+        gap = beyond - around.extents[b, 0] - around.extents[b, 2] - around.front_reach
+        needed = around.turn_gap[b] + 0.5 * speed * speed / around.deceleration
+        worst = max(worst, 1.0 - max(gap, 0.0) / needed)
+    return worst

@@ -21,14 +21,14 @@ def headway_pairs(
     considered: BoolArray,
     front_reach: float,
     rear_overhang: float,
-    standstill_gap: FloatArray,
-    time_headway: FloatArray,
-    rear_time_headway: FloatArray,
+    standstill_gap: float,
+    time_headway: float,
+    rear_time_headway: float,
 ) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
     """List per profile where the gap to a vehicle ahead or behind would be too short.
 
     Ahead the ego keeps standstill_gap + time_headway · its speed; behind it leaves
-    standstill_gap + rear_time_headway · the other's speed. Whether a pair counts
+    MIN_REAR_GAP + rear_time_headway · the other's speed. Whether a pair counts
     depends on the candidate's offset and is decided later.
 
     Args:
@@ -41,9 +41,9 @@ def headway_pairs(
         considered: Bodies that count, (n_bodies,) bool.
         front_reach: Rear axle to front bumper [m].
         rear_overhang: Rear axle to rear bumper [m].
-        standstill_gap: Kept to each body, (n_bodies,) [m].
-        time_headway: Kept to each body ahead, (n_bodies,) [s].
-        rear_time_headway: Left to each body behind, (n_bodies,) [s].
+        standstill_gap: Kept ahead at any speed [m].
+        time_headway: Kept ahead beyond it [s].
+        rear_time_headway: Left behind beyond `MIN_REAR_GAP` [s].
 
     Returns:
         (first, step, body, lack): lack in 0 ... 1, pairs of profile p are
@@ -64,12 +64,10 @@ def headway_pairs(
                 apart = body_s[b, i] - s[p, i]
                 if apart > 0.0:
                     gap = apart - body_reach[b] - front_reach
-                    needed = standstill_gap[b] + time_headway[b] * s_dot[p, i]
+                    needed = standstill_gap + time_headway * s_dot[p, i]
                 else:
-                    if body_speed[b] == 0.0:  # what stands behind needs nothing
-                        continue
                     gap = -apart - body_reach[b] - rear_overhang
-                    needed = rear_time_headway[b] * body_speed[b] + MIN_REAR_GAP
+                    needed = MIN_REAR_GAP + rear_time_headway * body_speed[b]
                 if gap >= needed:
                     continue
                 if total == capacity:

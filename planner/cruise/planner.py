@@ -10,6 +10,7 @@ from planner.cruise import costs, sampling
 from planner.cruise.evaluation import (
     CONSISTENCY,
     COS,
+    DEAD_END,
     HEADING,
     HEADWAY,
     JERK,
@@ -46,8 +47,8 @@ from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
 from planner.states import FloatArray, IntArray, Trajectory
 
+STANDING = 0.5  # a slower vehicle is one to steer round [m/s]
 REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
-OVERLAP_MARGIN = 0.2  # bodies this far apart sideways share a corridor [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +178,7 @@ class _Cycle:
     def trajectory(self, index: int) -> Trajectory:
         """Candidate `index` as a trajectory."""
         p, o = divmod(index, self.lateral.offsets.size)
-        count = int(self.tracks.count[p])
+        count = int(self.tracks.n_valid[p])
         x, y, cos_h, sin_h, curvature, speed, acceleration, l = candidate_motion(
             p, float(self.lateral.offsets[o]), self.tracks, self.lateral
         )[:, :count]
@@ -311,7 +312,7 @@ def _surroundings(
     fastest = float(tracks.rows[:, S_DOT].max(initial=0.0))
     first, spans = near_spans(
         tracks.rows[:, X : Y + 1],
-        tracks.count,
+        tracks.n_valid,
         bodies.poses,
         bodies.size,
         bodies.follower,
@@ -322,21 +323,25 @@ def _surroundings(
     lags = headway_pairs(
         tracks.rows[:, S],
         tracks.rows[:, S_DOT],
-        tracks.count,
+        tracks.n_valid,
         bodies.s,
         bodies.speed,
         bodies.extents[:, 0] + bodies.extents[:, 2],
-        ~bodies.follower,
+        moving & ~bodies.follower,
         vehicle.front_reach,
         vehicle.rear_overhang,
-        np.where(moving, settings.standstill_gap, settings.obstacle_gap),
-        np.where(moving, settings.time_headway, 0.0),
-        np.where(moving, settings.rear_time_headway, 0.0),
+        settings.standstill_gap,
+        settings.time_headway,
+        settings.rear_time_headway,
     )
     return Surroundings(
         bodies.poses,
         bodies.extents,
+        bodies.s,
         bodies.l,
+        np.where(
+            bodies.follower | (bodies.speed > STANDING), 0.0, settings.obstacle_gap
+        ),
         bodies.size,
         _thresholds(scene, settings, bodies),
         first,
@@ -345,7 +350,9 @@ def _surroundings(
         discs,
         disc_radius,
         settings.scales.clearance,
-        vehicle.width / 2.0 + OVERLAP_MARGIN,
+        vehicle.front_reach,
+        vehicle.limits.max_deceleration,
+        disc_radius + settings.margin,
     )
 
 
@@ -359,7 +366,7 @@ def _price(
     """Make the terms comparable and add them up; [Thesis] eq. 4.14.
 
     Returns:
-        (terms (n, 7) in the order of `costs.TERMS`, weighted; total (n,)).
+        (terms (n, 8) in the order of `costs.TERMS`, weighted; total (n,)).
     """
     n_offsets = cycle.lateral.offsets.size
     safety = raw[:, SAFETY]
@@ -372,7 +379,8 @@ def _price(
         ).ravel()
     speed = np.repeat(cycle.speed_term, n_offsets)
     columns = (raw[:, JERK], safety, raw[:, OFFSET], speed, raw[:, HEADWAY])
-    terms = np.column_stack([*columns, raw[:, CONSISTENCY], raw[:, HEADING]])
+    rest = (raw[:, CONSISTENCY], raw[:, HEADING], raw[:, DEAD_END])
+    terms = np.column_stack([*columns, *rest])
     weights, scales = settings.weights, settings.scales
     if settings.normalisation is Normalisation.PER_CYCLE:
         passed = verdict == Check.PASSED
@@ -389,6 +397,7 @@ def _price(
                 1.0,
                 scales.consistency,
                 scales.heading,
+                1.0,
             ]
         )
     weight = np.array(
@@ -400,6 +409,7 @@ def _price(
             weights.headway,
             weights.consistency if cycle.has_last else 0.0,
             weights.heading,
+            weights.dead_end,
         ]
     )
     terms *= weight / scale

@@ -40,6 +40,7 @@ class Weights:
     headway: float = 6.0
     consistency: float = 0.3
     heading: float = 5.0
+    dead_end: float = 12.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +82,7 @@ class CruiseSettings:
     comfort_deceleration: float = 1.5  # with which curves are approached [m/s²]
     stop_gap: float = 1.0  # front bumper to stop line [m]
     standstill_gap: float = 5.0  # front bumper to a standing leader [m]
-    obstacle_gap: float = 7.0  # to an obstacle ahead, to be able to steer round it [m]
+    obstacle_gap: float = 8.0  # before what stands, to be able to steer round it [m]
     time_headway: float = 1.2  # [s]
     rear_time_headway: float = 0.8  # left to a vehicle behind in a lane entered [s]
 
