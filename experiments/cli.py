@@ -1,9 +1,11 @@
 """The command line: `rearview run | figure | list | schema`.
 
-Exit status: 0 arrived (or done), 1 any other outcome of an episode, 2 bad input. Heavy
-modules are imported where they are needed, so that `--help` comes at once.
+Exit status: 0 arrived (or done), 1 any other outcome of an episode, 2 bad input, 3 a
+mistake of ours, 130 Ctrl-C. Heavy modules are imported where they are needed, so that
+`--help` comes at once.
 """
 
+import io
 import json
 import logging
 import os
@@ -22,7 +24,10 @@ if TYPE_CHECKING:
     from experiments.cosim.records import StepRecord
     from experiments.episode import Outcome
 
-ARRIVED, OTHER_OUTCOME, BAD_INPUT = 0, 1, 2
+ARRIVED, OTHER_OUTCOME, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+# typer brings its own copy of click and hands out only some of its exceptions
+_UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 
 app = typer.Typer(
     help="Drives trajectory planners through SUMO traffic.",
@@ -34,8 +39,18 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Run the command line."""
-    app(prog_name="rearview")
+    """Run the command line; a mistake in its words is one line, as any other."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # no ³ on a terminal of ASCII
+    try:
+        status = app(prog_name="rearview", standalone_mode=False)
+    except _UsageError as error:
+        _show_usage_error(error)
+        status = BAD_INPUT
+    except typer.Abort:
+        status = INTERRUPTED
+    sys.exit(status)
 
 
 @app.command()
@@ -79,8 +94,8 @@ def run(  # noqa: PLR0913, one parameter an option
         def episode() -> int:
             return _episode(loaded, out, gui=gui, as_json=as_json)
 
-        def crashed(process: int, signal_name: str) -> int:
-            return _crashed(loaded, out, process, signal_name, as_json=as_json)
+        def crashed(process: int, death: str) -> int:
+            return _crashed(loaded, out, process, death, as_json=as_json)
 
         if gui:  # a window belongs to the process that made it
             raise typer.Exit(episode())
@@ -130,6 +145,16 @@ def schema() -> None:
     sys.stdout.write(schema_text())
 
 
+def _show_usage_error(error: Any) -> None:
+    """Write one line; `rearview` alone shows the help instead."""
+    if type(error).__name__ == "NoArgsIsHelpError":
+        error.show()
+        return
+    command = error.ctx.command_path if error.ctx else "rearview"
+    words = " ".join(error.format_message().split())
+    sys.stderr.write(f"rearview: {words.rstrip('.')}; see {command} --help\n")
+
+
 def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> int:
     """Run, show, and give the exit status."""
     with _one_line_errors():
@@ -153,7 +178,7 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
 
 
 def _crashed(
-    scenario: "Scenario", out: Path, process: int, signal_name: str, *, as_json: bool
+    scenario: "Scenario", out: Path, process: int, death: str, *, as_json: bool
 ) -> int:
     """Record an episode whose process died."""
     with _one_line_errors():
@@ -161,7 +186,7 @@ def _crashed(
         from experiments.run_folder import remove_unfinished
 
         remove_unfinished(out, process)
-        reason = f"the process of the episode died of {signal_name}"
+        reason = f"the process of the episode {death}"
         return _report(record_crash(scenario, reason, out), as_json=as_json)
 
 
@@ -191,7 +216,7 @@ def _announce_compilation() -> None:
 
     import planner.compiled  # noqa: F401, names the cache
 
-    if not Path(numba.config.CACHE_DIR).exists():
+    if not any(Path(numba.config.CACHE_DIR).rglob("*.nbc")):
         sys.stderr.write("compiling the inner loops (once, about half a minute) ...\n")
         sys.stderr.flush()
 

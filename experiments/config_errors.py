@@ -188,6 +188,8 @@ def _words(node: Schema) -> str:
         return f"[{items}]"
     if node.get("type") == "object" and "properties" in node:
         return f"a section with {', '.join(node['properties'])}"
+    if node.get("minItems"):
+        kind = f"{kind} of at least {node['minItems']}"
     bounds = [
         f"{sign} {node[key]:.10g}" for key, sign in _BOUNDS.items() if key in node
     ]

@@ -9,11 +9,19 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from time import monotonic
 from types import FrameType
 
 import typer
 
+MISTAKE_OF_OURS = 3  # exit status after an error that no one foresaw
 INTERRUPTED = 130  # exit status after Ctrl-C
+TERMINATED = 143  # exit status after SIGTERM
+SECOND_SIGNAL = 1.0  # signals closer than this are one, sent to a group [s]
+
+
+class _TerminatedError(KeyboardInterrupt):
+    """SIGTERM, which ends an episode as Ctrl-C does."""
 
 
 def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> int:
@@ -21,8 +29,8 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
 
     Args:
         episode: Gives an exit status.
-        crashed: Called with the child's process id and the signal's name if a signal
-            ended the child; gives the exit status then.
+        crashed: Called with the child's process id and words on its death if it died
+            before the episode ended; gives the exit status then.
 
     Returns:
         The exit status.
@@ -31,46 +39,81 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
         return episode()
     sys.stdout.flush()
     sys.stderr.flush()
+    signal.signal(signal.SIGTERM, _on_terminate)
+    reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
-        os._exit(_status(episode))
+        status = _status(episode)
+        os.write(writing, b"ended")
+        os._exit(status)
+    os.close(writing)
     try:
         _, state = os.waitpid(child, 0)
-    except KeyboardInterrupt:
+    except _TerminatedError:  # sent to the parent alone, perhaps
+        os.kill(child, signal.SIGTERM)
+        os.waitpid(child, 0)
+        return TERMINATED
+    except KeyboardInterrupt:  # from the terminal, which sends it to both
         os.waitpid(child, 0)
         return INTERRUPTED
+    death = _death(state, ended=_was_written(reading))
+    return os.WEXITSTATUS(state) if death is None else crashed(child, death)
+
+
+def _on_terminate(number: int, frame: FrameType | None) -> None:
+    """Turn SIGTERM into an exception, so that nothing half-written is left."""
+    raise _TerminatedError
+
+
+def _death(state: int, *, ended: bool) -> str | None:
+    """Say how a process died before its episode ended, None if it did not."""
     if os.WIFSIGNALED(state):
-        return crashed(child, signal.Signals(os.WTERMSIG(state)).name)
-    return os.WEXITSTATUS(state)
+        return f"died of {signal.Signals(os.WTERMSIG(state)).name}"
+    if not ended:  # someone's code called os._exit
+        return f"left with exit status {os.WEXITSTATUS(state)} before the end"
+    return None
+
+
+def _was_written(reading: int) -> bool:
+    """Tell whether anything is in a pipe; a grandchild may hold it open."""
+    os.set_blocking(reading, False)
+    try:
+        return bool(os.read(reading, 1))
+    except BlockingIOError:
+        return False
+    finally:
+        os.close(reading)
 
 
 @contextmanager
 def interrupts_between_steps() -> Iterator[Callable[[], None]]:
-    """Hold Ctrl-C back until a step is complete; the second one comes at once.
+    """Hold Ctrl-C and SIGTERM back until a step is complete; the second comes at once.
 
     In the middle of compiled code an interrupt would look like a failure of the
     planner.
 
     Yields:
-        What raises KeyboardInterrupt after a Ctrl-C; to be called in each step.
+        What raises KeyboardInterrupt after a signal; to be called in each step.
     """
-    asked = False
+    first: float | None = None
 
     def handler(number: int, frame: FrameType | None) -> None:
-        nonlocal asked
-        if asked:
+        nonlocal first
+        if first is not None and monotonic() - first > SECOND_SIGNAL:
             signal.default_int_handler(number, frame)
-        asked = True
+        first = monotonic() if first is None else first
 
     def check() -> None:
-        if asked:
+        if first is not None:
             raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGINT, handler)
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.signal(number, handler) for number in numbers}
     try:
         yield check
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, old in before.items():
+            signal.signal(number, old)
 
 
 def _status(episode: Callable[[], int]) -> int:
@@ -83,7 +126,7 @@ def _status(episode: Callable[[], int]) -> int:
         status = INTERRUPTED
     except BaseException:  # noqa: BLE001, an error of ours: show it, never hang
         sys.excepthook(*sys.exc_info())
-        status = 1
+        status = MISTAKE_OF_OURS
     sys.stdout.flush()
     sys.stderr.flush()
     return status

@@ -23,14 +23,13 @@ from experiments.planners import make_planner, planner_source
 from experiments.recording import Setting, build_trace
 from experiments.road_map import map_around, write_map
 from experiments.run_folder import whole_folder
-from experiments.scenario_file import config_hash
+from experiments.scenario_file import CONFIG_FILE, config_hash
 from experiments.trace import SCHEMA_VERSION, Trace, trace_hash
 from experiments.trace_files import write_trace
 from experiments.worlds import make_world
 from planner.interface import Planner
 
 RUNS = Path("runs")
-CONFIG_FILE = "config.yaml"
 ID_LENGTH = 8  # characters of the run's hash in the folder's name
 
 OnStep = Callable[[StepRecord], None]

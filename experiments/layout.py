@@ -84,6 +84,7 @@ def make_layout(scenario: Scenario) -> Layout:
     if beyond is not None:
         raise scenario.error(*beyond)
     obstacles = obstacles_on_path(bare.path, _placed(listed_obstacles(scenario)))
+    _check_on_road(scenario, bare)
     _check_start(scenario, bare.path, obstacles)
     return Layout(bare.path, bare.road, obstacles, bare.stop_lines, bare.network)
 
@@ -129,6 +130,22 @@ def _placed(listed: tuple[Obstacle, ...]) -> list[PlacedBody]:
         )
         for number, obstacle in enumerate(listed)
     ]
+
+
+def _check_on_road(scenario: Scenario, bare: Layout) -> None:
+    """Refuse an ego that starts over the edge of the road."""
+    ego = scenario.ego
+    half = ego.vehicle.width_m / 2.0
+    left, right = bare.road.at(np.array([ego.start_m]))
+    least, most = float(right[0]) + half, float(left[0]) - half
+    if least <= ego.start_offset_m <= most:
+        return
+    room = f"{least:.2f} to {most:.2f}" if least <= most else "nothing, it is too wide"
+    raise scenario.error(
+        ("ego", "start_offset_m"),
+        f"is {ego.start_offset_m:g}; allowed on the road at start_m = "
+        f"{ego.start_m:g}: {room}",
+    )
 
 
 def _check_start(scenario: Scenario, path: ReferencePath, obstacles: Obstacles) -> None:

@@ -6,10 +6,12 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any, cast
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+from experiments.checked_planner import CheckedPlanner
 from experiments.config_errors import unknown_name
 from experiments.errors import ConfigError
 from planner.errors import PlannerError
@@ -71,12 +73,11 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
         factory = _load(known.factory)
         if known.settings is not None and settings:
             return _call(name, factory, _checked(settings, _load(known.settings)))
-    elif ":" in name:
-        factory = _load(name)
-    else:
+        return _call(name, factory, **settings)
+    if ":" not in name:
         hint = unknown_name(name, list(PLANNERS))
         raise ConfigError(f"planner: {name}: no such planner; {hint}, module:factory")
-    return _call(name, factory, **settings)
+    return CheckedPlanner(_call(name, _load(name), **settings))
 
 
 def planner_source(name: str) -> Path | None:
@@ -96,6 +97,8 @@ def _call(
         made = factory(*arguments, **settings)
     except (TypeError, ValueError, PlannerError) as error:
         raise ConfigError(f"planner: {name} refuses its settings: {error}") from error
+    except (Exception, SystemExit) as error:  # a factory may be anyone's code
+        raise ConfigError(f"planner: {name} raises {_shown(error)}") from error
     if not callable(getattr(made, "plan", None)):
         raise ConfigError(
             f"planner: {name} gave a {type(made).__name__}; allowed: an object with "
@@ -109,22 +112,13 @@ def _load(address: str) -> Any:
     module_name, _, attribute = address.partition(":")
     if not module_name or not attribute:
         raise ConfigError(f"planner: {address}: allowed: module:factory")
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        module = importlib.import_module(module_name)
-    except ImportError as error:
-        raise ConfigError(
-            f"planner: {address}: cannot import {module_name}: {error}"
-        ) from error
+    module = _import(address, module_name)
     try:
         loaded = getattr(module, attribute)
     except AttributeError:
-        names = [name for name in vars(module) if not name.startswith("_")]
         raise ConfigError(
             f"planner: {address}: {module_name} has no {attribute}; "
-            f"{unknown_name(attribute, names)}"
+            f"{unknown_name(attribute, _own_callables(module))}"
         ) from None
     if not callable(loaded):
         raise ConfigError(
@@ -132,6 +126,43 @@ def _load(address: str) -> Any:
             "a function or class that makes a planner"
         )
     return loaded
+
+
+def _import(address: str, module_name: str) -> ModuleType:
+    """Import a module, from the working folder too."""
+    parts = module_name.split(".")
+    if parts[-1] == "py" or not all(part.isidentifier() for part in parts):
+        raise ConfigError(
+            f"planner: {address}: {module_name} is no module name; allowed: a name as "
+            "after import, without folder and .py"
+        )
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        return importlib.import_module(module_name)
+    except ImportError as error:
+        raise ConfigError(
+            f"planner: {address}: cannot import {module_name}: {error}"
+        ) from error
+    except (Exception, SystemExit) as error:  # a module may be anyone's code
+        raise ConfigError(
+            f"planner: {address}: importing {module_name} raises {_shown(error)}"
+        ) from error
+
+
+def _own_callables(module: ModuleType) -> list[str]:
+    """Name what a module defines itself and what may make a planner."""
+    return [
+        name
+        for name, value in vars(module).items()
+        if callable(value) and getattr(value, "__module__", "") == module.__name__
+    ]
+
+
+def _shown(error: BaseException) -> str:
+    """Show an error of someone else's code in one line."""
+    return f"{type(error).__name__}: {error}"
 
 
 def _checked(settings: Mapping[str, Any], schema: type) -> object:

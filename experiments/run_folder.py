@@ -31,6 +31,7 @@ def whole_folder(target: Path) -> Iterator[Path]:
     Raises:
         ResultsError: If the disk refuses: full, read-only, no such place.
     """
+    target = target.absolute()  # a planner may change the working folder
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         aside = _make_aside(target.parent)

@@ -22,6 +22,7 @@ from experiments.strict_yaml import (
 )
 
 SCENARIO_FOLDER = Path(__file__).parent / "scenarios"
+CONFIG_FILE = "config.yaml"  # the scenario in a run folder
 SCHEMA_FILE = SCENARIO_FOLDER / "scenario.schema.json"
 
 _KEY_PART = re.compile(r"\.?([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]+)\]")
@@ -38,12 +39,19 @@ def find_scenario(name: str) -> Path:
     Raises:
         ConfigError: If there is neither a file nor a shipped scenario of that name.
     """
+    path = Path(name)
+    if name and path.is_dir():
+        own = path / CONFIG_FILE
+        hint = f"did you mean {own}?" if own.is_file() else "allowed: a .yaml file"
+        raise ConfigError(f"{name}: is a folder; {hint}")
     if name.endswith((".yaml", ".yml")) or "/" in name:
-        return Path(name)
+        return path
     shipped = SCENARIO_FOLDER / f"{name}.yaml"
     if name not in scenario_names():
+        near = path.with_name(f"{name}.yaml") if name else path
         hint = unknown_name(name, scenario_names())
-        raise ConfigError(f"{name}: no such scenario; {hint}, or a .yaml file")
+        hint = f"did you mean {near}?" if near.is_file() else f"{hint}, or a .yaml file"
+        raise ConfigError(f"{name or repr(name)}: no such scenario; {hint}")
     return shipped
 
 
@@ -142,7 +150,8 @@ def _parse_override(text: str) -> tuple[KeyPath, Plain, str]:
     try:
         return tuple(path), parse_scalar(value), option
     except ConfigError as error:
-        raise ConfigError(f"{option}: {error}") from error
+        problem = str(error).removeprefix("value:1: ").removeprefix("the file: ")
+        raise ConfigError(f"{option}: {problem}") from error
 
 
 def _override(document: Document, path: KeyPath, value: Plain, option: str) -> None:

@@ -90,10 +90,15 @@ def parse_document(text: str, name: str) -> Document:
         problem = getattr(error, "problem", None) or "not readable as text"
         where = f"{name}:{mark.line + 1}" if mark else name
         raise ConfigError(f"{where}: is not YAML: {problem}") from error
+    except RecursionError as error:
+        raise ConfigError(f"{name}: is nested too deeply") from error
     if root is None:
         return Document(name, None)
     places: dict[KeyPath, str] = {}
-    return Document(name, _Converter(name, places).convert(root, ()), places)
+    try:
+        return Document(name, _Converter(name, places).convert(root, ()), places)
+    except RecursionError as error:
+        raise ConfigError(f"{name}: is nested too deeply") from error
 
 
 def parse_scalar(text: str) -> Plain:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.scene import Scene
+from planner.scene import Prediction, Scene
 from planner.states import BoolArray, FloatArray
 
 CORRIDOR_MARGIN = 0.3  # lateral overlap is judged this much wider than the bodies [m]
@@ -38,12 +38,23 @@ class Leader:
     speed: FloatArray  # (n_steps,) [m/s]
 
 
-def bodies_of(scene: Scene, n_steps: int) -> Bodies:
-    """Gather the scene's bodies on the planner's time grid."""
+def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
+    """Gather the scene's bodies on the planner's time grid.
+
+    Args:
+        scene: Of this cycle.
+        n_steps: Of the planner.
+        step: Between them, the scene's if None [s].
+
+    Returns:
+        The bodies; a prediction that ends early is held, one without columns stands.
+    """
     fixed, moving = scene.obstacles, scene.vehicles
     n_fixed = len(fixed.ids)
-    ahead = moving.prediction
-    column = np.minimum(np.arange(n_steps), ahead.x.shape[1] - 1)
+    ahead = moving.prediction if moving.prediction.x.shape[1] else _standing(scene)
+    ratio = (step or scene.step) / ahead.step
+    column = np.rint(ratio * np.arange(n_steps)).astype(np.int64)
+    column = np.minimum(column, ahead.x.shape[1] - 1)
     n = n_fixed + len(moving.ids)
     poses = np.empty((n, 4, n_steps))
     s, l = np.empty((n, n_steps)), np.empty((n, n_steps))
@@ -77,6 +88,14 @@ def bodies_of(scene: Scene, n_steps: int) -> Bodies:
         follower,
         n_fixed,
     )
+
+
+def _standing(scene: Scene) -> Prediction:
+    """Predict, for want of anything better, that every vehicle stays where it is."""
+    now = scene.vehicles
+    s, l = scene.path.project(now.x, now.y)
+    columns = (now.x, now.y, now.heading, s, l)
+    return Prediction(scene.step, *(values[:, None] for values in columns))
 
 
 def _overlaps_ego(scene: Scene, l: FloatArray, half_width: FloatArray) -> BoolArray:

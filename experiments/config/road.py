@@ -60,6 +60,19 @@ class Road(Strict):
         default=5.0, description="road edge from the reference path"
     )
 
+    @model_validator(mode="after")
+    def _edges_inside_bends(self) -> Self:
+        """Refuse a road that is wider than its bends."""
+        bends = (abs(bend) for segment in self.segments for bend in segment[2:])
+        sharpest = max(bends, default=0.0)
+        if self.half_width_m * sharpest >= 1.0:
+            raise mismatch(
+                "half_width_m",
+                f"is {self.half_width_m:g}; allowed: less than the smallest radius of "
+                f"the segments, {1.0 / sharpest:g} m",
+            )
+        return self
+
     @property
     def length(self) -> float:
         """Length of all segments [m]."""

@@ -92,6 +92,8 @@ def convolved_safety(
     Returns:
         (n_profiles, n_offsets).
     """
+    if hit_size.size == 0:
+        return np.zeros_like(hit_size)
     if term is SafetyTerm.BINARY_CONVOLUTION:
         values = (hit_size > 0.0).astype(np.float64)
         kernel = gaussian_kernel(step, sigma)

@@ -3,12 +3,16 @@
 from enum import IntEnum
 from typing import NamedTuple
 
+import numpy as np
+
 from planner.compiled import compiled
 from planner.motion.polynomials import quintic_coefficients
 
 MIN_STRETCH = 0.05  # 1 - kappa_r l; below it the Frenet frame is not usable
 MIN_SPEED = 0.1  # below it l(t) gives no direction [m/s]
 TOLERANCE = 1e-6
+CLOSE_TO_EDGE = 0.3  # within which the road's edge is looked at exactly [m]
+STRAIGHT = 1e-6  # a smaller curvature bends nothing within a body's length [1/m]
 
 
 class Check(IntEnum):
@@ -130,13 +134,29 @@ def road_excess(
 ) -> float:
     """How far the body reaches over the road's edge [m]; negative inside.
 
-    The body's ends lie at l + d sin(e) -+ w/2 cos(e) - kappa_r (d cos(e))² / 2 in the
-    Frenet frame, to second order in their distance d from the rear axle.
+    Corners and the sides' innermost points are put into the Frenet frame as on a road
+    of the curvature that it has under the rear axle: exact on lines and arcs. In a bend
+    and far from the edges an upper bound is returned.
     """
-    side = half_width * cos_error
-    excess = max(l + side - left, right - l + side)
-    for d in (front, -rear):
-        along = d * cos_error
-        end = l + d * sin_error - 0.5 * curvature * along * along
-        excess = max(excess, end + side - left, right - end + side)
+    straight = abs(curvature) < STRAIGHT
+    nearest = 0.0  # where the body comes nearest to the centre of the road's circle
+    if not straight:
+        lever = max(front, rear)
+        widest = half_width + lever * abs(sin_error) + abs(curvature) * lever * lever
+        roughly = max(l + widest - left, right - l + widest)
+        if roughly < -CLOSE_TO_EDGE:
+            return roughly
+        nearest = min(max(sin_error * (1.0 / curvature - l), -rear), front)
+    excess = -np.inf
+    for d in (front, nearest, -rear):
+        for side in (half_width, -half_width):
+            along = d * cos_error - side * sin_error
+            across = l + d * sin_error + side * cos_error
+            offset = across
+            if not straight:
+                # Distance from the centre of the road's circle, less its radius.
+                reach = 1.0 - curvature * across
+                turn = curvature * along
+                offset = (1.0 - np.sqrt(reach * reach + turn * turn)) / curvature
+            excess = max(excess, offset - left, right - offset)
     return excess

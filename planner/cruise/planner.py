@@ -47,6 +47,8 @@ from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
 from planner.states import FloatArray, IntArray, Trajectory
 
+CAPSULE_DISCS = 33  # 0.1 m apart: their hull waves by less than the tolerance
+TOUCH_TOLERANCE = 2e-3  # by which a gap below the margin may still shrink [m]
 STANDING = 0.5  # a slower vehicle is one to steer round [m/s]
 REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
 
@@ -88,7 +90,9 @@ class CruisePlanner:
         blocking = _blocker_of_cheapest(cycle.bodies, verdict, blocker, total)
         candidates = verdict.size + sum(cycle.dropped.values())
         if survivors.size == 0:
-            return _fall_back(scene, self.settings, cycle, last, candidates, removed)
+            return _fall_back(
+                scene, self.settings, cycle, last, (candidates, removed, blocking)
+            )
         best = int(survivors[np.argmin(total[survivors])])
         trajectory = cycle.trajectory(best)
         stats = PlanStats(
@@ -113,6 +117,14 @@ def invalid(scene: Scene) -> str | None:
             value = getattr(state, field.name)
             if not math.isfinite(value):
                 return f"the ego's {field.name} is {value}"
+    bodies = (scene.obstacles, scene.vehicles, scene.vehicles.prediction)
+    for record in bodies:
+        for name in ("x", "y", "heading", "length", "width", "radius", "speed"):
+            values = getattr(record, name, None)
+            if values is not None and not math.isfinite(float(values.sum())):
+                return f"a body's {name} is not finite"
+    if any(math.isnan(line) for line in scene.stop_lines):
+        return "a stop line is nowhere (nan)"
     if not (math.isfinite(scene.target_speed) and scene.target_speed >= 0.0):
         return f"the target speed is {scene.target_speed}"
     if not scene.step > 0.0:
@@ -140,7 +152,7 @@ class _Cycle:
         """Sample the profiles and put the scene into arrays."""
         speed_ahead = sampling.reference_speed(scene, settings)
         n_steps = round((settings.horizon or max(settings.times)) / settings.step) + 1
-        bodies = bodies_of(scene, n_steps)
+        bodies = bodies_of(scene, n_steps, settings.step)
         profiles = sampling.longitudinal_profiles(
             scene, settings, speed_ahead, leader_of(scene, bodies)
         )
@@ -149,6 +161,8 @@ class _Cycle:
         offsets = sampling.terminal_offsets(
             scene.road, span, limits.half_width, settings
         )
+        n_profiles = profiles.count.size
+        off_road = sampling.full_grid_size(settings) - offsets.size
         profiles, dropped = _drivable(scene, profiles)
         tracks = _tracks(scene, profiles, last)
         ego = scene.ego_frenet
@@ -171,7 +185,10 @@ class _Cycle:
             costs.speed_deviation(
                 tracks.rows[:, S], tracks.rows[:, S_DOT], *speed_ahead
             ),
-            {check: n * offsets.size for check, n in dropped.items() if n},
+            {
+                **{check: n * offsets.size for check, n in dropped.items() if n},
+                **({"road": n_profiles * off_road} if off_road > 0 else {}),
+            },
             last is not None,
         )
 
@@ -232,8 +249,19 @@ def _limits(scene: Scene, settings: CruiseSettings) -> Limits:
         front,
         rear,
         half_width,
-        max(excess, 0.0) + TOLERANCE,
+        _allowed_excess(excess, settings.road_margin),
     )
+
+
+def _allowed_excess(excess: float, road_margin: float) -> float:
+    """How far a candidate may reach over the edge less its margin [m].
+
+    At the edge the margin may be used up, no more: the tail of a vehicle that turns
+    away from the edge swings out before the vehicle moves in.
+    """
+    if excess < -road_margin:
+        return TOLERANCE
+    return max(excess, 0.0) + road_margin + TOLERANCE
 
 
 def _drivable(
@@ -280,21 +308,22 @@ def _discs(scene: Scene, settings: CruiseSettings) -> tuple[FloatArray, float]:
     return np.array(scene.vehicle.disc_offsets), scene.vehicle.disc_radius
 
 
-def _gaps(
-    scene: Scene, settings: CruiseSettings, bodies: Bodies, points: FloatArray
-) -> FloatArray:
-    """Smallest gap of a motion (4, n_steps) to each body [m]."""
-    return gaps_to(points, bodies.poses, bodies.extents, *_discs(scene, settings))
-
-
 def _thresholds(scene: Scene, settings: CruiseSettings, bodies: Bodies) -> FloatArray:
-    """Gap that each body is due; no more than there is now, so that a way out stays."""
+    """Gap that each body is due; no more than there is now, so that a way out stays.
+
+    What there is now is measured from a capsule about the discs: from three discs it
+    would shrink and grow while the ego drives straight past a body.
+    """
     ego = scene.ego
     here = np.array(
         [[ego.x], [ego.y], [math.cos(ego.heading)], [math.sin(ego.heading)]]
     )
-    now = _gaps(scene, settings, bodies, here)
-    return np.minimum(settings.margin, now - 1e-6)
+    discs, radius = _discs(scene, settings)
+    capsule = np.linspace(discs[0], discs[-1], CAPSULE_DISCS)
+    now = gaps_to(
+        here, bodies.poses, bodies.extents, capsule, radius, settings.margin + 0.1
+    )
+    return np.minimum(settings.margin, now - TOUCH_TOLERANCE)
 
 
 def _surroundings(
@@ -339,9 +368,7 @@ def _surroundings(
         bodies.extents,
         bodies.s,
         bodies.l,
-        np.where(
-            bodies.follower | (bodies.speed > STANDING), 0.0, settings.obstacle_gap
-        ),
+        _turn_gaps(bodies, settings),
         bodies.size,
         _thresholds(scene, settings, bodies),
         first,
@@ -354,6 +381,13 @@ def _surroundings(
         vehicle.limits.max_deceleration,
         disc_radius + settings.margin,
     )
+
+
+def _turn_gaps(bodies: Bodies, settings: CruiseSettings) -> FloatArray:
+    """Room that the ego keeps to what stands ahead, 0 for what moves, (n,) [m]."""
+    gaps = np.full(bodies.size.size, settings.standstill_gap)
+    gaps[: bodies.n_static] = settings.obstacle_gap
+    return np.where(bodies.follower | (bodies.speed > STANDING), 0.0, gaps)
 
 
 def _price(
@@ -372,7 +406,7 @@ def _price(
     safety = raw[:, SAFETY]
     if settings.safety_term is not SafetyTerm.EDGE_CLEARANCE:
         safety = costs.convolved_safety(
-            hit_size.reshape(-1, n_offsets),
+            hit_size.reshape(cycle.tracks.n_valid.size, n_offsets),
             settings.safety_term,
             settings.lateral_step,
             settings.convolution_sigma,
@@ -437,10 +471,10 @@ def _fall_back(
     settings: CruiseSettings,
     cycle: _Cycle,
     last: Trajectory | None,
-    candidates: int,
-    removed: dict[str, int],
+    found: tuple[int, dict[str, int], str | None],
 ) -> PlanResult:
     """No candidate survived: go down the ladder and say why."""
+    candidates, removed, blocking = found
     threshold = cycle.around.threshold
     line = min(scene.stop_lines, default=math.inf)
 
@@ -455,7 +489,8 @@ def _fall_back(
                 np.sin(trajectory.heading),
             ]
         )[:, : cycle.bodies.poses.shape[2]]
-        gaps = _gaps(scene, settings, cycle.bodies, points)
+        discs = _discs(scene, settings)
+        gaps = gaps_to(points, cycle.bodies.poses, cycle.bodies.extents, *discs)
         hits = np.flatnonzero((gaps < threshold) & ~cycle.bodies.follower)
         return cycle.bodies.ids[int(hits[np.argmin(gaps[hits])])] if hits.size else None
 
@@ -466,6 +501,6 @@ def _fall_back(
         reason=f"no candidate of {candidates} survived ({checks})",
         candidates=candidates,
         removed=removed,
-        blocker=blocker(trajectory),
+        blocker=blocking or blocker(trajectory),
     )
     return PlanResult(status, trajectory, CruiseMemory(trajectory), stats)

@@ -51,7 +51,8 @@ def reference_speed(
     """
     s = scene.ego_frenet.s + np.arange(0.0, PREVIEW, PREVIEW_STEP)
     curvature = np.abs(scene.path.at(s).curvature)
-    limit = np.full_like(s, scene.target_speed**2)
+    wanted = min(scene.target_speed, scene.vehicle.limits.max_speed)
+    limit = np.full_like(s, wanted**2)
     curved = curvature > 1e-6
     limit[curved] = np.minimum(
         limit[curved], settings.comfort_lateral_acceleration / curvature[curved]
@@ -97,13 +98,20 @@ def terminal_offsets(
     return np.unique(np.concatenate([[low], grid, [high]]))
 
 
+def full_grid_size(settings: CruiseSettings) -> int:
+    """Count the offsets on a road wider than the limit; 21 in [Thesis] ch. 4."""
+    n = 2 * int(settings.lateral_limit / settings.lateral_step + 1e-9) + 1
+    return n + 2 if settings.edge_offsets else n
+
+
 def stop_target(scene: Scene, settings: CruiseSettings) -> float | None:
     """Arc length where the rear axle stands before the next closed stop line [m]."""
     ahead = [
         line - scene.vehicle.front_reach - settings.stop_gap
         for line in scene.stop_lines
     ]
-    return min(ahead) if ahead else None
+    nearest = min(ahead, default=np.inf)
+    return nearest if np.isfinite(nearest) else None
 
 
 def longitudinal_profiles(

@@ -234,6 +234,7 @@ def gaps_to(
     extents: FloatArray,
     discs: FloatArray,
     disc_radius: float,
+    enough: float = np.inf,
 ) -> FloatArray:
     """Smallest gap of one motion to each body, swept from step to step.
 
@@ -244,9 +245,11 @@ def gaps_to(
         extents: (n_bodies, 3): half length, half width, radius [m].
         discs: Disc centres along the ego's heading from the rear axle [m].
         disc_radius: [m].
+        enough: From this gap on the exact value does not matter [m].
 
     Returns:
-        (n_bodies,) [m], negative on overlap.
+        (n_bodies,) [m], negative on overlap; inf or at least `enough` when it is at
+        least that.
     """
     gaps = np.empty(poses.shape[0])
     for b in range(poses.shape[0]):
@@ -259,7 +262,7 @@ def gaps_to(
             points.shape[1] - 1,
             discs,
             disc_radius,
-            np.inf,
+            enough,
             -np.inf,
         )[0]
     return gaps

@@ -132,13 +132,21 @@ def test_headway_lack_at_its_ends():
     assert headway_lack(10.0, 10.0) == 0.0
 
 
-def test_speed_deviation_at_the_speed_asked_for_is_zero_and_standing_costs_one():
+def test_speed_deviation_at_the_speed_asked_for_is_zero():
     grid, wanted = np.array([0.0, 50.0, 100.0]), np.array([10.0, 10.0, 4.0])
     s = np.array([np.linspace(0.0, 40.0, 9), np.full(9, 20.0), np.full(9, 75.0)])
     s_dot = np.array([np.full(9, 10.0), np.zeros(9), np.full(9, 7.0)])
-    np.testing.assert_allclose(
-        speed_deviation(s, s_dot, grid, wanted), [0.0, 1.0, 0.0], atol=1e-15
-    )
+    free, standing, slow = speed_deviation(s, s_dot, grid, wanted)
+    assert abs(free) < 1e-15
+    assert abs(slow) < 1e-15
+    assert standing >= 1.0
+
+
+def test_standing_costs_the_same_wherever_one_could_drive():
+    grid, wanted = np.array([0.0, 100.0]), np.array([4.0, 14.0])
+    s, still = np.repeat([[0.0], [50.0], [99.0]], 9, axis=1), np.zeros((3, 9))
+    costs = speed_deviation(s, still, grid, wanted)
+    np.testing.assert_allclose(costs, costs[0])
 
 
 @given(st.floats(3.0, 20.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))

@@ -2,26 +2,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.cruise.headway import STRIDE, headway_pairs
+from planner.cruise.headway import MIN_REAR_GAP, STRIDE, headway_pairs
 
-FRONT, REAR, STANDSTILL, AHEAD, BEHIND = 3.8, 1.0, 2.5, 1.2, 0.8
-
-
-def pairs_of(s, s_dot, count, body_s, body_speed, reach, considered):
-    return headway_pairs(
-        s,
-        s_dot,
-        count,
-        body_s,
-        body_speed,
-        reach,
-        considered,
-        FRONT,
-        REAR,
-        STANDSTILL,
-        AHEAD,
-        BEHIND,
-    )
+FRONT, REAR = 3.8, 1.0
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -37,10 +20,23 @@ def test_pairs_against_plain_loops(seed):
     )
     body_s[0] = np.inf
     body_speed = rng.uniform(0.0, 15.0, n_bodies)
+    body_speed[1] = 0.0
     reach = rng.uniform(0.5, 6.0, n_bodies)
     considered = rng.random(n_bodies) < 0.8
-    first, step, body, lack = pairs_of(
-        s, s_dot, count, body_s, body_speed, reach, considered
+    standstill, ahead, behind = rng.uniform(0.5, 6.0, 3)
+    first, step, body, lack = headway_pairs(
+        s,
+        s_dot,
+        count,
+        body_s,
+        body_speed,
+        reach,
+        considered,
+        FRONT,
+        REAR,
+        standstill,
+        ahead,
+        behind,
     )
     for p in range(n_profiles):
         expected = {}
@@ -48,33 +44,36 @@ def test_pairs_against_plain_loops(seed):
             for b in np.flatnonzero(considered):
                 if body_s[b, i] > s[p, i]:
                     gap = body_s[b, i] - reach[b] - (s[p, i] + FRONT)
-                    needed = STANDSTILL + AHEAD * s_dot[p, i]
+                    needed = standstill + ahead * s_dot[p, i]
                 else:
                     gap = s[p, i] - REAR - (body_s[b, i] + reach[b])
-                    needed = STANDSTILL + BEHIND * body_speed[b]
+                    needed = MIN_REAR_GAP + behind * body_speed[b]
                 if gap < needed:
                     expected[i, b] = (1.0 - max(gap, 0.0) / needed) ** 2
         own = slice(first[p], first[p + 1])
-        found = dict(
-            zip(zip(step[own], body[own], strict=True), lack[own], strict=True)
-        )
+        keys = zip(step[own], body[own], strict=True)
+        found = dict(zip(keys, lack[own], strict=True))
         assert found.keys() == expected.keys()
         for key, value in expected.items():
             assert abs(found[key] - value) < 1e-9
 
 
 def test_nobody_near_makes_no_pairs():
-    s = np.linspace(0.0, 50.0, 51)[None]
-    speed = np.full((1, 51), 10.0)
-    far = np.full((2, 51), 1000.0)
-    first, step, *_ = pairs_of(
+    s, speed = np.linspace(0.0, 50.0, 51)[None], np.full((1, 51), 10.0)
+    two = np.ones(2)
+    first, step, *_ = headway_pairs(
         s,
         speed,
         np.array([51]),
-        far,
-        np.zeros(2),
-        np.ones(2),
+        np.full((2, 51), 1000.0),
+        0.0 * two,
+        two,
         np.ones(2, dtype=np.bool_),
+        FRONT,
+        REAR,
+        1.0,
+        1.0,
+        1.0,
     )
     assert step.size == 0
     assert list(first) == [0, 0]

@@ -1,0 +1,110 @@
+"""A user's own planner, watched: what it returns is checked, and it cannot just leave.
+
+The planners of this project are checked by mypy and by tests; anyone else's code by
+this. What is wrong becomes an error that names it, and the loop ends the episode with
+it: the status is `planner_failed`.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from numbers import Integral, Real
+
+from experiments.errors import ExperimentError
+from planner.interface import Planner, PlanResult, PlanStats, PlanStatus
+from planner.scene import Scene
+from planner.states import Trajectory
+
+
+class PlannerContractError(ExperimentError):
+    """A planner returned something that no plan is, or tried to end the process."""
+
+
+class CheckedPlanner:
+    """Passes a planner's results on if they keep the contract."""
+
+    def __init__(self, planner: Planner) -> None:
+        self.planner = planner
+
+    def plan(self, scene: Scene, memory: object) -> PlanResult:
+        """Plan.
+
+        Raises:
+            PlannerContractError: If the planner breaks its contract.
+        """
+        try:
+            result: object = self.planner.plan(scene, memory)
+        except (SystemExit, GeneratorExit) as error:
+            raise PlannerContractError(
+                f"plan() raised {type(error).__name__}({error})"
+            ) from error
+        return checked(result)
+
+
+def checked(result: object) -> PlanResult:
+    """Check what a planner returned, and make NumPy's numbers plain ones.
+
+    Raises:
+        PlannerContractError: Says what is wrong and what is allowed.
+    """
+    if not isinstance(result, PlanResult):
+        raise _wrong("plan()", result, "a PlanResult")
+    if result.status not in list(PlanStatus):
+        names = ", ".join(str(status) for status in PlanStatus)
+        raise _wrong("status", result.status, names)
+    if not isinstance(result.trajectory, Trajectory | None):
+        raise _wrong("trajectory", result.trajectory, "a Trajectory or None")
+    status, stats = PlanStatus(result.status), _checked_stats(result.stats)
+    return replace(result, status=status, stats=stats)
+
+
+def _checked_stats(stats: object) -> PlanStats:
+    """Check the statistics."""
+    if not isinstance(stats, PlanStats):
+        raise _wrong("stats", stats, "PlanStats")
+    if not isinstance(stats.reason, str):
+        raise _wrong("stats.reason", stats.reason, "text")
+    if not isinstance(stats.blocker, str | None):
+        raise _wrong("stats.blocker", stats.blocker, "text or None")
+    return PlanStats(
+        reason=stats.reason,
+        candidates=_count("stats.candidates", stats.candidates),
+        survivors=_count("stats.survivors", stats.survivors),
+        removed={
+            key: _count(f"stats.removed[{key!r}]", value)
+            for key, value in _named("stats.removed", stats.removed).items()
+        },
+        costs={
+            key: _number(f"stats.costs[{key!r}]", value)
+            for key, value in _named("stats.costs", stats.costs).items()
+        },
+        blocker=stats.blocker,
+    )
+
+
+def _named(name: str, values: object) -> Mapping[str, object]:
+    """Check that values have names."""
+    if not isinstance(values, Mapping) or not all(isinstance(k, str) for k in values):
+        raise _wrong(name, values, "a mapping from text to numbers")
+    return values
+
+
+def _count(name: str, value: object) -> int:
+    """Make a plain int of a whole number."""
+    if not isinstance(value, Integral):
+        raise _wrong(name, value, "a whole number")
+    return int(value)
+
+
+def _number(name: str, value: object) -> float:
+    """Make a plain float of a finite number."""
+    if not isinstance(value, Real) or not math.isfinite(value):
+        raise _wrong(name, value, "a finite number")
+    return float(value)
+
+
+def _wrong(name: str, value: object, allowed: str) -> PlannerContractError:
+    """Make the error about one thing."""
+    shown = f"{type(value).__name__} {value!r}"
+    shown = f"{shown[:60]}..." if len(shown) > 60 else shown  # noqa: PLR2004, one line
+    return PlannerContractError(f"{name} is {shown}; allowed: {allowed}")

@@ -1,0 +1,532 @@
+"""The compiled batch against a slow planner that goes by the formulas.
+
+The samples (profiles, offsets, bodies) are those of the planner; every check and every
+cost term is done again in plain numpy, candidate by candidate.
+"""
+
+import math
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import pytest
+
+from planner import cruise
+from planner.bodies import bodies_of, leader_of
+from planner.cruise import sampling
+from planner.cruise.costs import convolved_safety, speed_deviation
+from planner.cruise.feasibility import road_excess
+from planner.cruise.headway import MIN_REAR_GAP, STRIDE
+from planner.cruise.settings import (
+    LateralMotion,
+    Normalisation,
+    SafetyTerm,
+    Weights,
+)
+from planner.geometry.frenet import frenet_to_cartesian
+from planner.interface import PlanStatus
+from planner.states import FrenetStates
+from tests.planner.scenes import STEP, Car, Disc, bend, ego_on, make_scene, straight
+
+TOLERANCE = 1e-6  # of limits
+TERMS = (
+    "jerk",
+    "safety",
+    "offset",
+    "speed",
+    "headway",
+    "consistency",
+    "heading",
+    "dead_end",
+)
+STANDING = 0.5  # slower bodies are steered round [m/s]
+
+
+@dataclass
+class Candidate:
+    """What the slow planner finds out about one candidate."""
+
+    profile: int
+    verdict: str
+    terms: dict[str, float]
+    s: np.ndarray
+    l: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    blocker: str | None = None
+    hit_size: float = 0.0
+
+
+def quintic(start, offset, length):
+    """Polynomial in u = done / length through the boundary values."""
+    rows = [
+        [1, 0, 0, 0, 0, 0],
+        [0, 1, 0, 0, 0, 0],
+        [0, 0, 2, 0, 0, 0],
+        [1, 1, 1, 1, 1, 1],
+        [0, 1, 2, 3, 4, 5],
+        [0, 0, 2, 6, 12, 20],
+    ]
+    l, first, second = start
+    values = [l, first * length, second * length**2, offset, 0.0, 0.0]
+    return np.polynomial.Polynomial(np.linalg.solve(np.array(rows, float), values))
+
+
+def taylor(polynomial, jet):
+    """Compose with jets (4, n): value, derivatives over their factorials."""
+    out = np.zeros_like(jet)
+    for c in polynomial.coef[::-1]:
+        out = np.stack(
+            [sum(out[i] * jet[k - i] for i in range(k + 1)) for k in range(4)]
+        )
+        out[0] += c
+    return out
+
+
+def lateral(settings, scene, motion, duration, offset):
+    """(l, l', l'', d³l/dt³) of every step, and the polynomial over its length."""
+    ego, over_time = scene.ego_frenet, settings.lateral_motion is LateralMotion.TIME
+    s, s_dot, s_ddot, s_dddot = motion
+    if over_time:
+        done, length = settings.step * np.arange(s.size), duration
+        start = (ego.l, ego.l_dot, ego.l_ddot)
+    else:
+        end = min(round(duration / settings.step), s.size - 1)
+        done, length = s - s[0], max(s[end] - s[0], settings.min_manoeuvre_length)
+        start = (ego.l, ego.l_prime, ego.l_second)
+    p = quintic(start, offset, length)
+    u = done / length
+    l, first, second = p(u), p.deriv(1)(u) / length, p.deriv(2)(u) / length**2
+    if over_time:
+        speed = np.maximum(s_dot, 0.1)
+        slope, jerk = first / speed, p.deriv(3)(u) / length**3
+        bent = (second - slope * s_ddot) / speed**2
+    else:
+        jet = np.stack([done, s_dot, s_ddot / 2.0, s_dddot / 6.0]) / length
+        slope, bent, jerk = first, second, 6.0 * taylor(p, jet)[3]
+    rows = np.stack([l, slope, bent, jerk])
+    over = done > length + 1e-9
+    rows[:, over] = 0.0
+    rows[0, over] = offset
+    return rows, p, length
+
+
+def outside(u, w, half_length, half_width):
+    return np.hypot(
+        np.maximum(np.abs(u) - half_length, 0.0),
+        np.maximum(np.abs(w) - half_width, 0.0),
+    )
+
+
+def nearest_on_segments(u0, w0, u1, w1, half_length, half_width):
+    """Distance of segments from a box: convex along a segment, so ternary search."""
+    if half_length == half_width == 0.0:
+        along, across = u1 - u0, w1 - w0
+        square = np.maximum(along**2 + across**2, 1e-300)
+        share = np.clip(-(u0 * along + w0 * across) / square, 0.0, 1.0)
+        return np.hypot(u0 + share * along, w0 + share * across)
+    low, high = np.zeros_like(u0), np.ones_like(u0)
+    for _ in range(60):
+        a, b = low + (high - low) / 3.0, high - (high - low) / 3.0
+        at_a = outside(u0 + a * (u1 - u0), w0 + a * (w1 - w0), half_length, half_width)
+        at_b = outside(u0 + b * (u1 - u0), w0 + b * (w1 - w0), half_length, half_width)
+        low, high = np.where(at_a > at_b, a, low), np.where(at_a > at_b, high, b)
+    ends = np.minimum(
+        outside(u0, w0, half_length, half_width),
+        outside(u1, w1, half_length, half_width),
+    )
+    middle = 0.5 * (low + high)
+    inside = outside(
+        u0 + middle * (u1 - u0), w0 + middle * (w1 - w0), half_length, half_width
+    )
+    return np.minimum(ends, inside)
+
+
+def step_gaps(settings, vehicle, bodies, b, x, y, heading):
+    """Gap of each step's sweep to body b, (n_steps - 1,); one pose gives its gap."""
+    if settings.cover_discs == 1:
+        discs, radius = [0.0], settings.single_disc_radius
+    else:
+        discs, radius = vehicle.disc_offsets, vehicle.disc_radius
+    half_length, half_width, round_off = bodies.extents[b]
+    px, py, cos, sin = bodies.poses[b, :, : x.size]
+    gaps = []
+    for disc in discs:
+        dx, dy = x + disc * np.cos(heading) - px, y + disc * np.sin(heading) - py
+        u, w = dx * cos + dy * sin, dy * cos - dx * sin
+        first = slice(None, -1) if x.size > 1 else slice(None)
+        last = slice(1, None) if x.size > 1 else slice(None)
+        gaps.append(
+            nearest_on_segments(
+                u[first], w[first], u[last], w[last], half_length, half_width
+            )
+        )
+    return np.min(gaps, axis=0) - round_off - radius
+
+
+class SlowPlanner:
+    """Everything of one cycle, candidate by candidate."""
+
+    def __init__(self, settings, scene):
+        self.settings, self.scene = settings, scene
+        self.speed_ahead = sampling.reference_speed(scene, settings)
+        end = settings.horizon or max(settings.times)
+        self.bodies = bodies_of(scene, round(end / settings.step) + 1)
+        self.profiles = sampling.longitudinal_profiles(
+            scene, settings, self.speed_ahead, leader_of(scene, self.bodies)
+        )
+        vehicle, own = scene.vehicle, scene.vehicle.limits
+        whole = settings.cover_discs > 1
+        self.front = vehicle.front_reach if whole else 0.0
+        self.rear = vehicle.rear_overhang if whole else 0.0
+        self.half_width = vehicle.width / 2.0 + settings.road_margin
+        self.max_braking = settings.max_deceleration or own.max_deceleration
+        self.max_sideways = (
+            settings.max_lateral_acceleration or own.max_lateral_acceleration
+        )
+        self.max_curvature = settings.max_curvature or own.max_curvature
+        furthest = float(self.profiles.motion[:, 0, -1].max())
+        self.offsets = sampling.terminal_offsets(
+            scene.road, (scene.ego_frenet.s, furthest), self.half_width, settings
+        )
+        ego = scene.ego
+        now = [np.array([v]) for v in (ego.x, ego.y, ego.heading)]
+        self.threshold = [
+            min(
+                settings.margin,
+                float(step_gaps(settings, vehicle, self.bodies, b, *now)[0]) - 1e-6,
+            )
+            for b in range(len(self.bodies.ids))
+        ]
+
+    def remember(self, candidates, last):
+        """Fill in the consistency with the last plan."""
+        for found in candidates:
+            was = 0.0 if last is None else np.interp(found.s, last.s, last.l)
+            if found.terms:
+                change = float(np.mean((found.l - was) ** 2))
+                found.terms["consistency"] = change
+
+    def candidates(self):
+        out = []
+        for p in range(self.profiles.count.size):
+            count = int(self.profiles.count[p])
+            motion = self.profiles.motion[p][:, :count]
+            dropped = self._dropped(motion)
+            for offset in self.offsets:
+                if dropped:
+                    none = (np.empty(0),) * 4
+                    out.append(Candidate(p, dropped, {}, *none))
+                else:
+                    out.append(self._candidate(p, motion, float(offset)))
+        return out
+
+    def _dropped(self, motion):
+        limits, line = (
+            self.scene.vehicle.limits,
+            min(self.scene.stop_lines, default=1e9),
+        )
+        if motion[1].min() < -0.02:
+            return "reversing"
+        if motion[1].max() > max(limits.max_speed, self.scene.ego_frenet.s_dot) + 0.5:
+            return "speed"
+        if motion[0, -1] + self.scene.vehicle.front_reach > line:
+            return "stop_line"
+        return ""
+
+    def _candidate(self, p, motion, offset):
+        settings, scene = self.settings, self.scene
+        duration = float(self.profiles.duration[p])
+        rows, polynomial, length = lateral(settings, scene, motion, duration, offset)
+        s, s_dot, s_ddot, _ = motion
+        l, slope, bent, jerk = rows
+        road = scene.path.at(s)
+        beyond = np.flatnonzero(1.0 - road.curvature * l < 0.05)
+        n = int(beyond[0]) if beyond.size else s.size
+        plane = frenet_to_cartesian(
+            scene.path,
+            FrenetStates(
+                *(a[:n] for a in (s, s_dot, s_ddot, l)),
+                *(np.zeros(n), np.zeros(n)),
+                slope[:n],
+                bent[:n],
+            ),
+        )
+        error = plane.heading - road.heading[:n]
+        verdict = self._first_violation(s[:n], l[:n], error, road.curvature[:n], plane)
+        if not verdict and n < s.size:
+            verdict = "domain"
+        terms = {}
+        if not verdict:
+            if settings.lateral_motion is LateralMotion.TIME:
+                third = polynomial.deriv(3) / length**3
+                square = (third**2).integ()
+                sideways = length * (square(1.0) - square(0.0))
+            else:
+                sideways = settings.step * np.sum(jerk**2)
+            terms = {
+                "jerk": sideways + float(self.profiles.jerk[p]),
+                "offset": float(np.mean(l**2)),
+                "heading": math.sin(error[-1]) ** 2,
+                "headway": self._headway(s, s_dot, l),
+                "dead_end": self._dead_end(s, s_dot, l),
+            }
+        found = Candidate(p, verdict or "passed", terms, s, l, plane.x, plane.y)
+        if not verdict:
+            self._bodies(found, plane)
+        return found
+
+    def _first_violation(self, s, l, error, curvature, plane):
+        """The first check that fails at the first point that fails one."""
+        scene, ego = self.scene, self.scene.ego
+        left, right = scene.road.at(s)
+        ahead_left, ahead_right = scene.road.at(s + scene.vehicle.front_reach)
+        left, right = np.minimum(left, ahead_left), np.maximum(right, ahead_right)
+        here_left, here_right = scene.road.at(s[:1])
+        body = self.front, self.rear, self.half_width
+
+        def excess(i, left, right):
+            cos, sin = math.cos(error[i]), math.sin(error[i])
+            return road_excess(l[i], cos, sin, curvature[i], left, right, *body)
+
+        allowed = max(excess(0, here_left[0], here_right[0]), 0.0)
+        limits = scene.vehicle.limits
+        forward = max(limits.max_acceleration, ego.acceleration)
+        braking = max(self.max_braking, -ego.acceleration)
+        bent = max(self.max_curvature, abs(ego.curvature))
+        sideways = max(self.max_sideways, ego.speed**2 * abs(ego.curvature))
+        for i in range(1, s.size):
+            kappa, a = plane.curvature[i], plane.acceleration[i]
+            if excess(i, left[i], right[i]) > allowed + TOLERANCE:
+                return "road"
+            if abs(kappa) > bent + TOLERANCE:
+                return "curvature"
+            if a > forward + TOLERANCE or a < -braking - TOLERANCE:
+                return "acceleration"
+            if plane.speed[i] ** 2 * abs(kappa) > sideways + TOLERANCE:
+                return "lateral_acceleration"
+        return ""
+
+    def _corridor(self, b):
+        """Lateral distance below which body b is in the way."""
+        settings = self.settings
+        radius = self.scene.vehicle.disc_radius
+        if settings.cover_discs == 1:
+            radius = settings.single_disc_radius
+        return radius + settings.margin + self.bodies.extents[b, 1:].sum()
+
+    def _headway(self, s, s_dot, l):
+        settings, bodies, vehicle = self.settings, self.bodies, self.scene.vehicle
+        total = 0.0
+        for b in range(bodies.n_static, len(bodies.ids)):
+            if bodies.follower[b]:
+                continue
+            half_length = bodies.extents[b, 0]
+            for i in range(STRIDE, s.size, STRIDE):
+                if abs(bodies.l[b, i] - l[i]) >= self._corridor(b):
+                    continue
+                apart = bodies.s[b, i] - s[i]
+                if apart > 0.0:
+                    gap = apart - half_length - vehicle.front_reach
+                    needed = settings.standstill_gap + settings.time_headway * s_dot[i]
+                else:
+                    gap = -apart - half_length - vehicle.rear_overhang
+                    needed = settings.rear_time_headway * bodies.speed[b] + MIN_REAR_GAP
+                if gap < needed:
+                    total += (1.0 - max(gap, 0.0) / needed) ** 2
+        return total * STRIDE / self.profiles.motion.shape[2]
+
+    def _dead_end(self, s, s_dot, l):
+        settings, bodies, vehicle = self.settings, self.bodies, self.scene.vehicle
+        stopping = s_dot[-1] ** 2 / (2.0 * vehicle.limits.max_deceleration)
+        worst, i = 0.0, s.size - 1
+        for b in np.flatnonzero(~bodies.follower & (bodies.speed <= STANDING)):
+            beyond = bodies.s[b, i] - s[-1]
+            if beyond <= 0.0 or abs(bodies.l[b, i] - l[-1]) > self._corridor(b):
+                continue
+            half_length, _, radius = bodies.extents[b]
+            gap = max(beyond - half_length - radius - vehicle.front_reach, 0.0)
+            worst = max(worst, 1.0 - gap / (settings.obstacle_gap + stopping))
+        return worst
+
+    def _bodies(self, found, plane):
+        settings, bodies, safety = self.settings, self.bodies, 0.0
+        reach, first_hit = settings.scales.clearance, math.inf
+        n = plane.x.size
+        for b in np.flatnonzero(~bodies.follower):
+            px, py = bodies.poses[b, :2, :n]
+            away = np.hypot(plane.x - px, plane.y - py) - bodies.size[b]
+            if away.min() > 10.0:
+                continue
+            gaps = step_gaps(
+                settings,
+                self.scene.vehicle,
+                bodies,
+                b,
+                plane.x,
+                plane.y,
+                plane.heading,
+            )
+            gap = float(gaps.min())
+            if gap < self.threshold[b]:
+                found.verdict = "collision"
+                found.hit_size = max(found.hit_size, float(bodies.size[b]))
+                step = int(np.flatnonzero(gaps < self.threshold[b])[0])
+                if step < first_hit:
+                    first_hit, found.blocker = step, bodies.ids[b]
+                gap = 0.0
+            if gap < reach:
+                safety += bodies.size[b] * (1.0 - max(gap, 0.0) / reach) ** 2
+        found.terms["safety"] = safety
+
+
+def priced(slow, candidates, settings, *, remembers):
+    """Weighted terms (n, 7) and their sums; nan where there are none."""
+    n_offsets = slow.offsets.size
+    raw = np.array([[c.terms.get(name, np.nan) for name in TERMS] for c in candidates])
+    speed = speed_deviation(
+        slow.profiles.motion[:, 0], slow.profiles.motion[:, 1], *slow.speed_ahead
+    )
+    raw[:, TERMS.index("speed")] = np.repeat(speed, n_offsets)
+    if settings.safety_term is not SafetyTerm.EDGE_CLEARANCE:
+        hits = np.array([c.hit_size for c in candidates]).reshape(-1, n_offsets)
+        sigma = settings.convolution_sigma
+        raw[:, TERMS.index("safety")] = convolved_safety(
+            hits, settings.safety_term, settings.lateral_step, sigma
+        ).ravel()
+    passed = np.array([c.verdict == "passed" for c in candidates])
+    if settings.normalisation is Normalisation.PER_CYCLE:
+        largest = raw[passed].max(axis=0, initial=0.0)
+        scale = np.where(largest > 0.0, largest, 1.0)
+    else:
+        horizon = settings.horizon or max(settings.times)
+        own = {name: getattr(settings.scales, name, 1.0) for name in TERMS}
+        own["jerk"] *= horizon
+        scale = np.array([own[name] for name in TERMS])
+    weights = np.array([getattr(settings.weights, name) for name in TERMS])
+    if not remembers:
+        weights[TERMS.index("consistency")] = 0.0
+    terms = raw * weights / scale
+    return terms, terms.sum(axis=1), raw
+
+
+def random_scene(seed):
+    rng = np.random.default_rng(seed)
+    path = (straight(), bend(25.0, before=30.0), bend(-18.0, before=20.0))[seed % 3]
+    ego = ego_on(
+        path,
+        rng.uniform(0.0, 40.0),
+        rng.uniform(-2.0, 2.0),
+        rng.uniform(0.5, 12.0) if seed % 3 == 0 else rng.uniform(0.5, 7.0),
+        rng.uniform(-0.05, 0.05),
+        acceleration=rng.uniform(-1.0, 1.0),
+    )
+    s = float(path.project_one(ego.x, ego.y)[0])
+    obstacles = [
+        Disc(s + rng.uniform(8.0, 60.0), rng.uniform(-4.0, 4.0), rng.uniform(0.3, 1.5))
+        for _ in range(3)
+    ]
+    vehicles = [
+        Car(s + rng.uniform(12.0, 50.0), rng.uniform(-1.0, 3.5), rng.uniform(1.0, 9.0)),
+        Car(s + rng.uniform(40.0, 90.0), 3.5, -rng.uniform(4.0, 12.0)),
+        Car(s - rng.uniform(8.0, 30.0), rng.uniform(-4.0, 4.0), rng.uniform(5.0, 12.0)),
+    ]
+    lines = (s + rng.uniform(20.0, 60.0),) if seed % 4 == 1 else ()
+    return make_scene(path, ego, obstacles, vehicles, stop_lines=lines)
+
+
+FEW = {
+    "times": (1.5, 4.0),
+    "speed_fractions": (0.0, 0.6, 1.0),
+    "stop_times": (3.0, 5.0),
+    "follow_times": (3.0,),
+}
+SETTINGS = {
+    "closed_loop": replace(cruise.CruiseSettings(), **FEW),
+    "over_time": replace(
+        cruise.CruiseSettings(), **FEW, lateral_motion=LateralMotion.TIME
+    ),
+    "convolution": replace(
+        cruise.conventional().settings, **FEW, edge_offsets=False, lateral_step=1.0
+    ),
+    "thesis": replace(cruise.thesis_proposed().settings, times=(4.0, 4.5, 5.0)),
+    "thesis_conventional": replace(
+        cruise.thesis_conventional().settings, times=(4.0, 5.0)
+    ),
+}
+
+PLANNER = cruise.CruisePlanner(SETTINGS["closed_loop"])
+
+
+def emphasised(settings):
+    """The settings, and once more with each term counting for most."""
+    yield settings
+    relative = settings.normalisation is Normalisation.PER_CYCLE
+    for name in TERMS:
+        if relative and name in ("heading", "consistency"):
+            continue  # may be rounding noise, over its own maximum
+        changed = replace(settings.weights, **{name: 50.0})
+        yield replace(settings, weights=changed)
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+@pytest.mark.parametrize("seed", range(4))
+def test_the_batch_is_what_the_formulas_say(name, seed):
+    settings, scene = SETTINGS[name], random_scene(seed)
+    slow = SlowPlanner(settings, scene)
+    candidates = slow.candidates()
+    for memory in (None, cruise.CruisePlanner(settings).plan(scene, None).memory):
+        slow.remember(candidates, None if memory is None else memory.trajectory)
+        for variant in emphasised(settings):
+            result = cruise.CruisePlanner(variant).plan(scene, memory)
+            prices = priced(slow, candidates, variant, remembers=memory is not None)
+            compare(result, candidates, *prices)
+
+
+def compare(result, candidates, terms, total, raw):
+    stats = result.stats
+    verdicts = [c.verdict for c in candidates]
+    survivors = [k for k, verdict in enumerate(verdicts) if verdict == "passed"]
+    assert stats.candidates >= len(candidates)
+    assert stats.survivors == len(survivors)
+    for check in set(verdicts) - {"passed"}:
+        assert stats.removed[check] >= verdicts.count(check)
+    beyond = stats.candidates - len(candidates)
+    assert sum(stats.removed.values()) == len(candidates) - len(survivors) + beyond
+    if not survivors:
+        assert result.status is not PlanStatus.OK
+        return
+    best = survivors[int(np.argmin(total[survivors]))]
+    assert stats.costs["total"] == pytest.approx(total[best], rel=1e-8, abs=1e-9)
+    runner_up = np.sort(total[survivors])[:2][-1]
+    if len(survivors) > 1 and runner_up - total[best] < 1e-7:
+        return  # a tie: either may be chosen
+    for k, term in enumerate(TERMS):
+        expected = pytest.approx(terms[best, k], rel=1e-8, abs=1e-9)
+        assert stats.costs[term] == expected, term
+    jerk = pytest.approx(raw[best, 0], rel=1e-8, abs=1e-9)
+    assert stats.costs["jerk_integral"] == jerk
+    offset = pytest.approx(raw[best, TERMS.index("offset")], rel=1e-8, abs=1e-12)
+    assert stats.costs["mean_offset_squared"] == offset
+    trajectory, chosen = result.trajectory, candidates[best]
+    np.testing.assert_allclose(trajectory.x, chosen.x, atol=1e-9)
+    np.testing.assert_allclose(trajectory.y, chosen.y, atol=1e-9)
+    assert trajectory.t[-1] == pytest.approx((chosen.x.size - 1) * STEP)
+    priced_ones = [
+        k for k, verdict in enumerate(verdicts) if verdict in ("passed", "collision")
+    ]
+    cheapest = priced_ones[int(np.argmin(total[priced_ones]))]
+    if np.sum(total[priced_ones] < total[cheapest] + 1e-7) == 1:
+        assert stats.blocker == candidates[cheapest].blocker
+
+
+def test_there_is_a_formula_here_for_every_term():
+    assert {field.name for field in fields(Weights)} == set(TERMS)
+
+
+def test_these_scenes_exercise_every_verdict():
+    seen = set()
+    for seed in range(4):
+        removed = PLANNER.plan(random_scene(seed), None).stats.removed
+        seen |= set(removed)
+    assert {"collision", "acceleration", "lateral_acceleration"} <= seen
+    assert {"curvature", "stop_line", "reversing", "road"} <= seen
