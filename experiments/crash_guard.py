@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from time import monotonic
+from time import monotonic, sleep
 from types import FrameType
 
 import typer
@@ -17,7 +17,8 @@ import typer
 MISTAKE_OF_OURS = 3  # exit status after an error that no one foresaw
 INTERRUPTED = 130  # exit status after Ctrl-C
 TERMINATED = 143  # exit status after SIGTERM
-SECOND_SIGNAL = 1.0  # signals closer than this are one, sent to a group [s]
+SECOND_SIGNAL = 0.3  # signals closer than this are one, sent to a group [s]
+PATIENCE = 5.0  # for an episode to end after SIGTERM, before SIGKILL [s]
 
 
 class _TerminatedError(KeyboardInterrupt):
@@ -50,8 +51,10 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
     try:
         _, state = os.waitpid(child, 0)
     except _TerminatedError:  # sent to the parent alone, perhaps
-        os.kill(child, signal.SIGTERM)
-        os.waitpid(child, 0)
+        if not _ends_in_time(child):
+            os.kill(child, signal.SIGKILL)
+            _, state = os.waitpid(child, 0)
+            crashed(child, _death(state, ended=False) or "")
         return TERMINATED
     except KeyboardInterrupt:  # from the terminal, which sends it to both
         os.waitpid(child, 0)
@@ -60,9 +63,21 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
     return os.WEXITSTATUS(state) if death is None else crashed(child, death)
 
 
-def _on_terminate(number: int, frame: FrameType | None) -> None:
+def _on_terminate(*_: object) -> None:
     """Turn SIGTERM into an exception, so that nothing half-written is left."""
     raise _TerminatedError
+
+
+def _ends_in_time(child: int) -> bool:
+    """Ask a process to end, and tell whether it does."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # this one is being obeyed
+    os.kill(child, signal.SIGTERM)
+    deadline = monotonic() + PATIENCE
+    while monotonic() < deadline:
+        if os.waitpid(child, os.WNOHANG) != (0, 0):
+            return True
+        sleep(0.05)
+    return False
 
 
 def _death(state: int, *, ended: bool) -> str | None:

@@ -27,6 +27,7 @@ class Bodies:
     size: FloatArray  # circumscribed circle, r_ob of [Thesis] eq. 4.19, (n,) [m]
     follower: BoolArray  # (n,)
     n_static: int
+    step: float  # between columns [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +88,7 @@ def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
         np.hypot(half_length, half_width) + radius,
         follower,
         n_fixed,
+        step or scene.step,
     )
 
 
@@ -121,5 +123,5 @@ def leader_of(scene: Scene, bodies: Bodies) -> Leader | None:
     along = bodies.s[index]
     if not np.isfinite(along).all():  # it will leave the ego's road
         return None
-    speed = np.maximum(np.gradient(along, scene.step), 0.0)
+    speed = np.maximum(np.gradient(along, bodies.step), 0.0)
     return Leader(bodies.ids[index], along - reach, speed)

@@ -6,13 +6,15 @@ from pydantic import Field, model_validator
 
 from experiments.config.base import (
     Heading,
-    Length,
     Offset,
     Position,
     Size,
     Strict,
     mismatch,
 )
+
+
+Spacing = Annotated[float, Field(ge=1.0, le=100_000.0)]
 
 
 class Obstacle(Strict):
@@ -40,7 +42,7 @@ class RandomObstacles(Strict):
 
     first_m: Position = Field(description="centre of the first one")
     spacing_m: Annotated[
-        tuple[Length, Length], Field(description="least and most, centre to centre")
+        tuple[Spacing, Spacing], Field(description="least and most, centre to centre")
     ] = (28.0, 45.0)
     max_offset_m: Annotated[float, Field(ge=0.0, le=50.0)] = 3.0
     radius_m: tuple[Size, Size] = (0.3, 1.5)

@@ -46,6 +46,7 @@ def conventional(settings: CruiseSettings | None = None) -> CruisePlanner:
     return CruisePlanner(
         replace(
             base,
+            edge_offsets=False,  # the convolution needs offsets one step apart
             safety_term=SafetyTerm.BINARY_CONVOLUTION,
             convolution_sigma=2.0,
             weights=replace(base.weights, jerk=0.4, safety=0.3, offset=0.0),

@@ -22,6 +22,7 @@ from planner.cruise.feasibility import (
 from planner.cruise.headway import STRIDE
 from planner.geometry.clearance import span_clearance
 from planner.geometry.frenet import cartesian_rates
+from planner.geometry.pieces import point_at
 from planner.states import FloatArray, IntArray
 
 # Plain numbers: numba compiles these in.
@@ -82,6 +83,46 @@ class Surroundings(NamedTuple):
     front_reach: float  # rear axle to front bumper [m]
     deceleration: float  # with which the ego can stop [m/s²]
     corridor: float  # room that the ego needs on each side of its path [m]
+
+
+@compiled
+def lay_road(
+    rows: FloatArray,
+    path: tuple[FloatArray, IntArray],
+    road: tuple[FloatArray, FloatArray, FloatArray],
+    front_reach: float,
+) -> None:
+    """Fill the rows of the path and the road under each profile.
+
+    The bounds are the tighter ones of those under the rear axle and under the front.
+
+    Args:
+        rows: (n_profiles, 13, n_steps); s is given, X ... RIGHT are filled.
+        path: Knots and bins of `ReferencePath.table`.
+        road: s, left and right of the `RoadBounds`.
+        front_reach: Rear axle to front bumper [m].
+    """
+    knots, bins = path
+    road_s, road_left, road_right = road
+    for p in range(rows.shape[0]):
+        for i in range(rows.shape[2]):
+            s = rows[p, S, i]
+            x, y, cos, sin, kappa, rate, _ = point_at(knots, bins, s)
+            rows[p, X, i] = x
+            rows[p, Y, i] = y
+            rows[p, COS, i] = cos
+            rows[p, SIN, i] = sin
+            rows[p, KAPPA, i] = kappa
+            rows[p, KAPPA_RATE, i] = rate
+        s = rows[p, S]
+        rows[p, LEFT] = np.minimum(
+            np.interp(s, road_s, road_left),
+            np.interp(s + front_reach, road_s, road_left),
+        )
+        rows[p, RIGHT] = np.maximum(
+            np.interp(s, road_s, road_right),
+            np.interp(s + front_reach, road_s, road_right),
+        )
 
 
 @compiled

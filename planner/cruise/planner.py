@@ -9,21 +9,15 @@ from planner.bodies import Bodies, bodies_of, leader_of
 from planner.cruise import costs, sampling
 from planner.cruise.evaluation import (
     CONSISTENCY,
-    COS,
     DEAD_END,
     HEADING,
     HEADWAY,
     JERK,
-    KAPPA,
-    KAPPA_RATE,
     LAST_L,
-    LEFT,
     N_ROWS,
     OFFSET,
-    RIGHT,
     S_DOT,
     SAFETY,
-    SIN,
     Lateral,
     S,
     Surroundings,
@@ -32,6 +26,7 @@ from planner.cruise.evaluation import (
     Y,
     candidate_motion,
     evaluate,
+    lay_road,
 )
 from planner.cruise.feasibility import TOLERANCE, Check, Limits, road_excess
 from planner.cruise.headway import headway_pairs
@@ -47,10 +42,16 @@ from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
 from planner.states import FloatArray, IntArray, Trajectory
 
+TINY = 1e-12  # a term that is nowhere larger makes no difference
 CAPSULE_DISCS = 33  # 0.1 m apart: their hull waves by less than the tolerance
 TOUCH_TOLERANCE = 2e-3  # by which a gap below the margin may still shrink [m]
 STANDING = 0.5  # a slower vehicle is one to steer round [m/s]
 REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
+
+
+CHECK_NAMES = {
+    int(check): check.name.lower() for check in Check if check is not Check.PASSED
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,11 +79,9 @@ class CruisePlanner:
             cycle.tracks, cycle.lateral, cycle.limits, cycle.around
         )
         terms, total = _price(cycle, self.settings, verdict, hit_size, raw)
+        counts = np.bincount(verdict, minlength=len(Check)).tolist()
         removed = {
-            check.name.lower(): count
-            for check in Check
-            if check is not Check.PASSED
-            and (count := int(np.count_nonzero(verdict == check)))
+            name: counts[check] for check, name in CHECK_NAMES.items() if counts[check]
         }
         for check, count in cycle.dropped.items():
             removed[check] = removed.get(check, 0) + count
@@ -117,18 +116,27 @@ def invalid(scene: Scene) -> str | None:
             value = getattr(state, field.name)
             if not math.isfinite(value):
                 return f"the ego's {field.name} is {value}"
-    bodies = (scene.obstacles, scene.vehicles, scene.vehicles.prediction)
-    for record in bodies:
-        for name in ("x", "y", "heading", "length", "width", "radius", "speed"):
-            values = getattr(record, name, None)
-            if values is not None and not math.isfinite(float(values.sum())):
-                return f"a body's {name} is not finite"
-    if any(math.isnan(line) for line in scene.stop_lines):
-        return "a stop line is nowhere (nan)"
     if not (math.isfinite(scene.target_speed) and scene.target_speed >= 0.0):
         return f"the target speed is {scene.target_speed}"
     if not scene.step > 0.0:
         return f"the time step is {scene.step}"
+    if any(math.isnan(line) for line in scene.stop_lines):
+        return "a stop line is nowhere (nan)"
+    return _odd_array(scene)
+
+
+def _odd_array(scene: Scene) -> str | None:
+    """Name an array of the scene that is not finite; predictions may be out of reach."""
+    ahead = scene.vehicles.prediction
+    for record in (scene.obstacles, scene.vehicles, ahead, scene.road):
+        for field in fields(record):
+            values = getattr(record, field.name)
+            if not isinstance(values, np.ndarray) or field.name in ("s", "l"):
+                continue
+            if not math.isfinite(float(values.sum())):
+                return f"{field.name} of {type(record).__name__} is not finite"
+    if np.isnan(ahead.s).any() or np.isnan(ahead.l).any():
+        return "a predicted place on the path is nan"
     return None
 
 
@@ -253,6 +261,12 @@ def _limits(scene: Scene, settings: CruiseSettings) -> Limits:
     )
 
 
+def _stop_line(scene: Scene) -> float:
+    """Arc length that the front must not pass: a line just passed asks to stand."""
+    here = scene.ego_frenet.s + scene.vehicle.front_reach
+    return max(min(scene.stop_lines, default=math.inf), here + TOLERANCE)
+
+
 def _allowed_excess(excess: float, road_margin: float) -> float:
     """How far a candidate may reach over the edge less its margin [m].
 
@@ -270,7 +284,7 @@ def _drivable(
     """Leave out profiles that no lateral motion can mend."""
     last = profiles.motion[np.arange(profiles.count.size), 0, profiles.count - 1]
     limit = max(scene.vehicle.limits.max_speed, scene.ego_frenet.s_dot) + 0.5
-    line = min(scene.stop_lines, default=math.inf)
+    line = _stop_line(scene)
     reverses = profiles.slowest < -REVERSE_TOLERANCE
     speeds = ~reverses & (profiles.fastest > limit)
     crosses = ~reverses & ~speeds & (last + scene.vehicle.front_reach > line)
@@ -288,16 +302,14 @@ def _tracks(
     n_profiles, _, n_steps = profiles.motion.shape
     rows = np.empty((n_profiles, N_ROWS, n_steps))
     rows[:, :LAST_L] = profiles.motion
-    s = rows[:, S]
-    points = scene.path.at(s)
-    left, right = scene.road.at(s)
-    front_left, front_right = scene.road.at(s + scene.vehicle.front_reach)
-    rows[:, LAST_L] = 0.0 if last is None else np.interp(s, last.s, last.l)
-    rows[:, X], rows[:, Y] = points.x, points.y
-    rows[:, COS], rows[:, SIN] = points.cos_heading, points.sin_heading
-    rows[:, KAPPA], rows[:, KAPPA_RATE] = points.curvature, points.curvature_rate
-    rows[:, LEFT] = np.minimum(left, front_left)
-    rows[:, RIGHT] = np.maximum(right, front_right)
+    rows[:, LAST_L] = 0.0 if last is None else np.interp(rows[:, S], last.s, last.l)
+    table, road = scene.path.table, scene.road
+    lay_road(
+        rows,
+        (table.knots, table.bins),
+        (road.s, road.left, road.right),
+        scene.vehicle.front_reach,
+    )
     return Tracks(rows, profiles.duration, profiles.count, profiles.jerk)
 
 
@@ -419,7 +431,7 @@ def _price(
     if settings.normalisation is Normalisation.PER_CYCLE:
         passed = verdict == Check.PASSED
         scale = terms[passed].max(axis=0, initial=0.0)
-        scale = np.where(scale > 0.0, scale, 1.0)
+        scale = np.where(scale > TINY, scale, 1.0)
     else:
         horizon = settings.horizon or max(settings.times)
         scale = np.array(
@@ -476,7 +488,7 @@ def _fall_back(
     """No candidate survived: go down the ladder and say why."""
     candidates, removed, blocking = found
     threshold = cycle.around.threshold
-    line = min(scene.stop_lines, default=math.inf)
+    line = _stop_line(scene) + TOLERANCE
 
     def blocker(trajectory: Trajectory) -> str | None:
         if trajectory.s[-1] + scene.vehicle.front_reach > line:

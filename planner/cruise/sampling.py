@@ -6,6 +6,7 @@ import numpy as np
 
 from planner.bodies import Leader
 from planner.compiled import compiled
+from planner.cruise.feasibility import squared_jerk
 from planner.cruise.settings import CruiseSettings
 from planner.motion import polynomials
 from planner.scene import RoadBounds, Scene
@@ -134,7 +135,7 @@ def longitudinal_profiles(
         durations.append(np.array(settings.stop_times))
     if leader is not None:
         times = np.array(settings.follow_times)
-        k = np.minimum(np.rint(times / scene.step).astype(int), leader.s.size - 1)
+        k = np.minimum(np.rint(times / settings.step).astype(int), leader.s.size - 1)
         gap = settings.standstill_gap + settings.time_headway * leader.speed[k]
         target = leader.s[k] - gap - scene.vehicle.front_reach
         valid = target > ego.s
@@ -159,12 +160,8 @@ def _speed_keeping(
     if ego.s_dot < SLOW:
         creeping = np.minimum.outer(np.array(settings.creep_speeds), allowed)
         end_speed = np.vstack([end_speed, creeping])
-    duration = np.broadcast_to(times, end_speed.shape).ravel()
-    quartics = polynomials.quartic(
-        (ego.s, ego.s_dot, ego.s_ddot), (end_speed.ravel(), 0.0), duration
-    )
-    padded = np.hstack([quartics, np.zeros((quartics.shape[0], 1))])
-    return [padded], [duration]
+    rows = _quartics((ego.s, ego.s_dot, ego.s_ddot), end_speed, times)
+    return [rows], [np.tile(times, end_speed.shape[0])]
 
 
 def _arrivals(
@@ -174,9 +171,42 @@ def _arrivals(
     times: FloatArray,
 ) -> FloatArray:
     """Quintics that reach `s_end` at `speed_end` without acceleration, (n, 6)."""
-    return polynomials.quintic(
-        (ego.s, ego.s_dot, ego.s_ddot), (s_end, speed_end, 0.0), times
-    )
+    start = (ego.s, ego.s_dot, ego.s_ddot)
+    return _quintics(start, s_end + 0.0 * times, speed_end + 0.0 * times, times)
+
+
+@compiled
+def _quartics(
+    start: tuple[float, float, float], end_speed: FloatArray, times: FloatArray
+) -> FloatArray:
+    """Quartics to each end speed (n, n_times) in each time, padded to six terms."""
+    rows = np.zeros((end_speed.size, 6))
+    for i in range(end_speed.shape[0]):
+        for j in range(times.size):
+            c = polynomials.quartic_coefficients(
+                start[0], start[1], start[2], end_speed[i, j], 0.0, times[j]
+            )
+            for k in range(5):
+                rows[i * times.size + j, k] = c[k]
+    return rows
+
+
+@compiled
+def _quintics(
+    start: tuple[float, float, float],
+    s_end: FloatArray,
+    speed_end: FloatArray,
+    times: FloatArray,
+) -> FloatArray:
+    """Quintics to each end, (n, 6)."""
+    rows = np.empty((times.size, 6))
+    for i in range(times.size):
+        c = polynomials.quintic_coefficients(
+            start[0], start[1], start[2], s_end[i], speed_end[i], 0.0, times[i]
+        )
+        for k in range(6):
+            rows[i, k] = c[k]
+    return rows
 
 
 def _evaluate(
@@ -189,15 +219,19 @@ def _evaluate(
         count = np.full(duration.size, n_steps)
     else:
         count = np.rint(duration / settings.step).astype(np.int64) + 1
-    motion, slowest, fastest = roll_out(coefficients, duration, count, settings.step)
-    jerk = polynomials.integral_of_squared_jerk(coefficients, np.minimum(duration, end))
+    rolled = roll_out(coefficients, duration, count, settings.step, end)
+    motion, jerk, slowest, fastest = rolled
     return Profiles(motion, duration, count, jerk, slowest, fastest)
 
 
 @compiled
 def roll_out(
-    coefficients: FloatArray, duration: FloatArray, count: IntArray, step: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    coefficients: FloatArray,
+    duration: FloatArray,
+    count: IntArray,
+    step: float,
+    end: float,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Evaluate quintics s(t) on the time grid, at constant speed after their end.
 
     Args:
@@ -205,17 +239,20 @@ def roll_out(
         duration: (n,) [s].
         count: Valid steps, (n,).
         step: [s].
+        end: Of the horizon, to which the jerk is integrated [s].
 
     Returns:
-        ((n, 4, n_steps): s and its three derivatives; smallest and largest s_dot of
-        the valid steps, (n,) each [m/s]).
+        ((n, 4, n_steps): s and its three derivatives; integral of squared jerk, (n,)
+        [m²/s⁵]; smallest and largest s_dot of the valid steps, (n,) each [m/s]).
     """
     n, n_steps = coefficients.shape[0], count.max()
     motion = np.empty((n, 4, n_steps))
+    jerk = np.empty(n)
     slowest, fastest = np.full(n, np.inf), np.full(n, -np.inf)
     for p in range(n):
         c0, c1, c2 = coefficients[p, 0], coefficients[p, 1], coefficients[p, 2]
         c3, c4, c5 = coefficients[p, 3], coefficients[p, 4], coefficients[p, 5]
+        jerk[p] = squared_jerk((c0, c1, c2, c3, c4, c5), min(duration[p], end))
         for i in range(n_steps):
             t = min(i * step, duration[p])
             after = i * step - t
@@ -230,4 +267,4 @@ def roll_out(
             if i < count[p]:
                 slowest[p] = min(slowest[p], v)
                 fastest[p] = max(fastest[p], v)
-    return motion, slowest, fastest
+    return motion, jerk, slowest, fastest

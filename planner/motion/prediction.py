@@ -8,9 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
+from planner.compiled import compiled
+from planner.geometry.pieces import point_at
 from planner.geometry.reference_path import ReferencePath
 from planner.scene import Prediction
-from planner.states import FloatArray
+from planner.states import FloatArray, IntArray
 
 # A vehicle follows the ego's road while its heading and place agree with the road.
 LANE_HEADING_TOLERANCE = 0.5  # [rad]; lane changes stay below 0.2, turns exceed it
@@ -123,12 +125,15 @@ def _roll_out(
         direction = np.sign(along[lane])[:, None]
         drifting = np.minimum(step * np.arange(distance.shape[1]), LATERAL_HOLD)
         l = l0[lane, None] + direction * lateral_speed[lane, None] * drifting
-        s = _advance(path, s0[lane], l, direction * distance[lane])
-        points = path.at(s)
-        out_x[lane] = points.x - l * points.sin_heading
-        out_y[lane] = points.y + l * points.cos_heading
+        s, out_x[lane], out_y[lane], along_road = follow_road(
+            path.table.knots,
+            path.table.bins,
+            s0[lane],
+            l,
+            direction * distance[lane],
+        )
         # The course against the lane stays: a car in mid lane change stands askew.
-        out_heading[lane] = points.heading + (heading - foot.heading)[lane, None]
+        out_heading[lane] = along_road + (heading - foot.heading)[lane, None]
         out_s[lane], out_l[lane] = s, l
 
     free = np.flatnonzero(~follows & (np.abs(l0) < 3.0 * FRENET_REACH))
@@ -140,19 +145,44 @@ def _roll_out(
     return Prediction(step, out_x, out_y, out_heading, out_s, out_l)
 
 
-def _advance(
-    path: ReferencePath, s0: FloatArray, l: FloatArray, distance: FloatArray
-) -> FloatArray:
-    """Arc lengths after driving `distance` at a constant offset.
+@compiled
+def follow_road(
+    knots: FloatArray,
+    bins: IntArray,
+    s0: FloatArray,
+    l: FloatArray,
+    distance: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Drive along a path at given offsets.
 
-    ds = d(distance) / (1 - kappa_r l), integrated by the trapezoid rule on the
-    curvature met along a first guess.
+    ds = d(distance) / (1 - kappa_r l), by the midpoint rule.
+
+    Args:
+        knots: Of the path, as in `ReferencePath.table`.
+        bins: As `knots`.
+        s0: Where each vehicle begins, (n,) [m].
+        l: Offsets, (n, n_steps) [m].
+        distance: Driven along the offset path, negative against it, (n, n_steps) [m].
+
+    Returns:
+        (s, x, y, heading of the path), (n, n_steps) each.
     """
-    guess = s0[:, None] + distance
-    stretch = np.maximum(1.0 - path.at(guess).curvature * l, MIN_STRETCH)
-    rate = 1.0 / stretch
-    steps = 0.5 * (rate[:, 1:] + rate[:, :-1]) * np.diff(distance, axis=1)
-    s = np.empty_like(guess)
-    s[:, 0] = s0
-    s[:, 1:] = s0[:, None] + np.cumsum(steps, axis=1)
-    return s
+    s_out = np.empty_like(l)
+    x_out = np.empty_like(l)
+    y_out = np.empty_like(l)
+    heading_out = np.empty_like(l)
+    for v in range(l.shape[0]):
+        s = s0[v]
+        for i in range(l.shape[1]):
+            if i > 0:
+                driven = distance[v, i] - distance[v, i - 1]
+                curvature = point_at(knots, bins, s)[4]
+                middle = s + 0.5 * driven / max(1.0 - curvature * l[v, i], MIN_STRETCH)
+                curvature = point_at(knots, bins, middle)[4]
+                s += driven / max(1.0 - curvature * l[v, i], MIN_STRETCH)
+            x, y, cos, sin, _, _, heading = point_at(knots, bins, s)
+            s_out[v, i] = s
+            x_out[v, i] = x - l[v, i] * sin
+            y_out[v, i] = y + l[v, i] * cos
+            heading_out[v, i] = heading
+    return s_out, x_out, y_out, heading_out

@@ -150,7 +150,7 @@ def test_a_stop_on_a_straight_brakes_as_it_says(speed, l, offset, error, deceler
     assert np.all(np.diff(stop.s) >= -1e-12)
     assert stop.speed[-1] == 0.0
     braking = -np.diff(stop.speed) / STEP
-    assert braking.max() < 1.12 * deceleration  # the way bends, the share of s is kept
+    assert braking.max() < 1.25 * deceleration  # the way bends, the share of s is kept
 
 
 @pytest.mark.parametrize("speed", [3.0, 8.0])
