@@ -121,7 +121,7 @@ def _value_at(data: Any, path: KeyPath) -> Any:
 def _shown(value: Any) -> str:
     """Show a value so that its type can be told."""
     if isinstance(value, dict):
-        return "a section with keys"
+        return "a section with keys" if value else "a section without keys"
     if isinstance(value, list):
         return f"a list of {len(value)}"
     if value is None:
@@ -158,7 +158,8 @@ def _expand(node: Schema, root: Schema) -> list[Schema]:
 def _children(node: Schema, part: str | int) -> list[Schema]:
     """Give the schemas of one key or one item."""
     if isinstance(part, str):
-        child = node.get("properties", {}).get(part)
+        named = node.get("properties", {})
+        child = named.get(part, node.get("additionalProperties"))
     else:
         fixed = node.get("prefixItems", [])
         child = fixed[part] if part < len(fixed) else node.get("items")
@@ -188,8 +189,9 @@ def _words(node: Schema) -> str:
         return f"[{items}]"
     if node.get("type") == "object" and "properties" in node:
         return f"a section with {', '.join(node['properties'])}"
-    if node.get("minItems"):
-        kind = f"{kind} of at least {node['minItems']}"
+    least = node.get("minItems") or node.get("minProperties")
+    if least:
+        kind = f"{kind}, at least {least}"
     bounds = [
         f"{sign} {node[key]:.10g}" for key, sign in _BOUNDS.items() if key in node
     ]

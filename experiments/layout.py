@@ -1,7 +1,7 @@
 """From a scenario to a road with obstacles, before anything moves on it."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from zlib import crc32
 
@@ -133,23 +133,25 @@ def _placed(listed: tuple[Obstacle, ...]) -> list[PlacedBody]:
 
 
 def _check_on_road(scenario: Scenario, bare: Layout) -> None:
-    """Refuse an ego that starts over the edge of the road."""
-    ego = scenario.ego
-    half = ego.vehicle.width_m / 2.0
+    """Refuse an ego that starts over the edge or the end of the road."""
+    ego, vehicle = scenario.ego, make_vehicle(scenario.ego)
+    last = bare.path.length - vehicle.front_reach
+    if ego.start_m > last:
+        problem = f"is {ego.start_m:g}; allowed: 0 to {last:.1f}, the front on the road"
+        raise scenario.error(("ego", "start_m"), problem)
     left, right = bare.road.at(np.array([ego.start_m]))
-    least, most = float(right[0]) + half, float(left[0]) - half
-    if least <= ego.start_offset_m <= most:
-        return
-    room = f"{least:.2f} to {most:.2f}" if least <= most else "nothing, it is too wide"
-    raise scenario.error(
-        ("ego", "start_offset_m"),
-        f"is {ego.start_offset_m:g}; allowed on the road at start_m = "
-        f"{ego.start_m:g}: {room}",
-    )
+    least = float(right[0]) + vehicle.width / 2.0
+    most = float(left[0]) - vehicle.width / 2.0
+    if not least <= ego.start_offset_m <= most:
+        room = f"{least:.2f} to {most:.2f}" if least <= most else "a wider road"
+        raise scenario.error(
+            ("ego", "start_offset_m"),
+            f"is {ego.start_offset_m:g} at start_m = {ego.start_m:g}; allowed: {room}",
+        )
 
 
 def _check_start(scenario: Scenario, path: ReferencePath, obstacles: Obstacles) -> None:
-    """Refuse an obstacle where the ego starts."""
+    """Refuse an obstacle or a vehicle where the ego starts."""
     ego, vehicle = scenario.ego, make_vehicle(scenario.ego)
     start = state_on_path(path, ego.start_m, ego.start_offset_m, 0.0)
     reach = vehicle.centre_offset
@@ -160,26 +162,41 @@ def _check_start(scenario: Scenario, path: ReferencePath, obstacles: Obstacles) 
         vehicle.length,
         vehicle.width,
     )
-    for index in range(len(obstacles.ids)):
-        columns = ("x", "y", "heading", "length", "width", "radius")
-        other = Rectangle(*(float(getattr(obstacles, c)[index]) for c in columns))
+    drawn = scenario.obstacles.random is not None
+    for index, other in enumerate(_rectangles(obstacles)):
+        key: KeyPath = ("obstacles", "random", "first_m")
         if distance(body, other) <= 0.0:
-            key: KeyPath = ("obstacles", index)
-            if scenario.obstacles.random is not None:
-                key = ("obstacles", "random", "first_m")
-            raise scenario.error(
-                key,
-                f"an obstacle stands on the ego, which starts at s = {ego.start_m:g} m;"
-                f" allowed: s_m beyond {_free_from(scenario, obstacles, index):.1f} m,"
-                " or aside",
-            )
+            key = key if drawn else ("obstacles", index)
+            raise scenario.error(key, _in_the_way("an obstacle", scenario, other))
+    scripted = obstacles_on_path(
+        path,
+        [
+            PlacedBody(f"vehicle.{n}", v.s_m, v.l_m, v.length_m, v.width_m)
+            for n, v in enumerate(scenario.vehicles)
+        ],
+    )
+    for index, other in enumerate(_rectangles(scripted)):
+        if distance(body, other) <= 0.0:
+            problem = _in_the_way("a vehicle", scenario, other)
+            raise scenario.error(("vehicles", index), problem)
 
 
-def _free_from(scenario: Scenario, obstacles: Obstacles, index: int) -> float:
-    """Give the s from which an obstacle is surely clear of the ego's front [m]."""
-    size = math.hypot(obstacles.length[index], obstacles.width[index]) / 2.0
-    front = scenario.ego.start_m + make_vehicle(scenario.ego).front_reach
-    return front + size + float(obstacles.radius[index])
+def _rectangles(bodies: Obstacles) -> Iterator[Rectangle]:
+    """Give bodies one by one."""
+    names = ("x", "y", "heading", "length", "width", "radius")
+    for columns in zip(*(getattr(bodies, name) for name in names), strict=True):
+        yield Rectangle(*map(float, columns))
+
+
+def _in_the_way(what: str, scenario: Scenario, other: Rectangle) -> str:
+    """Say from which s on a body is surely clear of the ego's front."""
+    ego = scenario.ego
+    size = math.hypot(other.length, other.width) / 2.0 + other.radius
+    free = ego.start_m + make_vehicle(ego).front_reach + size
+    return (
+        f"{what} stands on the ego, which starts at s = {ego.start_m:g} m; "
+        f"allowed: s_m beyond {free:.1f} m, or aside"
+    )
 
 
 def _plain(scenario: Scenario) -> Layout:

@@ -13,7 +13,6 @@ from experiments.config.base import (
     mismatch,
 )
 
-
 Spacing = Annotated[float, Field(ge=1.0, le=100_000.0)]
 
 

@@ -25,8 +25,10 @@ class Traffic(Strict):
     truck_share: Share = 0.08
     cautious_share: Share = 0.25
     aggressive_share: Share = 0.2
-    models: dict[str, Annotated[float, Field(ge=0.0, le=1000.0)]] | None = Field(
-        default=None, description="car-following models and their relative shares"
+    models: dict[str, Annotated[float, Field(gt=0.0, le=1000.0)]] | None = Field(
+        default=None,
+        min_length=1,
+        description="car-following models and their relative shares",
     )
 
     @model_validator(mode="after")

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import sys
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +23,11 @@ class ConstantSpeed:
     interrupt_at: float | None = None  # as if the user pressed Ctrl-C then [s]
     nan_at: float | None = None  # the plan holds NaN from then on [s]
     raise_at: float | None = None  # plan() raises then [s]
+    exit_at: float | None = None  # plan() calls sys.exit then [s]
+    leave_at: float | None = None  # the process leaves then, as if all was well [s]
+    stats_at: float | None = None  # the statistics are none then [s]
+    move_at: float | None = None  # the working folder changes then [s]
+    sleep: float = 0.0  # in every cycle [s]
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         if self.crash_at is not None and scene.time >= self.crash_at:
@@ -29,6 +36,7 @@ class ConstantSpeed:
             os.kill(os.getpid(), signal.SIGINT)
         if self.raise_at is not None and scene.time >= self.raise_at:
             raise RuntimeError("no idea")
+        self._misbehave(scene.time)
         t = scene.step * np.arange(POINTS)
         speed = scene.ego.speed
         l = scene.ego_frenet.l
@@ -49,7 +57,18 @@ class ConstantSpeed:
             l=np.full(POINTS, l),
         )
         stats = PlanStats(candidates=1, survivors=1, costs={"jerk_integral": 0.0})
+        if self.stats_at is not None and scene.time >= self.stats_at:
+            stats = PlanStats(candidates="many")
         return PlanResult(PlanStatus.OK, trajectory, None, stats)
+
+    def _misbehave(self, now: float) -> None:
+        time.sleep(self.sleep)
+        if self.exit_at is not None and now >= self.exit_at:
+            sys.exit("enough")
+        if self.leave_at is not None and now >= self.leave_at:
+            os._exit(0)
+        if self.move_at is not None and now >= self.move_at:
+            os.chdir("/")
 
 
 def make(**settings: float) -> ConstantSpeed:
@@ -61,3 +80,11 @@ NOT_CALLABLE = 3
 
 def no_planner() -> object:
     return object()
+
+
+def fails() -> object:
+    raise RuntimeError("no licence")
+
+
+def leaves() -> object:
+    sys.exit("no licence")

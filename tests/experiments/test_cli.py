@@ -4,13 +4,14 @@ import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from experiments import crash_guard
-from experiments.cli import app
+from experiments.cli import app, main
 from experiments.metrics.columns import TIMING_COLUMNS
 from experiments.trace import trace_hash
 from experiments.trace_files import read_trace
@@ -148,6 +149,79 @@ def test_a_dying_process_is_an_outcome(road, tmp_path):
     assert len(list((tmp_path / "runs").iterdir())) == 1, "nothing half-written is left"
 
 
+@pytest.mark.parametrize("how", ["exit_at", "stats_at"])
+def test_a_planner_that_breaks_its_contract(road, tmp_path, how):
+    setting = f"planner.settings.{how}=1"
+    out = ("--out", str(tmp_path / "runs"))
+    done = rearview("run", road, *OWN, "--set", setting, "--json", *out)
+    assert done.returncode == 1
+    assert row_of(done)["status"] == "planner_failed"
+    assert "Traceback" not in done.stderr
+
+
+def test_a_process_that_just_leaves_is_a_crash(road, tmp_path):
+    setting = "planner.settings.leave_at=1"
+    out = ("--out", str(tmp_path / "runs"))
+    done = rearview("run", road, *OWN, "--set", setting, "--json", *out)
+    row = row_of(done)
+    assert done.returncode == 1
+    assert row["status"] == "crashed"
+    assert "exit status 0 before the end" in read_trace(
+        Path(str(row["run_folder"]))
+    ).fact("reason")
+    assert len(list((tmp_path / "runs").iterdir())) == 1
+
+
+def test_a_planner_may_change_the_working_folder(road, tmp_path):
+    setting = "planner.settings.move_at=1"
+    done = rearview(
+        "run",
+        road,
+        *OWN,
+        "--set",
+        setting,
+        "--out",
+        "runs",
+        folder=tmp_path,
+        PYTHONPATH=f"{ROOT}{os.pathsep}{HERE}",
+    )
+    assert done.returncode == 0, done.stderr
+    assert len(list((tmp_path / "runs").iterdir())) == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no guard without fork")
+def test_a_mistake_of_ours_has_its_own_exit_status(capfd):
+    def episode() -> int:
+        raise LookupError("never foreseen")
+
+    assert crash_guard.guarded(episode, lambda *_: 1) == crash_guard.MISTAKE_OF_OURS
+    assert "LookupError: never foreseen" in capfd.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("asleep", "whole"), [(0.05, 0), (60.0, 1)])
+def test_sigterm_to_the_parent_ends_both(road, tmp_path, asleep, whole):
+    """A step that takes too long is killed, and the episode counts as crashed."""
+    runs = tmp_path / "runs"
+    setting = f"planner.settings.sleep={asleep}"
+    command = [sys.executable, "-m", "experiments", "run", road, *OWN]
+    process = subprocess.Popen(
+        [*command, "--set", setting, "--out", str(runs)],
+        cwd=HERE,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        start_new_session=True,
+    )
+    until = time.monotonic() + 30.0
+    while not (runs.exists() and list(runs.iterdir())) and time.monotonic() < until:
+        time.sleep(0.02)
+    time.sleep(0.3)
+    process.terminate()
+    assert process.wait(timeout=30) == crash_guard.TERMINATED
+    with pytest.raises(ProcessLookupError):
+        os.killpg(process.pid, 0)
+    assert [path.name[0] for path in runs.iterdir()] == ["e"] * whole
+
+
 def test_ctrl_c_leaves_nothing(road, tmp_path):
     setting = "planner.settings.interrupt_at=1"
     runs = tmp_path / "runs"
@@ -181,12 +255,78 @@ def test_ctrl_c_leaves_nothing(road, tmp_path):
         ),
         (["run", "straight", "--set", "ego.goal_m"], "allowed: key.path=value"),
         (["run", "straight", "--out", "/dev/null/runs"], "/dev/null"),
+        (["run", ""], "'': no such scenario"),
+        (["run", str(HERE)], "is a folder; allowed: a .yaml file"),
+        (["run", "straight", "--set", "ego.goal_m=[60"], "=[60: is not YAML"),
+        (
+            ["run", "straight", "--set", "ego.start_offset_m=4.9"],
+            "ego.start_offset_m: is 4.9 at start_m = 100; allowed: -4.05 to 4.05",
+        ),
+        (
+            ["run", "straight", "--set", "ego.start_m=499", "--set", "ego.goal_m=500"],
+            "ego.start_m: is 499; allowed: 0 to 496.2",
+        ),
+        (
+            ["run", "straight", "--set", "traffic.models={}"],
+            "traffic.models: is a section without keys; allowed: a section with keys, "
+            "at least 1",
+        ),
+        (
+            ["run", "straight", "--set", "traffic.models={Krauss: 0}"],
+            "traffic.models.Krauss: is 0; allowed: a number > 0",
+        ),
+        (
+            ["run", "thesis_straight", "--set", "vehicles=[{s_m: 3, speed_mps: 0}]"],
+            "vehicles[0]: a vehicle stands on the ego",
+        ),
+        (
+            ["run", "thesis_straight", "--set", "road.segments=[[arc, 400, 0.2]]"],
+            "road.half_width_m: is 5; allowed: less than the smallest radius of the "
+            "segments, 5 m",
+        ),
+        (
+            ["run", "straight", "--set", "obstacles.random.spacing_m=[1e-9, 1]"],
+            "obstacles.random.spacing_m[0]: is 1e-09; allowed: a number >= 1",
+        ),
     ],
 )
 def test_bad_input_is_one_line_and_exit_status_2(arguments, message, tmp_path, refusal):
     out = () if "--out" in arguments else ("--out", str(tmp_path / "runs"))
     assert message in refusal(*arguments, *out)
     assert not (tmp_path / "runs").exists() or not list((tmp_path / "runs").iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run"], "Missing argument 'NAME|FILE'; see rearview run --help"),
+        (["rum"], "No such command 'rum'"),
+        (["run", "straight", "--sed", "3"], "No such option: --sed"),
+        (["run", "straight", "--seed", "abc"], "Invalid value for '--seed'"),
+    ],
+)
+def test_mistakes_in_the_words_are_one_line_too(arguments, message, capsys):
+    with pytest.raises(SystemExit) as left, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["rearview", *arguments])
+        main()
+    out, err = capsys.readouterr()
+    assert left.value.code == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert message in err
+
+
+def test_a_run_folder_or_a_file_nearby_is_meant(road, tmp_path, monkeypatch, refusal):
+    monkeypatch.chdir(tmp_path)
+    assert "did you mean empty_road.yaml?" in refusal("run", "empty_road")
+    (tmp_path / "config.yaml").touch()
+    assert f"did you mean {tmp_path}/config.yaml?" in refusal("run", str(tmp_path))
+
+
+def test_a_terminal_of_ascii_gets_question_marks(road, tmp_path):
+    done = rearview("run", road, *OWN, "--out", str(tmp_path), PYTHONIOENCODING="ascii")
+    assert done.returncode == 0, done.stderr
+    assert "m/s?" in done.stdout
 
 
 def test_bad_input_in_a_process_of_its_own(tmp_path):

@@ -23,7 +23,7 @@ def test_settings_reach_the_planner():
 
 
 def test_own_planner_without_registration():
-    assert make_planner(f"{MODULE}:make", {"nan_at": 2.0}).nan_at == 2.0
+    assert make_planner(f"{MODULE}:make", {"nan_at": 2.0}).planner.nan_at == 2.0
 
 
 @pytest.mark.parametrize(
@@ -48,9 +48,38 @@ def test_own_planner_without_registration():
         (f"{MODULE}:no_planner", {}, "gave a object; allowed: an object with plan"),
         (f"{MODULE}:make", {"depth": 1}, "refuses its settings: .*depth"),
         (":make", {}, "allowed: module:factory"),
+        ("mine.py:make", {}, "mine.py is no module name; allowed: .* without folder"),
+        ("folder/mine:make", {}, "folder/mine is no module name"),
+        ("..mine:make", {}, "is no module name"),
+        (f"{MODULE}:fails", {}, "fails raises RuntimeError: no licence"),
+        (f"{MODULE}:leaves", {}, "leaves raises SystemExit: no licence"),
     ],
 )
 def test_mistakes(name, settings, message):
     with pytest.raises(ConfigError, match=message) as caught:
         make_planner(name, settings)
     assert str(caught.value).startswith("planner")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("def make(:", "importing broken raises SyntaxError"),
+        ("1 / 0", "importing broken raises ZeroDivisionError: division by zero"),
+        ("import sys; sys.exit(3)", "importing broken raises SystemExit: 3"),
+        ("import no_such_thing", "cannot import broken: No module named 'no_such"),
+    ],
+)
+def test_modules_that_cannot_be_imported(tmp_path, monkeypatch, text, message):
+    (tmp_path / "broken.py").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(ConfigError, match=message):
+        make_planner("broken:make", {})
+
+
+def test_a_missing_factory_is_looked_for_among_the_modules_own():
+    with pytest.raises(ConfigError, match="has no mke") as caught:
+        make_planner(f"{MODULE}:mke", {})
+    assert "ConstantSpeed" in str(caught.value)
+    assert "Trajectory" not in str(caught.value), "that one is imported"

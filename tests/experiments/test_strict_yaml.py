@@ -95,3 +95,9 @@ def test_unreadable_files(tmp_path):
 
 def test_dotted():
     assert dotted(("a", "b", 0, "c", 1, 2)) == "a.b[0].c[1][2]"
+
+
+@pytest.mark.parametrize("depth", [900, 5000])
+def test_bottomless_nesting_is_one_line(depth):
+    with pytest.raises(ConfigError, match=r"^deep.yaml: is nested too deeply$"):
+        parse_document("a: " + "[" * depth + "]" * depth, "deep.yaml")
