@@ -8,7 +8,7 @@ ONLY_PYTHON := import sys; sys.exit(0 if sys.version_info >= (3, 11) else 1)
 PACKAGES := planner sumo_nets experiments
 
 .DEFAULT_GOAL := help
-.PHONY: help install experiment need-net figure need-run test test-all lint fmt type imports bench nets schema ci clean
+.PHONY: help install experiment need-net figure need-run test test-slow lint fmt type imports bench nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -30,8 +30,8 @@ need-run:
 test: $(STAMP) ## Run the tests, without the slow ones
 	@$(BIN)/python -m pytest $(ARGS)
 
-test-all: $(STAMP) ## Run all tests, the slow ones too
-	@$(BIN)/python -m pytest -m "not bench" $(ARGS)
+test-slow: $(STAMP) ## Run only the slow tests: many episodes in SUMO
+	@$(BIN)/python -m pytest -m "slow and not bench" $(ARGS)
 
 lint: $(STAMP) ## Check style and format
 	@$(BIN)/ruff check .
@@ -61,7 +61,8 @@ ci: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory lint
 	@$(MAKE) --no-print-directory type
 	@$(MAKE) --no-print-directory imports
-	@$(MAKE) --no-print-directory test-all
+	@$(MAKE) --no-print-directory test-slow
+	@$(MAKE) --no-print-directory test
 
 clean: ## Remove .venv, caches, compiled loops and all results in runs
 	rm -rf $(VENV) runs build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache

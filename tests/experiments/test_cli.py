@@ -305,9 +305,11 @@ def test_bad_input_is_one_line_and_exit_status_2(arguments, message, tmp_path, r
         (["run", "straight", "--seed", "abc"], "Invalid value for '--seed'"),
     ],
 )
-def test_mistakes_in_the_words_are_one_line_too(arguments, message, capsys):
-    with pytest.raises(SystemExit) as left, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sys, "argv", ["rearview", *arguments])
+def test_mistakes_in_the_words_are_one_line_too(
+    arguments, message, capsys, monkeypatch
+):
+    monkeypatch.setattr(sys, "argv", ["rearview", *arguments])
+    with pytest.raises(SystemExit) as left:
         main()
     out, err = capsys.readouterr()
     assert left.value.code == 2
