@@ -25,7 +25,6 @@ DOCUMENTS = sorted(
     for pattern in ("*.md", "planner/*.md", "sumo_nets/*.md", "experiments/*.md")
     for path in ROOT.glob(pattern)
 )
-# Blocks that do not come from this repository, or start what the reader brings.
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
 
@@ -40,21 +39,31 @@ def commands() -> list[str]:
     return [shlex.join(shlex.split(line, comments=True)) for line in [*first, *lines]]
 
 
+def make(*arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
+    """Run make as from a shell, also where make runs the tests."""
+    own = ("MAKEFLAGS", "MAKELEVEL", "MFLAGS", "NET", "RUN", "ARGS")
+    clean = {key: value for key, value in os.environ.items() if key not in own}
+    return subprocess.run(
+        ["make", *arguments],
+        cwd=ROOT,
+        env={**clean, **variables},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
 def rearview_arguments(command: str) -> list[str]:
     """What `rearview` gets, from a command of either kind."""
     words = shlex.split(command)
     if words[0] == "rearview":
         return words[1:]
-    expanded = subprocess.run(
-        ["make", "-n", *words[1:]],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "RUN": "runs/some"},
-    ).stdout.splitlines()
-    last = shlex.split(expanded[-1])
-    return last[1:] if last[0].endswith("rearview") else []
+    done = make("-n", *words[1:], RUN="runs/some")
+    assert done.returncode == 0, done.stderr
+    last = shlex.split(done.stdout.splitlines()[-1])
+    called = last[0].endswith("rearview")
+    assert called == (words[1] in {"experiment", "figure"}), last
+    return last[1:] if called else []
 
 
 def parse(arguments: list[str]) -> typer.Context:
@@ -104,24 +113,25 @@ def test_commands_parse(command):
 
 @pytest.mark.skipif(not shutil.which("make"), reason="needs make")
 def test_experiment_without_a_road_says_what_to_give():
-    done = subprocess.run(
-        ["make", "experiment"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-        env={key: value for key, value in os.environ.items() if key != "NET"},
-    )
+    done = make("experiment")
     assert done.returncode == 2
     assert "NET=intersection" in done.stderr
     assert done.stdout == ""
 
 
 @pytest.mark.skipif(not shutil.which("make"), reason="needs make")
+def test_clean_removes_what_was_compiled_before(tmp_path):
+    for name in ("planner", "sumo_nets", "experiments", "tests"):
+        (tmp_path / name / "__pycache__" / "compiled-0123456789ab").mkdir(parents=True)
+    done = make("-f", str(ROOT / "Makefile"), "-C", str(tmp_path), "clean")
+    assert done.returncode == 0, done.stderr
+    assert not list(tmp_path.rglob("__pycache__"))
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+@pytest.mark.skipif(not shutil.which("make"), reason="needs make")
 def test_make_help_names_every_command_of_the_documents():
-    shown = subprocess.run(
-        ["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout
+    shown = make("help").stdout
     for document in DOCUMENTS:
         text = document.read_text(encoding="utf-8")
         for target in re.findall(r"[`(]make ([a-z-]+)", text):

@@ -11,6 +11,7 @@ from planner.cruise.evaluation import Surroundings
 from planner.cruise.feasibility import TOLERANCE, Check, Limits, road_excess
 from planner.cruise.headway import headway_pairs
 from planner.cruise.motion import (
+    KAPPA,
     LAST_L,
     N_ROWS,
     S_DOT,
@@ -29,6 +30,8 @@ from planner.states import FloatArray, Trajectory
 
 CAPSULE_DISCS = 33  # 0.1 m apart: their hull waves by less than the tolerance
 TOUCH_TOLERANCE = 2e-3  # by which a gap below the margin may still shrink [m]
+SWERVE = 1.5  # driven way over the way along the ego's offset, 48 degrees askew [-]
+SWERVE_TURN = 0.5  # what turning adds to it in one step [m]
 STANDING = 0.5  # a slower vehicle is one to steer round [m/s]
 REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
 
@@ -244,6 +247,7 @@ def _surroundings(
     widest = float(np.abs(offsets).max(initial=abs(scene.ego_frenet.l)))
     reach = widest + 0.5 + disc_radius + float(np.abs(discs).max())
     fastest = float(tracks.rows[:, S_DOT].max(initial=0.0))
+    stretch = 1.0 + widest * float(np.abs(tracks.rows[:, KAPPA]).max(initial=0.0))
     first, spans = near_spans(
         tracks.rows[:, X : Y + 1],
         tracks.n_valid,
@@ -275,6 +279,7 @@ def _surroundings(
         bodies.l,
         _turn_gaps(bodies, settings),
         bodies.size,
+        settings.step * (SWERVE * stretch * fastest + bodies.speed) + SWERVE_TURN,
         _thresholds(scene, settings, bodies),
         first,
         spans,

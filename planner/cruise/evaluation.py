@@ -63,6 +63,7 @@ class Surroundings(NamedTuple):
     l: FloatArray  # (n_bodies, n_steps)
     turn_gap: FloatArray  # room to steer round what stands, else 0, (n_bodies,) [m]
     size: FloatArray  # (n_bodies,)
+    moves: FloatArray  # largest change of a distance in one step, (n_bodies,) [m]
     threshold: FloatArray  # gap below which a candidate collides, (n_bodies,) [m]
     first: IntArray  # spans, see `clearance.near_spans`
     spans: IntArray
@@ -260,6 +261,7 @@ def _clear_and_price(
             around.disc_radius,
             around.range,
             around.threshold[b],
+            around.moves[b],
         )
         if step >= 0:
             gap = 0.0  # a body that is hit is priced as touched

@@ -108,13 +108,16 @@ def invalid(scene: Scene) -> str | None:
 def _odd_array(scene: Scene) -> str | None:
     """Name an array that is not finite; a prediction may be out of reach."""
     ahead = scene.vehicles.prediction
-    for record in (scene.obstacles, scene.vehicles, ahead, scene.road):
-        for field in fields(record):
-            values = getattr(record, field.name)
-            if not isinstance(values, np.ndarray) or field.name in ("s", "l"):
-                continue
-            if not math.isfinite(float(values.sum())):
-                return f"{field.name} of {type(record).__name__} is not finite"
+    pose = ("x", "y", "heading")
+    for record, names in (
+        (scene.obstacles, (*pose, "length", "width", "radius")),
+        (scene.vehicles, (*pose, "speed", "acceleration", "length", "width")),
+        (ahead, pose),
+        (scene.road, ("left", "right")),
+    ):
+        for name in names:
+            if not math.isfinite(float(getattr(record, name).sum())):
+                return f"{name} of {type(record).__name__} is not finite"
     if np.isnan(ahead.s).any() or np.isnan(ahead.l).any():
         return "a predicted place on the path is nan"
     return None

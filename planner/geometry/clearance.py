@@ -151,6 +151,7 @@ def span_clearance(
     disc_radius: float,
     enough: float,
     threshold: float,
+    move: float,
 ) -> tuple[float, int]:
     """Smallest gap between the ego's discs and one body up to the first hit.
 
@@ -168,6 +169,8 @@ def span_clearance(
         disc_radius: [m].
         enough: From this gap on the exact value does not matter [m].
         threshold: A smaller gap is a hit [m].
+        move: Largest change of the distance between both in one step [m]; steps that
+            cannot matter are skipped by it.
 
     Returns:
         (gap [m], negative on overlap, inf or at least `enough` when it is at least
@@ -180,7 +183,9 @@ def span_clearance(
     around_both = 0.5 * abs(discs[-1] - discs[0]) + math.hypot(half_length, half_width)
     nearest = np.inf
     hit = -1
-    for i in range(begin, end + 1):
+    i = begin - 1
+    while i < end:
+        i += 1
         j = max(i - 1, 0)
         dx = points[0, i] + middle * points[2, i] - poses[b, 0, i]
         dy = points[1, i] + middle * points[3, i] - poses[b, 1, i]
@@ -197,6 +202,8 @@ def span_clearance(
         moved = abs(ahead_x) + abs(ahead_y) + TURN_REACH * turned
         far = min(enough, nearest) + grown + around_both + moved
         if apart2 > far * far:
+            # Until the bodies can have come as near as that, nothing can happen.
+            i += int(max(math.sqrt(apart2) - far - move, 0.0) / move)
             continue
         for k in range(discs.size):
             u0, w0 = _in_frame(points, poses, b, j, discs[k])
@@ -264,5 +271,6 @@ def gaps_to(
             disc_radius,
             enough,
             -np.inf,
+            np.inf,
         )[0]
     return gaps

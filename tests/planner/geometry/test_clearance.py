@@ -128,8 +128,11 @@ def test_span_clearance_is_exact_below_enough_and_names_hits(seed, enough):
     poses, _, extents = random_bodies(rng, points, 4)
     exact = gaps_to(points, poses, extents, DISCS, RADIUS)
     for b in range(4):
+        middle = points[:2] + 0.5 * (DISCS[0] + DISCS[-1]) * points[2:4]
+        apart = np.hypot(*(middle - poses[b, :2, :31]))
+        move = np.abs(np.diff(apart)).max() + 1e-9
         gap, hit = span_clearance(
-            points, poses, extents, b, 1, 30, DISCS, RADIUS, enough, 0.3
+            points, poses, extents, b, 1, 30, DISCS, RADIUS, enough, 0.3, move
         )
         assert (hit >= 0) == (exact[b] < 0.3)
         if hit >= 0:  # the search ends there, and no earlier sweep comes as near
@@ -151,7 +154,7 @@ def test_the_hit_is_the_first_step_whose_sweep_comes_too_near():
     poses[0, 0], poses[0, 2] = 7.5, 1.0
     extents = np.array([[0.0, 0.0, 0.5]])
     gap, hit = span_clearance(
-        points, poses, extents, 0, 1, n - 1, np.zeros(1), 1.0, 5.0, 0.25
+        points, poses, extents, 0, 1, n - 1, np.zeros(1), 1.0, 5.0, 0.25, 1.0
     )
     # 1.5 + 0.25 m from 7.5 m: reached between x = 5 and x = 6
     assert hit == 6
