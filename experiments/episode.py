@@ -21,7 +21,7 @@ from experiments.layout import Layout, make_layout, make_vehicle
 from experiments.metrics.row import Cell, metric_row
 from experiments.planners import make_planner, planner_source
 from experiments.recording import Setting, build_trace
-from experiments.road_map import map_around, write_map
+from experiments.road_map import RoadMap, map_around, write_map
 from experiments.run_folder import whole_folder
 from experiments.scenario_file import CONFIG_FILE, config_hash
 from experiments.trace import SCHEMA_VERSION, Trace, trace_hash
@@ -100,6 +100,7 @@ def run_episode(
     if layout.network is not None:
         check_simulator()
     planner = make_scenario_planner(scenario)
+    road_map = _road_map(layout)
     recorder = _Recorder(on_step)
     identity = _identity(scenario, layout)
     target = out / _folder_name(scenario, identity["run_hash"])
@@ -114,7 +115,7 @@ def run_episode(
         trace = build_trace(
             _setting(scenario, layout), recorder.records, ending, recorder.elapsed
         )
-        _write_map(layout, folder)
+        write_map(road_map, folder)
         return _leave(scenario, identity, ending, trace, Place(folder, target))
 
 
@@ -128,8 +129,9 @@ def record_crash(scenario: Scenario, reason: str, out: Path = RUNS) -> Outcome:
     identity = _identity(scenario, layout)
     target = out / _folder_name(scenario, identity["run_hash"])
     trace = build_trace(_setting(scenario, layout), [], ending, [])
+    road_map = _road_map(layout)
     with whole_folder(target) as folder:
-        _write_map(layout, folder)
+        write_map(road_map, folder)
         return _leave(scenario, identity, ending, trace, Place(folder, target))
 
 
@@ -169,10 +171,9 @@ def _leave(
     return Outcome(ending, row, trace, hashed, place.target)
 
 
-def _write_map(layout: Layout, folder: Path) -> None:
-    """Keep the lanes about the ego's route for pictures."""
-    net_file = layout.network.net_file if layout.network else None
-    write_map(map_around(layout.path, net_file), folder)
+def _road_map(layout: Layout) -> RoadMap:
+    """Collect the lanes about the ego's route for pictures."""
+    return map_around(layout.path, layout.network.net_file if layout.network else None)
 
 
 def _loop_settings(scenario: Scenario) -> LoopSettings:

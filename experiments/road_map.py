@@ -17,6 +17,7 @@ MAP_FILE = "map.json"
 MAP_SCHEMA = 1
 MARGIN = 80.0  # lanes farther from the box around the ego's path are left out [m]
 SPACING = 5.0  # between the points of the path that the box is taken from [m]
+MIN_CORNERS = 3  # of an area; the junction of a dead end has two, or none
 DIGITS = 3  # millimetres are enough for a drawing
 
 
@@ -62,10 +63,10 @@ def map_around(path: ReferencePath, net_file: Path | None) -> RoadMap:
     at = path.at(np.linspace(0.0, path.length, int(path.length / SPACING) + 2))
     x, y = (at.x.min(), at.x.max()), (at.y.min(), at.y.max())
     box = (x[0] - MARGIN, y[0] - MARGIN, x[1] + MARGIN, y[1] + MARGIN)
-    outlines = [np.array(node.getShape()) for node in net.getNodes()]
-    junctions = [o for o in outlines if len(o) > 2 and _reaches_into(o, box)]  # noqa: PLR2004
+    outlines = [node.getShape() or () for node in net.getNodes()]
+    areas = [freeze(outline) for outline in outlines if len(outline) >= MIN_CORNERS]
     lanes = [lane for lane in _lanes(net) if _reaches_into(lane.points, box)]
-    return RoadMap(tuple(lanes), tuple(freeze(outline) for outline in junctions))
+    return RoadMap(tuple(lanes), tuple(a for a in areas if _reaches_into(a, box)))
 
 
 def write_map(road_map: RoadMap, folder: Path) -> None:

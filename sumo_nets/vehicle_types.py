@@ -151,7 +151,8 @@ class EgoType:
             "carFollowModel": "Krauss",
             "length": f"{self.length:g}",
             "width": f"{self.width:g}",
-            "minGap": "0",
+            # A gap that SUMO leaves when it puts the ego on the road.
+            "minGap": "2.5",
             "decel": f"{self.decel:g}",
             "apparentDecel": f"{self.decel:g}",
             "emergencyDecel": f"{self.emergency_decel:g}",

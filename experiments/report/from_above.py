@@ -192,7 +192,11 @@ def _draw_moment(axes: Axes, run: RunRecord, number: int) -> None:
     body = Polygon(rectangle(*ego, *size), fc=colour, ec="black", zorder=7)
     body.set_linewidth(palette.THIN)
     axes.add_patch(body)
-    _write_number(axes, number + 1, colour, ego, _free_side(trace.obstacles, *ego))
+    x, y = (
+        np.append(numbers(trace.obstacles[key]), numbers(trace.vehicles[key])[now])
+        for key in ("x_m", "y_m")
+    )
+    _write_number(axes, number + 1, colour, ego, _free_side(x, y, ego))
 
 
 def _write_number(
@@ -225,11 +229,12 @@ def _ego_centre(run: RunRecord, step: int) -> tuple[float, float, float]:
     return x, y, heading
 
 
-def _free_side(obstacles: Table, x: float, y: float, heading: float) -> float:
-    """Give the side of the ego without the nearest obstacle: 1 left, -1 right."""
-    dx, dy = numbers(obstacles["x_m"]) - x, numbers(obstacles["y_m"]) - y
-    if dx.size == 0:
+def _free_side(x: FloatArray, y: FloatArray, ego: tuple[float, float, float]) -> float:
+    """Give the side of the ego without the nearest body: 1 left, -1 right."""
+    if x.size == 0:
         return -1.0
+    ego_x, ego_y, heading = ego
+    dx, dy = x - ego_x, y - ego_y
     nearest = int(np.argmin(np.hypot(dx, dy)))
     left = dy[nearest] * np.cos(heading) - dx[nearest] * np.sin(heading)
     return -1.0 if left > 0.0 else 1.0
