@@ -232,20 +232,25 @@ def _sumo_road(scenario: Scenario) -> Layout:
 
 
 def _reference_path(network: Network, found: RoutePath) -> ReferencePath:
-    """Take the exact line where the catalogue knows it, else smooth the points."""
-    if not network.segments:
-        return ReferencePath.from_polyline(found.points)
-    first, second = found.points[0], found.points[1]
-    heading = math.atan2(second[1] - first[1], second[0] - first[0])
-    segments = [_exact_segment(segment) for segment in network.segments]
-    start = (float(first[0]), float(first[1]), heading)
-    path = ReferencePath.from_segments(segments, start)
-    _, l = path.project(found.points[:, 0], found.points[:, 1], near=found.s)
-    if np.abs(l).max() > MAX_DEVIATION:
-        raise NetworkError(
-            f"{network.net_file}: is {np.abs(l).max():.2f} m off its exact line; "
-            "rebuild it with make nets"
+    """Smooth the points of the route; a road of the catalogue must lie on its line.
+
+    The exact line of a catalogue road would do no good: its curvature jumps where a
+    line meets an arc, and beside the line a speed would jump with it.
+    """
+    path = ReferencePath.from_polyline(found.points)
+    if network.segments:
+        first, second = found.points[0], found.points[1]
+        heading = math.atan2(second[1] - first[1], second[0] - first[0])
+        segments = [_exact_segment(segment) for segment in network.segments]
+        exact = ReferencePath.from_segments(
+            segments, (float(first[0]), float(first[1]), heading)
         )
+        _, l = exact.project(found.points[:, 0], found.points[:, 1], near=found.s)
+        if np.abs(l).max() > MAX_DEVIATION:
+            raise NetworkError(
+                f"{network.net_file}: is {np.abs(l).max():.2f} m off its exact line; "
+                "rebuild it with make nets"
+            )
     return path
 
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar, cast
@@ -21,10 +22,13 @@ def _fresh_cache_dir() -> str:
     digest = hashlib.sha256()
     for source in sorted(root.rglob("*.py")):
         digest.update(source.read_bytes())
-    cache = root / "__pycache__"
-    if not os.access(root, os.W_OK):
-        cache = Path.home() / ".cache" / "rearview"
-    return str(cache / f"compiled-{digest.hexdigest()[:12]}")
+    name = f"compiled-{digest.hexdigest()[:12]}"
+    home = Path(os.environ.get("HOME", "/nonexistent"))
+    for place in (root, home):
+        if os.access(place, os.W_OK):
+            inside = "__pycache__" if place is root else ".cache/rearview"
+            return str(place / inside / name)
+    return str(Path(tempfile.gettempdir()) / f"rearview-{os.getuid()}" / name)
 
 
 if not numba.config.CACHE_DIR:

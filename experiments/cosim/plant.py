@@ -9,6 +9,7 @@ from planner.interface import PlanResult
 from planner.states import CartesianState, Trajectory
 
 START_TOLERANCE = 0.1  # from the ego to the trajectory's first point [m]
+IMPOSSIBLE_SPEED = 150.0  # no road vehicle goes as fast [m/s]
 TIME_TOLERANCE = 1e-9  # [s]
 
 
@@ -104,6 +105,8 @@ def check_motion(before: CartesianState, after: CartesianState, step: float) -> 
     """
     moved = math.hypot(after.x - before.x, after.y - before.y)
     fastest = max(abs(before.speed), abs(after.speed))
+    if fastest > IMPOSSIBLE_SPEED:
+        raise PlannerOutputError(f"the trajectory has a speed of {fastest:.3g} m/s")
     if moved > fastest * step + START_TOLERANCE:
         raise PlannerOutputError(
             f"the trajectory jumps {moved:.2f} m in its first step at {fastest:.2f} m/s"

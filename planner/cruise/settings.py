@@ -98,6 +98,9 @@ class CruiseSettings:
         for name in (*positive, "convolution_sigma", "comfort_lateral_acceleration"):
             if not getattr(self, name) > 0.0:
                 raise InvalidInputError(f"{name} = {getattr(self, name)} must be > 0")
+        for name in ("margin", "road_margin", "stop_gap", "standstill_gap", "horizon"):
+            if not getattr(self, name) >= 0.0:
+                raise InvalidInputError(f"{name} = {getattr(self, name)} must be >= 0")
         times = (*self.times, *self.stop_times, *self.follow_times)
         if not self.times or min(times) < self.step:
             raise InvalidInputError(f"times = {times} must be at least {self.step} s")
