@@ -102,6 +102,7 @@ def _move_and_check(
     verdict = PASSED
     jerk = offset2 = change2 = sin_e = 0.0
     s0 = rows[p, S, 0]
+    lever = max(limits.front, limits.rear)
     for i in range(count):
         s_dot, s_ddot, kappa = rows[p, S_DOT, i], rows[p, S_DDOT, i], rows[p, KAPPA, i]
         done = step * i if over_time else rows[p, S, i] - s0
@@ -123,26 +124,27 @@ def _move_and_check(
         offset2 += l * l
         change2 += (l - rows[p, LAST_L, i]) ** 2
         jerk += lateral_jerk * lateral_jerk
-        if i > 0:
-            verdict = _check_point(
-                road_excess(
-                    l,
-                    cos_e,
-                    sin_e,
-                    kappa,
-                    rows[p, LEFT, i],
-                    rows[p, RIGHT, i],
-                    limits.front,
-                    limits.rear,
-                    limits.half_width,
-                ),
-                curvature,
-                speed,
-                acceleration,
-                limits,
+        if i == 0:
+            continue
+        left, right = rows[p, LEFT, i], rows[p, RIGHT, i]
+        # A bound that settles the road's edge for most points.
+        widest = limits.half_width + lever * (abs(sin_e) + abs(kappa) * lever)
+        excess = max(l + widest - left, right - l + widest)
+        if excess > limits.excess:
+            excess = road_excess(
+                l,
+                cos_e,
+                sin_e,
+                kappa,
+                left,
+                right,
+                limits.front,
+                limits.rear,
+                limits.half_width,
             )
-            if verdict != PASSED:
-                break
+        verdict = _check_point(excess, curvature, speed, acceleration, limits)
+        if verdict != PASSED:
+            break
     terms[k, JERK] = jerk * step
     terms[k, OFFSET] = offset2 / count
     terms[k, CONSISTENCY] = change2 / count

@@ -11,7 +11,6 @@ from planner.motion.polynomials import quintic_coefficients
 MIN_STRETCH = 0.05  # 1 - kappa_r l; below it the Frenet frame is not usable
 MIN_SPEED = 0.1  # below it l(t) gives no direction [m/s]
 TOLERANCE = 1e-6
-CLOSE_TO_EDGE = 0.3  # within which the road's edge is looked at exactly [m]
 STRAIGHT = 1e-6  # a smaller curvature bends nothing within a body's length [1/m]
 
 
@@ -135,17 +134,11 @@ def road_excess(
     """How far the body reaches over the road's edge [m]; negative inside.
 
     Corners and the sides' innermost points are put into the Frenet frame as on a road
-    of the curvature that it has under the rear axle: exact on lines and arcs. In a bend
-    and far from the edges an upper bound is returned.
+    of the curvature that it has under the rear axle: exact on lines and arcs.
     """
     straight = abs(curvature) < STRAIGHT
     nearest = 0.0  # where the body comes nearest to the centre of the road's circle
     if not straight:
-        lever = max(front, rear)
-        widest = half_width + lever * abs(sin_error) + abs(curvature) * lever * lever
-        roughly = max(l + widest - left, right - l + widest)
-        if roughly < -CLOSE_TO_EDGE:
-            return roughly
         nearest = min(max(sin_error * (1.0 / curvature - l), -rear), front)
     excess = -np.inf
     for d in (front, nearest, -rear):
