@@ -263,7 +263,14 @@ def test_ctrl_c_leaves_nothing(road, tmp_path):
             "ego.start_offset_m: is 4.9 at start_m = 100; allowed: -4.05 to 4.05",
         ),
         (
-            ["run", "straight", "--set", "ego.start_m=499", "--set", "ego.goal_m=500"],
+            [
+                "run",
+                "straight",
+                "--set",
+                "ego.start_m=499",
+                "--set",
+                "ego.goal_m=499.5",
+            ],
             "ego.start_m: is 499; allowed: 0 to 496.2",
         ),
         (
