@@ -1,10 +1,10 @@
 """No lane change into an ego that is abreast: a gap in SUMO's own check, closed.
 
 SUMO's drivers do not change into a lane where a neighbour overlaps them. Seldom (two
-episodes of several hundred among obstacles) one begins to do so all the same into an ego
-that TraCI moves; why is not known. No driver would, and the ego cannot get out of the
-way of a car that comes sideways, so those who are abreast of the ego may not begin a
-lane change. Ahead and behind they are as free as ever.
+episodes of several hundred among obstacles) one begins to do so all the same, into an
+ego that TraCI moves; why is not known. No driver would, and the ego cannot get out of
+the way of a car that comes sideways, so those who are abreast of the ego may not begin
+a lane change. Ahead and behind they are as free as ever.
 """
 
 from types import ModuleType
