@@ -1,6 +1,6 @@
 """What a planner sees in one cycle."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -43,6 +43,40 @@ class RoadBounds:
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Give (left, right) at arc lengths `s` [m], in the shape of `s`."""
         return np.interp(s, self.s, self.left), np.interp(s, self.s, self.right)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lanes:
+    """Lanes of the ego's carriageway along its reference path, right to left.
+
+    Between samples offsets and widths are linear, beyond the ends they are held. A
+    lane that exists only in part has a zero width elsewhere.
+    """
+
+    s: FloatArray  # strictly growing, (n,) [m]
+    centre: FloatArray  # lateral offsets of the lane centres, (n_lanes, n) [m]
+    width: FloatArray  # (n_lanes, n) [m]
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        shape = np.shape(self.s)
+        _freeze_columns(self, ("s",), shape)
+        _freeze_columns(self, ("centre", "width"), (len(self.centre), *shape))
+        if len(shape) != 1 or np.any(np.diff(self.s) <= 0.0):
+            raise InvalidInputError("s of the lanes must grow strictly")
+        if np.any(np.diff(self.centre, axis=0) <= 0.0):
+            raise InvalidInputError("lane centres must go from right to left")
+
+    @classmethod
+    def none(cls) -> "Lanes":
+        """Make a road without marked lanes."""
+        return cls(np.zeros(1), np.empty((0, 1)), np.empty((0, 1)))
+
+    def at(self, s: float) -> tuple[FloatArray, FloatArray]:
+        """Give (centres, widths) at arc length `s`, (n_lanes,) each [m]."""
+        centres = np.array([np.interp(s, self.s, row) for row in self.centre])
+        widths = np.array([np.interp(s, self.s, row) for row in self.width])
+        return centres, widths
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,3 +169,4 @@ class Scene:
     vehicles: Vehicles
     stop_lines: tuple[float, ...]  # s that the front bumper must not pass now [m]
     target_speed: float  # [m/s]
+    lanes: Lanes = field(default_factory=Lanes.none)

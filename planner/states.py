@@ -144,6 +144,49 @@ class Trajectory:
         return all(bool(np.isfinite(getattr(self, f.name)).all()) for f in fields(self))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """A planned line of the ego's rear axle, without time; all arrays are (n,).
+
+    `distance` is the arc length of this line itself: it starts at 0, where the ego is,
+    and grows strictly. Cartesian and Frenet columns describe the same points.
+    """
+
+    distance: FloatArray  # [m]
+    x: FloatArray
+    y: FloatArray
+    heading: FloatArray
+    curvature: FloatArray
+    s: FloatArray  # of the foot point on the reference path [m]
+    l: FloatArray
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        _freeze_fields(self)
+        d = self.distance
+        if d.ndim != 1 or d.size < 2 or d[0] != 0.0 or np.any(np.diff(d) <= 0.0):
+            raise InvalidInputError(
+                "distance must be at least two strictly growing numbers from 0"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpeedProfile:
+    """A planned motion along a `Path`; all arrays are (n,), `jerk[-1]` is held."""
+
+    t: FloatArray  # starts at 0, grows strictly [s]
+    distance: FloatArray  # driven along the path, starts at 0 [m]
+    speed: FloatArray
+    acceleration: FloatArray
+    jerk: FloatArray
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        _freeze_fields(self)
+        if self.t.ndim != 1 or self.t.size < 2 or np.any(np.diff(self.t) <= 0.0):
+            raise InvalidInputError("t must be at least two strictly growing times")
+
+
 def _freeze_fields(record: object) -> None:
     """Freeze every field of an array record and check that the shapes agree."""
     shapes = {}

@@ -1,0 +1,1 @@
+"""[Thesis] ch. 5: static obstacles in dense fields."""

@@ -1,0 +1,1 @@
+"""[Thesis] ch. 6: changing lanes among vehicles that react."""
