@@ -1,7 +1,6 @@
 """The cruise planner: [Thesis] ch. 4 made fit for the closed loop."""
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from planner.geometry.clearance import gaps_to
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
 from planner.states import FloatArray, IntArray, Trajectory
+from planner.validity import invalid
 
 TINY = 1e-12  # a term that is nowhere larger makes no difference
 
@@ -87,40 +87,6 @@ class CruisePlanner:
             blocker=blocking,
         )
         return PlanResult(PlanStatus.OK, trajectory, CruiseMemory(trajectory), stats)
-
-
-def invalid(scene: Scene) -> str | None:
-    """Say what makes a scene unusable, None if nothing does."""
-    for state in (scene.ego, scene.ego_frenet):
-        for field in fields(state):
-            value = getattr(state, field.name)
-            if not math.isfinite(value):
-                return f"the ego's {field.name} is {value}"
-    if not (math.isfinite(scene.target_speed) and scene.target_speed >= 0.0):
-        return f"the target speed is {scene.target_speed}"
-    if not scene.step > 0.0:
-        return f"the time step is {scene.step}"
-    if any(math.isnan(line) for line in scene.stop_lines):
-        return "a stop line is nowhere (nan)"
-    return _odd_array(scene)
-
-
-def _odd_array(scene: Scene) -> str | None:
-    """Name an array that is not finite; a prediction may be out of reach."""
-    ahead = scene.vehicles.prediction
-    pose = ("x", "y", "heading")
-    for record, names in (
-        (scene.obstacles, (*pose, "length", "width", "radius")),
-        (scene.vehicles, (*pose, "speed", "acceleration", "length", "width")),
-        (ahead, pose),
-        (scene.road, ("left", "right")),
-    ):
-        for name in names:
-            if not math.isfinite(float(getattr(record, name).sum())):
-                return f"{name} of {type(record).__name__} is not finite"
-    if np.isnan(ahead.s).any() or np.isnan(ahead.l).any():
-        return "a predicted place on the path is nan"
-    return None
 
 
 def _price(
