@@ -1,0 +1,126 @@
+"""The manoeuvre from cycle to cycle: phases, memory, and when it is binding."""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from planner.scene import Scene
+from planner.states import Path, Trajectory
+from planner.vehicle import Vehicle
+
+OFF_PATH = 0.2  # an ego farther from the kept path needs another one [m]
+SETTLED = 0.1  # as near to its lane's centre the change is over [m]
+SETTLED_SLOPE = 0.02  # and as parallel to it, dl/ds [-]
+COMMIT_MARGIN = 0.1  # a body this near the line is about to enter [m]
+
+
+class Phase(StrEnum):
+    """Where the manoeuvre stands."""
+
+    KEEP = "keep"  # in the lane, content with it
+    SEEK = "seek"  # in the lane, adjusting speed for a gap in the next one
+    CHANGE = "change"  # on the way, still free to turn back
+    COMMITTED = "committed"  # the body is in the target lane
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A lane change that has begun or is being looked for."""
+
+    lane: int  # the one it leaves
+    target: int
+    path: Path  # from where it was planned
+    end: float  # distance along `path` where the lateral motion is over [m]
+    order: tuple[tuple[str, str], ...] = ()  # passing order of the last cycle
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """What one cycle leaves to the next."""
+
+    phase: Phase
+    lane: int  # kept or left
+    trajectory: Trajectory
+    change: Change | None = None
+    start_s: float | None = None  # where the wanted change begins on the road [m]
+    seeking_since: float | None = None  # [s]
+
+
+def progress_on(path: Path, scene: Scene) -> float | None:
+    """Find the distance along `path` where the ego is, None if it is not on it."""
+    ego = scene.ego
+    place = float(np.interp(scene.ego_frenet.s, path.s, path.distance))
+    for _ in range(2):  # the foot point on the line itself, not on the road
+        x = float(np.interp(place, path.distance, path.x))
+        y = float(np.interp(place, path.distance, path.y))
+        heading = float(np.interp(place, path.distance, np.unwrap(path.heading)))
+        place += (ego.x - x) * math.cos(heading) + (ego.y - y) * math.sin(heading)
+    place = min(max(place, 0.0), float(path.distance[-1]))
+    x = float(np.interp(place, path.distance, path.x))
+    y = float(np.interp(place, path.distance, path.y))
+    if math.hypot(ego.x - x, ego.y - y) > OFF_PATH:
+        return None
+    return place
+
+
+def rest_of(path: Path, place: float) -> Path | None:
+    """Cut off what is driven: the path from `place` on, in its own even spacing."""
+    spacing = float(path.distance[1] - path.distance[0])
+    left = float(path.distance[-1]) - place
+    if left < 2.0 * spacing:
+        return None
+    distance = spacing * np.arange(math.floor(left / spacing + 1e-9) + 1)
+    at = distance + place
+    heading = np.interp(at, path.distance, np.unwrap(path.heading))
+    x, y, curvature, s, l = (
+        np.interp(at, path.distance, column)
+        for column in (path.x, path.y, path.curvature, path.s, path.l)
+    )
+    return Path(distance, x, y, heading, curvature, s, l)
+
+
+def reaches_over(
+    vehicle: Vehicle, l: float, slope: float, line: float, side: int
+) -> float:
+    """Say how far the body reaches over a line beside it, negative before it [m].
+
+    Args:
+        vehicle: The ego's dimensions.
+        l: Of the rear axle [m].
+        slope: dl/ds of its heading [-].
+        line: Lateral offset of the line [m].
+        side: 1 if the line is to the left, -1 to the right.
+    """
+    angle = math.atan(slope)
+    half = 0.5 * vehicle.width * math.cos(angle)
+    front = l + vehicle.front_reach * math.sin(angle)
+    rear = l - vehicle.rear_overhang * math.sin(angle)
+    return max(side * (front - line), side * (rear - line)) + half
+
+
+def lane_line(scene: Scene, lane: int, target: int) -> float:
+    """Give the lateral offset of the line between two neighbour lanes here [m]."""
+    centres, widths = scene.lanes.at(scene.ego_frenet.s)
+    if widths[target] > 0.0:
+        share = widths[lane] / (widths[lane] + widths[target])
+    else:
+        share = 0.5
+    return float(centres[lane] + share * (centres[target] - centres[lane]))
+
+
+def about_to_enter(scene: Scene, lane: int, target: int, step: float) -> bool:
+    """Tell whether the body is in the target lane or will be within `step` [s]."""
+    ego = scene.ego_frenet
+    side = 1 if target > lane else -1
+    line = lane_line(scene, lane, target)
+    over = reaches_over(scene.vehicle, ego.l, ego.l_prime, line, side)
+    return over + max(side * ego.l_dot, 0.0) * step > -COMMIT_MARGIN
+
+
+def settled(scene: Scene, target: int) -> bool:
+    """Tell whether the ego drives in the middle of its lane, along it."""
+    ego = scene.ego_frenet
+    centre = float(np.interp(ego.s, scene.lanes.s, scene.lanes.centre[target]))
+    return abs(ego.l - centre) < SETTLED and abs(ego.l_prime) < SETTLED_SLOPE

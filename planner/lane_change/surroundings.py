@@ -1,0 +1,85 @@
+"""Obstacles and vehicles as one set of rectangles, and who only follows the ego."""
+
+import numpy as np
+
+from planner.lane_change.lane_choice import BodiesAhead
+from planner.scene import Prediction, Scene, Vehicles
+from planner.states import BoolArray
+
+BEHIND = 0.5  # a front bumper this far ahead of the ego's rear is beside it [m]
+
+
+def road_users(scene: Scene) -> Vehicles:
+    """Put the obstacles, as vehicles that stand, before the vehicles.
+
+    A disc becomes the square about it, a rectangle with a radius the larger rectangle:
+    nothing gets smaller.
+    """
+    fixed, moving = scene.obstacles, scene.vehicles
+    n_fixed = len(fixed.ids)
+    if n_fixed == 0:
+        return moving
+    ahead = moving.prediction
+    n_steps = max(ahead.x.shape[1], 1)
+    s, l = scene.path.project(fixed.x, fixed.y)
+    held = (
+        np.broadcast_to(column[:, None], (n_fixed, n_steps))
+        for column in (fixed.x, fixed.y, fixed.heading, s, l)
+    )
+    moved = (ahead.x, ahead.y, ahead.heading, ahead.s, ahead.l)
+    if ahead.x.shape[1] == 0:
+        moved = tuple(column.reshape(-1, 1) for column in _standing(scene))
+    still = np.zeros(n_fixed)
+    return Vehicles(
+        (*fixed.ids, *moving.ids),
+        np.concatenate([fixed.x, moving.x]),
+        np.concatenate([fixed.y, moving.y]),
+        np.concatenate([fixed.heading, moving.heading]),
+        np.concatenate([still, moving.speed]),
+        np.concatenate([still, moving.acceleration]),
+        np.concatenate([fixed.length + 2.0 * fixed.radius, moving.length]),
+        np.concatenate([fixed.width + 2.0 * fixed.radius, moving.width]),
+        Prediction(
+            ahead.step,
+            *(np.concatenate(pair) for pair in zip(held, moved, strict=True)),
+        ),
+    )
+
+
+def _standing(scene: Scene) -> tuple[np.ndarray, ...]:
+    """Where vehicles without a prediction are: where they are now."""
+    moving = scene.vehicles
+    return (
+        moving.x,
+        moving.y,
+        moving.heading,
+        *scene.path.project(moving.x, moving.y),
+    )
+
+
+def behind_ego(scene: Scene, bodies: BodiesAhead) -> BoolArray:
+    """Tell which bodies are wholly behind the ego's rear bumper, (n,)."""
+    rear = scene.ego_frenet.s - scene.vehicle.rear_overhang
+    return bodies.s + bodies.half_length < rear + BEHIND
+
+
+def in_lane(
+    scene: Scene, bodies: BodiesAhead, users: Vehicles, index: int
+) -> BoolArray:
+    """Tell which bodies are in a lane and will be when their lateral motion is over.
+
+    Args:
+        scene: Of this cycle, with lanes.
+        bodies: On the road, in the order of `users`.
+        users: With their predictions.
+        index: Of the lane.
+
+    Returns:
+        (n,).
+    """
+    lanes = scene.lanes
+    centre = np.interp(bodies.s, lanes.s, lanes.centre[index])
+    half = 0.5 * np.interp(bodies.s, lanes.s, lanes.width[index])
+    ahead = users.prediction
+    later = np.where(np.isfinite(ahead.s[:, -1]), ahead.l[:, -1], bodies.l)
+    return (np.abs(bodies.l - centre) < half) & (np.abs(later - centre) < half)
