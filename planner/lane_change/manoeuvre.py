@@ -71,7 +71,7 @@ def rest_of(path: Path, place: float) -> Path | None:
     left = float(path.distance[-1]) - place
     if left < 2.0 * spacing:
         return None
-    distance = spacing * np.arange(math.floor(left / spacing + 1e-9) + 1)
+    distance = spacing * np.arange(math.floor(left / spacing + 1e-9) + 1, dtype=float)
     at = distance + place
     heading = np.interp(at, path.distance, np.unwrap(path.heading))
     x, y, curvature, s, l = (

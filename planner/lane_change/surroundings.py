@@ -26,9 +26,9 @@ def road_users(scene: Scene) -> Vehicles:
         np.broadcast_to(column[:, None], (n_fixed, n_steps))
         for column in (fixed.x, fixed.y, fixed.heading, s, l)
     )
-    moved = (ahead.x, ahead.y, ahead.heading, ahead.s, ahead.l)
     if ahead.x.shape[1] == 0:
-        moved = tuple(column.reshape(-1, 1) for column in _standing(scene))
+        ahead = _standing(scene)
+    moved = (ahead.x, ahead.y, ahead.heading, ahead.s, ahead.l)
     still = np.zeros(n_fixed)
     return Vehicles(
         (*fixed.ids, *moving.ids),
@@ -46,15 +46,12 @@ def road_users(scene: Scene) -> Vehicles:
     )
 
 
-def _standing(scene: Scene) -> tuple[np.ndarray, ...]:
-    """Where vehicles without a prediction are: where they are now."""
-    moving = scene.vehicles
-    return (
-        moving.x,
-        moving.y,
-        moving.heading,
-        *scene.path.project(moving.x, moving.y),
-    )
+def _standing(scene: Scene) -> Prediction:
+    """Predict, for want of anything better, that every vehicle stays where it is."""
+    now = scene.vehicles
+    s, l = scene.path.project(now.x, now.y)
+    columns = (now.x, now.y, now.heading, s, l)
+    return Prediction(scene.step, *(values[:, None] for values in columns))
 
 
 def behind_ego(scene: Scene, bodies: BodiesAhead) -> BoolArray:
@@ -82,4 +79,5 @@ def in_lane(
     half = 0.5 * np.interp(bodies.s, lanes.s, lanes.width[index])
     ahead = users.prediction
     later = np.where(np.isfinite(ahead.s[:, -1]), ahead.l[:, -1], bodies.l)
-    return (np.abs(bodies.l - centre) < half) & (np.abs(later - centre) < half)
+    now = np.abs(bodies.l - centre) < half
+    return np.asarray(now & (np.abs(later - centre) < half))
