@@ -1,0 +1,233 @@
+"""Lane-change and lane-keeping paths in the road's Frenet frame; [Thesis] 6.3.
+
+A change is a clamped cubic B-spline with seven control points A, B, C, O, D, E, F, in
+two halves symmetric about O ([Thesis] 6.3.5). Its first three points are placed such
+that position, slope and second derivative are those of the ego, so that a change can
+be planned anew from the middle of another one.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from planner.errors import OutsidePathDomainError
+from planner.geometry.frenet import frenet_to_cartesian
+from planner.geometry.reference_path import ReferencePath
+from planner.lane_change.settings import PathSettings
+from planner.motion import polynomials
+from planner.states import FloatArray, FrenetState, FrenetStates, Path
+from planner.vehicle import Vehicle
+
+KNOTS = np.array([0.0, 0.0, 0.0, 0.0, 0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 1.0])
+SAMPLES = 161  # of the spline's parameter
+_U = np.linspace(0.0, 1.0, SAMPLES)
+_SPLINES = BSpline(KNOTS, np.eye(7), 3)
+BASIS = tuple(_SPLINES(_U, nu=k) for k in range(3))  # N, N', N'' at _U, (SAMPLES, 7)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChangePath:
+    """A path that leaves a lane for another one and stays in it."""
+
+    path: Path
+    begin: float  # distance at which the lateral motion begins [m]
+    end: float  # distance at which it is over [m]
+    cost: float  # corrected eq. 6.11
+    peak_curvature: float  # of the change itself, without the road's [1/m]
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A candidate that cannot be driven."""
+
+    reason: str
+
+
+def lane_keeping_path(
+    reference: ReferencePath,
+    state: FrenetState,
+    offset: float,
+    total: float,
+    settings: PathSettings,
+) -> Path | None:
+    """Settle on an offset and stay there.
+
+    Args:
+        reference: Of the road.
+        state: Of the ego.
+        offset: Where to go [m].
+        total: Length of the path along the reference [m].
+        settings: Spacing and settling time.
+
+    Returns:
+        The path; None where the Frenet frame does not reach.
+    """
+    settle = max(settings.settle_length, settings.settle_time * max(state.s_dot, 0.0))
+    start = (state.l, state.l_prime, state.l_second)
+    c = polynomials.quintic(start, (offset, 0.0, 0.0), settle)
+    driven = _grid(total, settings.spacing)
+    inside = np.minimum(driven, settle)
+    l, slope, bend = (polynomials.evaluate(c, inside, k) for k in range(3))
+    past = driven > settle
+    slope, bend = np.where(past, 0.0, slope), np.where(past, 0.0, bend)
+    return _in_plane(reference, state.s + driven, l, slope, bend)
+
+
+def change_candidates(
+    reference: ReferencePath,
+    state: FrenetState,
+    target: float,
+    begin: float,
+    total: float,
+    vehicle: Vehicle,
+    settings: PathSettings,
+) -> tuple[ChangePath | Refused, ...]:
+    """Make one change path for each length and place of C.
+
+    Args:
+        reference: Of the road.
+        state: Of the ego.
+        target: Offset of the lane to go to [m].
+        begin: Distance along the road over which the present offset is kept [m].
+        total: Length of each path along the reference [m].
+        vehicle: Its curvature limit holds.
+        settings: Lengths, ratios, weights.
+
+    Returns:
+        The candidates; a refused one says why.
+    """
+    speed = max(state.s_dot, 0.0)
+    lengths = sorted(
+        {max(settings.min_length, t * speed) for t in settings.change_times}
+    )
+    made: list[ChangePath | Refused] = []
+    for length in lengths:
+        for ratio in settings.c_ratios:
+            shape = spline_offsets(state, target, begin, length, ratio)
+            made.append(
+                _candidate(
+                    reference, state, shape, begin, length, total, vehicle, settings
+                )
+            )
+    return tuple(made)
+
+
+def cheapest(candidates: tuple[ChangePath | Refused, ...]) -> ChangePath | None:
+    """Give the cheapest drivable candidate, None if there is none."""
+    drivable = [c for c in candidates if isinstance(c, ChangePath)]
+    return min(drivable, key=lambda c: c.cost) if drivable else None
+
+
+def spline_offsets(
+    state: FrenetState, target: float, begin: float, length: float, ratio: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Sample the spline as (driven, l, dl/ds, d²l/ds²), (SAMPLES,) each.
+
+    With b = BC's length along the road and AB the same, C's offset follows from the
+    derivatives of a clamped cubic at its start: l'' = (y - e l') / (3 b²), y and e
+    being the rise and length of BC.
+    """
+    c = ratio * length
+    b = 0.5 * c
+    if begin > 0.0:  # the present offset is kept first: the change begins straight
+        slope, bend, l0 = 0.0, 0.0, state.l
+    else:
+        slope, bend, l0 = state.l_prime, state.l_second, state.l
+    along = np.array([0.0, b, c, 0.5 * length, length - c, length - b, length])
+    across = np.array(
+        [
+            l0,
+            l0 + b * slope,
+            l0 + c * slope + 3.0 * b * b * bend,
+            0.5 * (l0 + target),
+            target,
+            target,
+            target,
+        ]
+    )
+    (s, l), (s_u, l_u), (s_uu, l_uu) = (
+        (basis @ along, basis @ across) for basis in BASIS
+    )
+    return s, l, l_u / s_u, (l_uu * s_u - s_uu * l_u) / s_u**3
+
+
+def _candidate(
+    reference: ReferencePath,
+    state: FrenetState,
+    shape: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    begin: float,
+    length: float,
+    total: float,
+    vehicle: Vehicle,
+    settings: PathSettings,
+) -> ChangePath | Refused:
+    """Lay one spline on the road, extend it straight on, judge and price it."""
+    along, l, slope, bend = shape
+    driven = _grid(max(total, begin + length + settings.spacing), settings.spacing)
+    at = np.clip(driven - begin, 0.0, length)
+    inside = (driven >= begin) & (driven <= begin + length)
+    offsets = np.interp(at, along, l)
+    slopes = np.where(inside, np.interp(at, along, slope), 0.0)
+    bends = np.where(inside, np.interp(at, along, bend), 0.0)
+    if begin > 0.0:
+        _settle_first(state, begin, driven, offsets, slopes, bends)
+    path = _in_plane(reference, state.s + driven, offsets, slopes, bends)
+    if path is None:
+        return Refused("outside the road's Frenet frame")
+    own = path.curvature - reference.at(path.s).curvature
+    peak = float(np.abs(own[inside]).max(initial=0.0))
+    if float(np.abs(path.curvature).max()) > settings.curvature_share * (
+        vehicle.limits.max_curvature
+    ):
+        return Refused("curvature")
+    if max(state.s_dot, 0.0) ** 2 * peak > settings.lateral_acceleration:
+        return Refused("lateral acceleration")
+    steps = np.diff(path.distance)
+    cost = settings.curvature_weight * float(own[:-1] ** 2 @ steps)
+    cost += settings.length_weight * length
+    place = np.interp([begin, begin + length], driven, path.distance)
+    return ChangePath(path, float(place[0]), float(place[1]), cost, peak)
+
+
+def _settle_first(
+    state: FrenetState,
+    begin: float,
+    driven: FloatArray,
+    offsets: FloatArray,
+    slopes: FloatArray,
+    bends: FloatArray,
+) -> None:
+    """Take slope and bend out of the present motion before the change begins."""
+    start = (state.l, state.l_prime, state.l_second)
+    c = polynomials.quintic(start, (state.l, 0.0, 0.0), begin)
+    before = driven < begin
+    for order, column in enumerate((offsets, slopes, bends)):
+        column[before] = polynomials.evaluate(c, driven[before], order)
+
+
+def _grid(total: float, spacing: float) -> FloatArray:
+    """Distances 0, spacing, ... at least up to `total`."""
+    return spacing * np.arange(math.ceil(total / spacing) + 1, dtype=np.float64)
+
+
+def _in_plane(
+    reference: ReferencePath,
+    s: FloatArray,
+    l: FloatArray,
+    slope: FloatArray,
+    bend: FloatArray,
+) -> Path | None:
+    """Move a line from the road's frame to the plane; None outside the frame."""
+    one, none = np.ones_like(s), np.zeros_like(s)
+    # driven at one metre of road a second, slope and bend are rates
+    states = FrenetStates(s, one, none, l, slope, bend, slope, bend)
+    try:
+        plane = frenet_to_cartesian(reference, states)
+    except OutsidePathDomainError:
+        return None
+    stretch = np.hypot(1.0 - reference.at(s).curvature * l, slope)
+    steps = 0.5 * (stretch[1:] + stretch[:-1]) * np.diff(s)
+    distance = np.concatenate([[0.0], np.cumsum(steps)])
+    return Path(distance, plane.x, plane.y, plane.heading, plane.curvature, s, l)

@@ -1,0 +1,61 @@
+"""Parameters of the lane-change planner."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class PathSettings:
+    """How paths are made and priced."""
+
+    spacing: float = 1.0  # of the points along the road [m]
+    change_times: tuple[float, ...] = (3.0, 4.0, 5.0, 6.5)  # length over speed [s]
+    min_length: float = 18.0  # a change at walking speed still needs room [m]
+    c_ratios: tuple[float, ...] = (0.15, 0.2, 0.3)  # place of C over the length [-]
+    curvature_weight: float = 4000.0  # of the integral of squared curvature [m]
+    length_weight: float = 0.02  # [1/m]
+    curvature_share: float = 0.9  # of the vehicle's limit that is used [-]
+    lateral_acceleration: float = 2.0  # of the change itself [m/s²]
+    settle_time: float = 3.0  # in which lane keeping returns to the centre [s]
+    settle_length: float = 20.0  # and over at least this [m]
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedSettings:
+    """The speed program, [Thesis] eq. 6.19 and 6.20 corrected, and its margins."""
+
+    duration: float = 10.0  # T [s]
+    step: float = 0.1  # between knots [s]
+    distance_weight: float = 0.05  # w3
+    speed_weight: float = 1.0  # w4
+    acceleration_weight: float = 2.0  # w5
+    jerk_weight: float = 4.0  # w6
+    max_jerk: float = 5.0  # [m/s³]
+    along_margin: float = 1.0  # between footprints [m]
+    across_margin: float = 0.3  # [m]
+    front_gap: float = 2.0  # d0 to a vehicle ahead, beyond the margin [m]
+    front_headway: float = 0.8  # tau to it [s]
+    rear_gap: float = 1.0  # d0 to a vehicle behind, beyond the margin [m]
+    rear_headway: float = 1.1  # tau of it [s]
+    relax_time: float = 4.0  # in which a gap that is too short now is opened [s]
+    max_orders: int = 64  # passing orders looked at in one plan
+
+
+@dataclass(frozen=True, slots=True)
+class ManoeuvreSettings:
+    """When to change, and what has to be true before the body enters the lane."""
+
+    gain: float = 1.0  # advantage that is worth a change [m/s]
+    starts: tuple[float, ...] = (0.0, 15.0, 30.0, 50.0, 80.0)  # of a change ahead [m]
+    start_weight: float = 0.3  # cost of each metre that a change is put off [1/m]
+    pull_out_room: float = 16.0  # kept to a blockage while waiting beside it [m]
+    reaction: float = 0.6  # of the driver behind, for RSS [s]
+    rear_braking: float = 4.5  # of the driver behind, for RSS [m/s²]
+
+
+@dataclass(frozen=True, slots=True)
+class LaneChangeSettings:
+    """Everything that can be set."""
+
+    path: PathSettings = PathSettings()
+    speed: SpeedSettings = SpeedSettings()
+    manoeuvre: ManoeuvreSettings = ManoeuvreSettings()
