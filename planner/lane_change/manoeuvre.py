@@ -45,7 +45,7 @@ class Memory:
     trajectory: Trajectory
     change: Change | None = None
     start_s: float | None = None  # where the wanted change begins on the road [m]
-    seeking_since: float | None = None  # [s]
+    cycle: int = 0  # counts up
 
 
 def progress_on(path: Path, scene: Scene) -> float | None:
