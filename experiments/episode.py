@@ -28,6 +28,7 @@ from experiments.trace import SCHEMA_VERSION, Trace, trace_hash
 from experiments.trace_files import write_trace
 from experiments.worlds import make_world
 from planner.interface import Planner
+from planner.scene import Lanes
 
 RUNS = Path("runs")
 ID_LENGTH = 8  # characters of the run's hash in the folder's name
@@ -108,7 +109,11 @@ def run_episode(
         world = make_world(scenario, layout, folder, gui=gui)
         try:
             ending = run_loop(
-                world, planner, PerfectTracking(), _loop_settings(scenario), recorder
+                world,
+                planner,
+                PerfectTracking(),
+                _loop_settings(scenario, layout.lanes),
+                recorder,
             )
         finally:
             world.close()
@@ -176,7 +181,7 @@ def _road_map(layout: Layout) -> RoadMap:
     return map_around(layout.path, layout.network.net_file if layout.network else None)
 
 
-def _loop_settings(scenario: Scenario) -> LoopSettings:
+def _loop_settings(scenario: Scenario, lanes: Lanes) -> LoopSettings:
     """Say what the loop has to know."""
     ego, simulation = scenario.ego, scenario.simulation
     return LoopSettings(
@@ -186,6 +191,7 @@ def _loop_settings(scenario: Scenario) -> LoopSettings:
         duration=simulation.duration_s,
         horizon=simulation.horizon_s,
         blocked_after=simulation.blocked_after_s,
+        lanes=lanes,
     )
 
 

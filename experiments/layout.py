@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from zlib import crc32
 
 import numpy as np
@@ -17,7 +17,7 @@ from planner.errors import PlannerError
 from planner.geometry.rectangles import Rectangle, distance
 from planner.geometry.reference_path import ReferencePath
 from planner.geometry.segments import Segment, arc, clothoid, line
-from planner.scene import Obstacles, RoadBounds
+from planner.scene import Lanes, Obstacles, RoadBounds
 from planner.states import FloatArray
 from planner.vehicle import Vehicle, VehicleLimits
 from sumo_nets import catalogue
@@ -44,6 +44,7 @@ class Layout:
     obstacles: Obstacles
     stop_lines: tuple[StopLine, ...] = ()
     network: Network | None = None  # of world sumo
+    lanes: Lanes = field(default_factory=Lanes.none)
 
 
 def make_vehicle(ego: Ego) -> Vehicle:
@@ -86,7 +87,7 @@ def make_layout(scenario: Scenario) -> Layout:
     obstacles = obstacles_on_path(bare.path, _placed(listed_obstacles(scenario)))
     _check_on_road(scenario, bare)
     _check_start(scenario, bare.path, obstacles)
-    return Layout(bare.path, bare.road, obstacles, bare.stop_lines, bare.network)
+    return replace(bare, obstacles=obstacles)
 
 
 def listed_obstacles(scenario: Scenario) -> tuple[Obstacle, ...]:
@@ -228,7 +229,42 @@ def _sumo_road(scenario: Scenario) -> Layout:
     )
     kept = _growing(s)
     road = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
-    return Layout(path, road, Obstacles.none(), stop_lines, network)
+    lanes = _lanes(found, s, l)
+    return Layout(path, road, Obstacles.none(), stop_lines, network, lanes)
+
+
+def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
+    """Place the lanes of the route's edges on the reference path.
+
+    Lanes are told apart by their place beside the one that the route follows; where
+    one is missing its width is 0. Inside junctions there are no markings: lanes go
+    straight over from one edge to the next.
+    """
+    spans = [span for span in found.spans if not span.lane.startswith(":")]
+    n_right = max((sum(x < 0.0 for x in span.lines) for span in spans), default=0)
+    n_left = max((sum(x > 0.0 for x in span.lines) for span in spans), default=0)
+    at, centres, widths = [], [], []
+    for k in np.flatnonzero(_growing(s)):
+        span = next((x for x in spans if x.begin <= found.s[k] <= x.end), None)
+        if span is None:
+            continue
+        edges = np.array([found.right[k], *span.lines, found.left[k]])
+        own = sum(x < 0.0 for x in span.lines)
+        centre = np.zeros(n_right + 1 + n_left)
+        width = np.zeros(centre.size)
+        first = n_right - own
+        there = slice(first, first + edges.size - 1)
+        centre[there] = 0.5 * (edges[1:] + edges[:-1])
+        width[there] = np.diff(edges)
+        centre[:first] = edges[0] - np.arange(first, 0, -1.0)
+        beyond = centre.size - there.stop
+        centre[there.stop :] = edges[-1] + np.arange(1.0, beyond + 1.0)
+        at.append(s[k])
+        centres.append(centre + l[k])
+        widths.append(width)
+    if not at:
+        return Lanes.none()
+    return Lanes(np.array(at), np.array(centres).T, np.array(widths).T)
 
 
 def _reference_path(network: Network, found: RoutePath) -> ReferencePath:

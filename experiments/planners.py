@@ -40,6 +40,11 @@ PLANNERS: Mapping[str, Known] = {
         _CRUISE_SETTINGS,
         "the same sampling with the conventional costs",
     ),
+    "lane_change": Known(
+        "planner.lane_change:proposed",
+        "planner.lane_change:LaneChangeSettings",
+        "chapter 6 in closed loop: B-spline path, s-T graph, every passing order",
+    ),
     "cruise_thesis": Known(
         "planner.cruise:thesis_proposed",
         None,

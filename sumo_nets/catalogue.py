@@ -1,8 +1,10 @@
 """The road networks that come with the package, and networks that users bring.
 
-All four have the same cross-section: two carriageways of three lanes of 10/3 m, right-
-hand traffic, 50 km/h. The ego's reference line is the centre line of the middle lane;
-scenario road s = 0 lies `lead_in` after the begin of that line.
+The four roads of the cruise planner have the same cross-section: two carriageways of
+three lanes of 10/3 m, right-hand traffic, 50 km/h. The ego's reference line is the
+centre line of the middle lane; scenario road s = 0 lies `lead_in` after the begin of
+that line. The one-way roads for lane changes have lanes of 3.5 m and 60 km/h; there
+the reference line is the lane that the ego starts in.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,6 +23,11 @@ from sumo_nets.outline import Segment, arc, clothoid, line
 LEAD_IN = 100.0
 
 SPEED_LIMIT = 13.89  # 50 km/h [m/s]; background cars go slower or faster by a factor
+
+
+# Of the one-way roads for lane changes: lanes of 3.5 m, 60 km/h.
+ONE_WAY_LEAD_IN = 300.0  # [m]
+ONE_WAY_SPEED_LIMIT = 16.67  # [m/s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +119,17 @@ class Network:
 
 def networks() -> Mapping[str, Network]:
     """List the networks of the package by name."""
-    records = (_straight(), _curved(), _intersection(), _u_shaped())
+    records = (
+        _straight(),
+        _curved(),
+        _intersection(),
+        _u_shaped(),
+        _one_way("lane_change", 1, 0, "straight one-way road of 1.8 km, two lanes"),
+        _one_way(
+            "lane_change_three", 1, 1, "straight one-way road of 1.8 km, three lanes"
+        ),
+        _one_way("lane_change_curved", 7, 0, "winding one-way road, two lanes"),
+    )
     return MappingProxyType({record.name: record for record in records})
 
 
@@ -172,6 +189,21 @@ def _road(name: str, segments: tuple[Segment, ...], description: str) -> Network
         ),
         description=description,
         segments=(line(LEAD_IN), *segments),
+    )
+
+
+def _one_way(name: str, n_edges: int, lane: int, description: str) -> Network:
+    """Describe a one-way road for lane changes; the ego's lane is the reference."""
+    edges = tuple(f"own{n}" for n in range(1, n_edges + 1)) if n_edges > 1 else ("own",)
+    return Network(
+        name=name,
+        net_file=net_path(name),
+        route=edges,
+        lane=lane,
+        lead_in=ONE_WAY_LEAD_IN,
+        speed_limit=ONE_WAY_SPEED_LIMIT,
+        streams=(Stream("own", (Turn(edges, 1.0),)),),
+        description=description,
     )
 
 

@@ -46,6 +46,8 @@ class Demand:
     cautious_share: float = 0.25
     aggressive_share: float = 0.2
     models: tuple[tuple[str, float], ...] = COMMON_MODELS
+    own_lane: int | None = None  # in which the ego's carriageway is fed; None: any
+    keep_right: bool = True  # whether drivers go back to the right when they can
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -97,6 +99,8 @@ class DemandVehicle:
     type: VehicleType
     speed_factor: float  # wished speed over the speed limit [-]
     route: tuple[str, ...]
+    lane: int | None = None  # of departure; None: the best one
+    keep_right: bool = True
 
 
 def vehicles_for(
@@ -180,7 +184,10 @@ def routes_text(
     if ego is not None:
         ElementTree.SubElement(root, "vType", ego.attributes())
     for kind in sorted({vehicle.type for vehicle in vehicles}):
-        ElementTree.SubElement(root, "vType", type_attributes(kind))
+        attributes = type_attributes(kind)
+        if vehicles and not vehicles[0].keep_right:
+            attributes["lcKeepRight"] = "0"
+        ElementTree.SubElement(root, "vType", attributes)
     ElementTree.SubElement(root, "route", id="ego", edges=" ".join(network.route))
     for vehicle in vehicles:
         element = ElementTree.SubElement(
@@ -189,7 +196,7 @@ def routes_text(
             id=vehicle.id,
             type=vehicle.type.id,
             depart=f"{vehicle.depart:.2f}",
-            departLane="best",
+            departLane="best" if vehicle.lane is None else str(vehicle.lane),
             departSpeed="max",
             speedFactor=f"{vehicle.speed_factor:.3f}",
         )
@@ -222,6 +229,8 @@ def _draw_stream(
                 type=kind,
                 speed_factor=speed_factor(kind, traits),
                 route=stream.turns[turn].route,
+                lane=demand.own_lane if stream.name == "own" else None,
+                keep_right=demand.keep_right,
             )
         )
         depart += arrivals.exponential() / rate

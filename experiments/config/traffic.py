@@ -25,6 +25,12 @@ class Traffic(Strict):
     truck_share: Share = 0.08
     cautious_share: Share = 0.25
     aggressive_share: Share = 0.2
+    own_lane: Annotated[int, Field(ge=0, le=20)] | None = Field(
+        default=None, description="lane that feeds the ego's carriageway; any if none"
+    )
+    keep_right: bool = Field(
+        default=True, description="drivers go back to the right lane when they can"
+    )
     models: dict[str, Annotated[float, Field(gt=0.0, le=1000.0)]] | None = Field(
         default=None,
         min_length=1,

@@ -5,7 +5,7 @@ The loop knows a `World`, not a simulator. Its caller owns the world and closes 
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 from experiments.cosim.plant import (
@@ -30,6 +30,7 @@ from planner.errors import OutsidePathDomainError
 from planner.geometry.frenet import cartesian_to_frenet_one
 from planner.interface import Planner, PlanResult, PlanStats
 from planner.motion.prediction import Predictor, constant_speed
+from planner.scene import Lanes
 from planner.states import CartesianState, FrenetState
 from planner.vehicle import Vehicle
 
@@ -53,6 +54,7 @@ class LoopSettings:
     radius: float = 120.0  # vehicles farther from the ego are not planned with [m]
     blocked_after: float = 20.0  # of standing without a way on [s]
     comfortable_deceleration: float = 3.0  # that a yellow light may ask for [m/s²]
+    lanes: Lanes = field(default_factory=Lanes.none)  # along the world's path
 
 
 def run_loop(
@@ -112,6 +114,7 @@ class _Episode:
             settings.predictor,
             settings.horizon,
             settings.radius,
+            settings.lanes,
         )
         self._truth = Truth(vehicle, world.path, world.road, world.obstacles)
         self._standstill = Standstill(settings.blocked_after, vehicle.front_reach)

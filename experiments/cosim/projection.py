@@ -1,7 +1,7 @@
 """From what the simulator says to what a planner sees."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from experiments.cosim import frames
 from experiments.cosim.records import TrafficState
 from planner.geometry.reference_path import ReferencePath
 from planner.motion.prediction import Predictor, constant_speed
-from planner.scene import Obstacles, RoadBounds, Scene, Vehicles
+from planner.scene import Lanes, Obstacles, RoadBounds, Scene, Vehicles
 from planner.states import CartesianState, FrenetState
 from planner.vehicle import Vehicle
 
@@ -27,6 +27,7 @@ class SceneFrame:
     predictor: Predictor = constant_speed
     horizon: float = 5.0  # of the predictions [s]
     radius: float = 120.0  # vehicles farther from the ego are left out [m]
+    lanes: Lanes = field(default_factory=Lanes.none)
 
     @property
     def n_steps(self) -> int:
@@ -65,6 +66,7 @@ def make_scene(
         vehicles=_vehicles(frame, traffic, ego),
         stop_lines=stop_lines,
         target_speed=frame.target_speed,
+        lanes=frame.lanes,
     )
 
 
