@@ -38,11 +38,8 @@ class ChangePath:
     peak_curvature: float  # of the change itself, without the road's [1/m]
 
 
-@dataclass(frozen=True, slots=True)
-class Refused:
-    """A candidate that cannot be driven."""
-
-    reason: str
+# (driven, l, dl/ds, d²l/ds²) of a change, (SAMPLES,) each
+Shape = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 def lane_keeping_path(
@@ -75,7 +72,7 @@ def lane_keeping_path(
     return _in_plane(reference, state.s + driven, l, slope, bend)
 
 
-def change_candidates(
+def best_change(
     reference: ReferencePath,
     state: FrenetState,
     target: float,
@@ -83,46 +80,74 @@ def change_candidates(
     total: float,
     vehicle: Vehicle,
     settings: PathSettings,
-) -> tuple[ChangePath | Refused, ...]:
-    """Make one change path for each length and place of C.
+) -> tuple[ChangePath | None, dict[str, int]]:
+    """Give the cheapest change path that can be driven.
+
+    Candidates differ in their length and in the place of C ([Thesis] 6.3.5). They are
+    priced by their shape on the road; only the cheapest are laid on it, until one
+    keeps the limits.
 
     Args:
         reference: Of the road.
         state: Of the ego.
         target: Offset of the lane to go to [m].
         begin: Distance along the road over which the present offset is kept [m].
-        total: Length of each path along the reference [m].
+        total: Length of the path along the reference [m].
         vehicle: Its curvature limit holds.
         settings: Lengths, ratios, weights.
 
     Returns:
-        The candidates; a refused one says why.
+        (path or None, reason -> number of candidates refused).
     """
     speed = max(state.s_dot, 0.0)
-    lengths = sorted(
+    refused: dict[str, int] = {}
+    shapes = []
+    for length in sorted(
         {max(settings.min_length, t * speed) for t in settings.change_times}
-    )
-    made: list[ChangePath | Refused] = []
-    for length in lengths:
+    ):
         for ratio in settings.c_ratios:
             shape = spline_offsets(state, target, begin, length, ratio)
-            made.append(
-                _candidate(
-                    reference, state, shape, begin, length, total, vehicle, settings
-                )
-            )
-    return tuple(made)
+            cost, peak = _price(shape, settings)
+            if speed**2 * peak > settings.lateral_acceleration:
+                _count(refused, "lateral acceleration")
+            else:
+                shapes.append((cost, length, peak, shape))
+    shapes.sort(key=lambda item: item[0])
+    limit = settings.curvature_share * vehicle.limits.max_curvature
+    for cost, length, peak, shape in shapes:
+        made = _laid(reference, state, shape, begin, length, total, settings)
+        if made is None:
+            _count(refused, "outside the road's frame")
+            continue
+        path, place = made
+        if float(np.abs(path.curvature).max()) <= limit:
+            found = ChangePath(path, float(place[0]), float(place[1]), cost, peak)
+            return found, refused
+        _count(refused, "curvature")
+    return None, refused
 
 
-def cheapest(candidates: tuple[ChangePath | Refused, ...]) -> ChangePath | None:
-    """Give the cheapest drivable candidate, None if there is none."""
-    drivable = [c for c in candidates if isinstance(c, ChangePath)]
-    return min(drivable, key=lambda c: c.cost) if drivable else None
+def _count(refused: dict[str, int], reason: str) -> None:
+    """Count one refusal."""
+    refused[reason] = refused.get(reason, 0) + 1
+
+
+def _price(shape: Shape, settings: PathSettings) -> tuple[float, float]:
+    """Price a shape, corrected eq. 6.11: (cost, peak curvature [1/m]).
+
+    The curvature is that of the change itself, as on a straight road.
+    """
+    along, _, slope, bend = shape
+    curvature = bend / (1.0 + slope**2) ** 1.5
+    steps = np.diff(along) * np.sqrt(1.0 + slope[1:] ** 2)
+    cost = settings.curvature_weight * float(curvature[1:] ** 2 @ steps)
+    cost += settings.length_weight * float(along[-1])
+    return cost, float(np.abs(curvature).max())
 
 
 def spline_offsets(
     state: FrenetState, target: float, begin: float, length: float, ratio: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+) -> Shape:
     """Sample the spline as (driven, l, dl/ds, d²l/ds²), (SAMPLES,) each.
 
     With b = BC's length along the road and AB the same, C's offset follows from the
@@ -153,17 +178,21 @@ def spline_offsets(
     return s, l, l_u / s_u, (l_uu * s_u - s_uu * l_u) / s_u**3
 
 
-def _candidate(
+def _laid(
     reference: ReferencePath,
     state: FrenetState,
-    shape: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    shape: Shape,
     begin: float,
     length: float,
     total: float,
-    vehicle: Vehicle,
     settings: PathSettings,
-) -> ChangePath | Refused:
-    """Lay one spline on the road, extend it straight on, judge and price it."""
+) -> tuple[Path, FloatArray] | None:
+    """Lay one spline on the road and extend it straight on.
+
+    Returns:
+        The path and the distances at which the change begins and ends; None outside
+        the road's Frenet frame.
+    """
     along, l, slope, bend = shape
     driven = _grid(max(total, begin + length + settings.spacing), settings.spacing)
     at = np.clip(driven - begin, 0.0, length)
@@ -175,20 +204,8 @@ def _candidate(
         _settle_first(state, begin, driven, offsets, slopes, bends)
     path = _in_plane(reference, state.s + driven, offsets, slopes, bends)
     if path is None:
-        return Refused("outside the road's Frenet frame")
-    own = path.curvature - reference.at(path.s).curvature
-    peak = float(np.abs(own[inside]).max(initial=0.0))
-    if float(np.abs(path.curvature).max()) > settings.curvature_share * (
-        vehicle.limits.max_curvature
-    ):
-        return Refused("curvature")
-    if max(state.s_dot, 0.0) ** 2 * peak > settings.lateral_acceleration:
-        return Refused("lateral acceleration")
-    steps = np.diff(path.distance)
-    cost = settings.curvature_weight * float(own[:-1] ** 2 @ steps)
-    cost += settings.length_weight * length
-    place = np.interp([begin, begin + length], driven, path.distance)
-    return ChangePath(path, float(place[0]), float(place[1]), cost, peak)
+        return None
+    return path, np.interp([begin, begin + length], driven, path.distance)
 
 
 def _settle_first(

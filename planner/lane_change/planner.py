@@ -1,7 +1,8 @@
 """The lane-change planner: keep, seek a gap, change, and turn back while one can."""
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,8 +27,7 @@ from planner.lane_change.manoeuvre import (
 )
 from planner.lane_change.path import (
     ChangePath,
-    change_candidates,
-    cheapest,
+    best_change,
     lane_keeping_path,
 )
 from planner.lane_change.settings import LaneChangeSettings
@@ -39,6 +39,7 @@ from planner.states import BoolArray, FloatArray, Path, Trajectory
 from planner.validity import invalid
 
 BESIDE_THE_WAY = 60.0  # added to the path that the fastest drive needs [m]
+STANDSTILL_ROOM = 0.05  # a program needs some room, also to stand still [m]
 HARD_GAP = 0.05  # least distance to a body that a fallback may leave [m]
 
 
@@ -91,7 +92,7 @@ class LaneChangePlanner:
         attempt = _decide(situation, last, self.settings, tally)
         if attempt is None:
             return _fall_back(situation, last, self.settings, tally)
-        return _result(attempt, last, scene, tally)
+        return _result(attempt, last, tally)
 
 
 @dataclass(slots=True)
@@ -100,18 +101,12 @@ class Tally:
 
     candidates: int = 0
     survivors: int = 0
-    removed: dict[str, int] = None  # type: ignore[assignment]
+    removed: dict[str, int] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        """Begin with nothing."""
-        self.removed = {}
-
-    def paths(self, made: tuple[object, ...]) -> None:
-        """Count the paths of one set."""
-        for one in made:
-            if not isinstance(one, ChangePath):
-                reason = getattr(one, "reason", "path")
-                self.removed[reason] = self.removed.get(reason, 0) + 1
+    def paths(self, refused: Mapping[str, int]) -> None:
+        """Count the paths that were refused."""
+        for reason, number in refused.items():
+            self.removed[reason] = self.removed.get(reason, 0) + number
 
     def speeds(self, plan: SpeedPlan) -> None:
         """Count the orders of one speed plan."""
@@ -194,7 +189,8 @@ def _room_before(here: Situation, lane: int, room: float) -> float:
         return math.inf
     free = float((bodies.s - bodies.half_length)[blocks].min()) - front
     stop = scene.ego.speed**2 / (2.0 * 0.8 * scene.vehicle.limits.max_deceleration)
-    return free - room if free - room > stop else math.inf
+    place = max(free - room, stop + STANDSTILL_ROOM)
+    return place if place < free else math.inf
 
 
 def _keep(
@@ -263,11 +259,10 @@ def _seek(
     best: tuple[float, float, ChangePath, SpeedPlan] | None = None
     followers = in_lane(scene, here.bodies, here.users, lane) & here.behind
     for start in _starts(ego.s, last, settings):
-        made = change_candidates(
+        change, refused = best_change(
             scene.path, ego, centre, start, here.total, scene.vehicle, settings.path
         )
-        tally.paths(made)
-        change = cheapest(made)
+        tally.paths(refused)
         if change is None:
             continue
         speed = plan_speed(
@@ -279,6 +274,9 @@ def _seek(
             settings.speed,
         )
         tally.speeds(speed)
+        if _runs_into_blockage(here, change, speed):
+            tally.removed["blockage"] = tally.removed.get("blockage", 0) + 1
+            continue
         cost = speed.cost + change.cost + settings.manoeuvre.start_weight * start
         if speed.profile is not None and (best is None or cost < best[0]):
             best = cost, start, change, speed
@@ -302,6 +300,16 @@ def _seek(
         speed,
         begun,
         why=f"gap behind {speed.ahead}, ahead of {speed.behind}",
+    )
+
+
+def _runs_into_blockage(here: Situation, change: ChangePath, speed: SpeedPlan) -> bool:
+    """Tell whether something that stands is on the path before the change is over."""
+    graph = speed.graph
+    n_static = len(here.scene.obstacles.ids)
+    return any(
+        index < n_static and float(graph.lower[k, 0]) < change.end
+        for k, index in enumerate(graph.index)
     )
 
 
@@ -335,7 +343,7 @@ def _go_on(
         return None
     if place >= change.end - 1e-6 and settled(scene, change.target):
         return _keep(here, change.target, None, settings, tally)
-    path = _extended(here, rest, change, settings)
+    path = _extended(here, rest, settings)
     committed = last.phase is Phase.COMMITTED
     followers = here.behind & in_lane(scene, here.bodies, here.users, change.lane)
     speed = plan_speed(
@@ -363,9 +371,7 @@ def _go_on(
     return _soften(here, replace(attempt, speed=speed), settings)
 
 
-def _extended(
-    here: Situation, rest: Path, change: Change, settings: LaneChangeSettings
-) -> Path:
+def _extended(here: Situation, rest: Path, settings: LaneChangeSettings) -> Path:
     """Lengthen what is left of a change where it has become too short to plan on."""
     scene = here.scene
     need = max(scene.target_speed, scene.ego.speed) * settings.speed.duration
@@ -435,9 +441,7 @@ def rss_distance(
     return np.asarray(np.maximum(need - front**2 / (2.0 * front_braking), 0.0))
 
 
-def _result(
-    attempt: Attempt, last: Memory | None, scene: Scene, tally: Tally
-) -> PlanResult:
+def _result(attempt: Attempt, last: Memory | None, tally: Tally) -> PlanResult:
     """Turn an attempt into what the caller gets."""
     profile = attempt.speed.profile
     assert profile is not None  # noqa: S101 - attempts without one are never returned

@@ -58,8 +58,8 @@ def st_graph(
     """
     chosen = np.flatnonzero(considered)
     n_knots = times.size
-    low = np.empty((chosen.size, n_knots))
-    high = np.empty((chosen.size, n_knots))
+    low = np.zeros((chosen.size, n_knots))
+    high = np.zeros((chosen.size, n_knots))
     hit = np.zeros((chosen.size, n_knots), np.bool_)
     if chosen.size:
         x, y, heading = predicted_at(users, chosen, times)
