@@ -25,7 +25,12 @@ from planner.motion.piecewise_jerk_matrices import (
     relaxed_program,
     solve_program,
 )
-from planner.motion.piecewise_jerk_riccati import NO_BOUND, interior_point
+from planner.motion.piecewise_jerk_riccati import (
+    INFEASIBLE,
+    NO_BOUND,
+    SOLVED,
+    interior_point,
+)
 from planner.states import FloatArray, freeze
 
 TOLERANCE = 1e-9  # of residuals, and of the gap relative to the objective
@@ -131,8 +136,8 @@ def solve(
     lower = np.concatenate([problem.lower, problem.row_lower], axis=1)
     upper = np.concatenate([problem.upper, problem.row_upper], axis=1)
     if np.any(lower[1:] > upper[1:]) or problem.jerk_lower > problem.jerk_upper:
-        return _crossed(problem)
-    state, jerk, objective, converged, iterations = interior_point(
+        return _crossed(problem, 0, "bounds")
+    state, jerk, objective, verdict, iterations = interior_point(
         problem.step,
         problem.start,
         problem.weight,
@@ -146,7 +151,9 @@ def solve(
         MAX_ITERATIONS,
         TOLERANCE,
     )
-    if not converged:
+    if verdict == INFEASIBLE:
+        return _crossed(problem, iterations, solver)
+    if verdict != SOLVED:
         return _by_matrices(problem, program_of(problem), "piqp")
     return PiecewiseJerkSolution(
         QpStatus.SOLVED, state, jerk, objective, 0.0, iterations, solver
@@ -209,8 +216,10 @@ def objective_of(
     return float(of_state + problem.jerk_weight * (jerk**2 @ problem.step))
 
 
-def _crossed(problem: PiecewiseJerkProblem) -> PiecewiseJerkSolution:
-    """Report bounds that leave no room at a knot."""
+def _crossed(
+    problem: PiecewiseJerkProblem, iterations: int, solver: str
+) -> PiecewiseJerkSolution:
+    """Report that there is no solution."""
     n = problem.weight.shape[0]
     return PiecewiseJerkSolution(
         QpStatus.INFEASIBLE,
@@ -218,8 +227,8 @@ def _crossed(problem: PiecewiseJerkProblem) -> PiecewiseJerkSolution:
         np.zeros(n - 1),
         np.inf,
         0.0,
-        0,
-        "bounds",
+        iterations,
+        solver,
     )
 
 
@@ -234,7 +243,7 @@ def _by_matrices(
     found, z, iterations = solve_program(program, solver)
     n = problem.weight.shape[0]
     if z is None or not np.isfinite(z).all():
-        missing = _crossed(problem)
+        missing = _crossed(problem, iterations, solver)
         status = (
             QpStatus.INFEASIBLE if found == "infeasible" else QpStatus.NOT_CONVERGED
         )

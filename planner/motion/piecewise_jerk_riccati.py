@@ -15,6 +15,9 @@ from planner.compiled import compiled
 from planner.states import FloatArray
 
 NO_BOUND = 1e19  # a bound beyond it is none
+SOLVED, INFEASIBLE, UNDECIDED = 0, 1, 2  # verdicts of `interior_point`
+PROOF_FROM = 4  # iterations before a proof of infeasibility is looked for
+PROOF_MARGIN = 1e-6  # of the proof, relative to what it is made of
 TO_THE_BOUND = 0.995  # share of the way to the nearest bound that a step may go
 LEAST_SLACK = 1.0  # at the beginning
 
@@ -33,7 +36,7 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
     jerk_upper: float,
     max_iterations: int,
     tolerance: float,
-) -> tuple[FloatArray, FloatArray, float, bool, int]:
+) -> tuple[FloatArray, FloatArray, float, int, int]:
     """Solve one program with hard bounds.
 
     Args:
@@ -51,7 +54,7 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
         tolerance: Of the bounds, and of the gap relative to the objective.
 
     Returns:
-        (state (n, 3), jerk (n - 1,), objective, converged, iterations).
+        (state (n, 3), jerk (n - 1,), objective, verdict, iterations).
     """
     n, m = row.shape[0], row.shape[1]
     low, up = _bounds(lower, upper, jerk_lower, jerk_upper, n, m)
@@ -88,9 +91,15 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
         gap, violation = _bound_terms(value, low, up, slack, dual, curved, sloped)
         small = tolerance * (1.0 + abs(objective))
         if violation < tolerance and gap < small and dual_residual < tolerance:
-            return state, jerk, objective, True, iteration
+            return state, jerk, objective, SOLVED, iteration
         if iteration == max_iterations or not np.isfinite(objective + gap):
             break
+        if (
+            iteration >= PROOF_FROM
+            and violation > tolerance
+            and _proven_infeasible(step, row, value, low, up, dual)
+        ):
+            return state, jerk, np.inf, INFEASIBLE, iteration
         _add_bounds(row, curved, sloped, hessian, gradient, jerk_hessian, jerk_gradient)
         _backward(step, hessian, gradient, jerk_hessian, jerk_gradient, gain, feed)
         _forward(step, gain, feed, d_state, d_jerk)
@@ -117,7 +126,65 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
         slack += alpha * d_slack
         dual += alpha * d_dual
         dual_residual *= 1.0 - alpha
-    return state, jerk, np.inf, False, max_iterations
+    return state, jerk, np.inf, UNDECIDED, max_iterations
+
+
+@compiled
+def _proven_infeasible(
+    step: FloatArray,
+    row: FloatArray,
+    value: FloatArray,
+    low: FloatArray,
+    up: FloatArray,
+    dual: FloatArray,
+) -> bool:
+    """Try the multipliers as a proof that no jerk within its bounds keeps the others.
+
+    With multipliers z >= 0 every feasible motion has sum z (violation) <= 0. The sum is
+    affine in the jerk, so that its least value over the jerk's own bounds is at hand;
+    where that is positive, there is no feasible motion (Farkas).
+    """
+    n, m = row.shape[0], row.shape[1]
+    jerk_lower, jerk_upper = low[0, 3 + m], up[0, 3 + m]
+    if not (jerk_lower > -NO_BOUND and jerk_upper < NO_BOUND):
+        return False
+    least, size = 0.0, 0.0
+    g0, g1, g2 = 0.0, 0.0, 0.0  # of the sum, with respect to the state at knot k
+    for k in range(n - 1, -1, -1):
+        if k < n - 1:
+            h = step[k]
+            half = 0.5 * h * h
+            slope = h * half / 3.0 * g0 + half * g1 + h * g2
+            jerk = value[k, 3 + m]
+            best = slope * (jerk_lower - jerk)
+            best = min(best, slope * (jerk_upper - jerk))
+            least += best
+            size += abs(best)
+            g2 += half * g0 + h * g1
+            g1 += h * g0
+        for i in range(3 + m):
+            push = 0.0
+            if low[k, i] > -NO_BOUND:
+                push -= dual[0, k, i]
+                part = dual[0, k, i] * (low[k, i] - value[k, i])
+                least += part
+                size += abs(part)
+            if up[k, i] < NO_BOUND:
+                push += dual[1, k, i]
+                part = dual[1, k, i] * (value[k, i] - up[k, i])
+                least += part
+                size += abs(part)
+            if i == 0:
+                g0 += push
+            elif i == 1:
+                g1 += push
+            elif i == 2:
+                g2 += push
+            else:
+                g0 += push * row[k, i - 3, 0]
+                g1 += push * row[k, i - 3, 1]
+                g2 += push * row[k, i - 3, 2]
+    return least > PROOF_MARGIN * size
 
 
 @compiled
