@@ -74,6 +74,38 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
     d_state, d_jerk = np.empty((n, 3)), np.empty(n - 1)
     curved, sloped = np.zeros((n, 4 + m)), np.zeros((n, 4 + m))
 
+    _objective_terms(
+        step,
+        state,
+        jerk,
+        weight,
+        reference,
+        jerk_weight,
+        hessian,
+        gradient,
+        jerk_hessian,
+        jerk_gradient,
+    )
+    _backward(step, hessian, gradient, jerk_hessian, jerk_gradient, gain, feed)
+    _forward(step, gain, feed, d_state, d_jerk)
+    _values(d_state, d_jerk, row, change)
+    if _keeps_bounds(value, change, low, up):  # the least without bounds is the answer
+        state += d_state
+        jerk += d_jerk
+        objective = _objective_terms(
+            step,
+            state,
+            jerk,
+            weight,
+            reference,
+            jerk_weight,
+            hessian,
+            gradient,
+            jerk_hessian,
+            jerk_gradient,
+        )
+        return state, jerk, objective, SOLVED, 0
+
     dual_residual = 1.0  # relative to the first one; falls with every step taken
     for iteration in range(max_iterations + 1):
         objective = _objective_terms(
@@ -127,6 +159,19 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
         dual += alpha * d_dual
         dual_residual *= 1.0 - alpha
     return state, jerk, np.inf, UNDECIDED, max_iterations
+
+
+@compiled
+def _keeps_bounds(
+    value: FloatArray, change: FloatArray, low: FloatArray, up: FloatArray
+) -> bool:
+    """Tell whether every bound holds after a full step."""
+    for k in range(value.shape[0]):
+        for i in range(value.shape[1]):
+            after = value[k, i] + change[k, i]
+            if after < low[k, i] or after > up[k, i]:
+                return False
+    return True
 
 
 @compiled
@@ -483,7 +528,7 @@ def _directions(
     The corrector (`second_order` = 1) uses the products of the predictor's steps,
     which stand in `d_slack` and `d_dual` when it begins.
     """
-    alpha = 1e9
+    shortest_slack, shortest_dual = 0.0, 0.0  # largest -ds / s and -dz / z
     for k in range(value.shape[0]):
         for i in range(value.shape[1]):
             for side in range(2):
@@ -497,14 +542,14 @@ def _directions(
                     room, moved = up[k, i] - value[k, i], -change[k, i]
                 s, z = slack[side, k, i], dual[side, k, i]
                 product = second_order * d_slack[side, k, i] * d_dual[side, k, i]
+                inverse = 1.0 / s
                 ds = room - s + moved
-                dz = (target - product - z * ds) / s - z
+                dz = (target - product - z * ds) * inverse - z
                 d_slack[side, k, i], d_dual[side, k, i] = ds, dz
-                if ds < 0.0:
-                    alpha = min(alpha, -s / ds)
-                if dz < 0.0:
-                    alpha = min(alpha, -z / dz)
-    return alpha
+                shortest_slack = max(shortest_slack, -ds * inverse)
+                if -dz > shortest_dual * z:
+                    shortest_dual = -dz / z
+    return 1.0 / max(shortest_slack, shortest_dual, 1e-9)
 
 
 @compiled
