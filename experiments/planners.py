@@ -45,6 +45,11 @@ PLANNERS: Mapping[str, Known] = {
         "planner.lane_change:LaneChangeSettings",
         "chapter 6 in closed loop: B-spline path, s-T graph, every passing order",
     ),
+    "sumo": Known(
+        "experiments.cosim.self_driven:passenger",
+        None,
+        "SUMO's own driver (Krauss, LC2013) in the same traffic: a baseline",
+    ),
     "cruise_thesis": Known(
         "planner.cruise:thesis_proposed",
         None,

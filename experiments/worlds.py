@@ -8,6 +8,7 @@ from experiments.cosim.kinematic_world import (
     KinematicWorld,
     ScriptedVehicle,
 )
+from experiments.cosim.self_driven import SelfDrivenWorld
 from experiments.cosim.session import SumoWorld
 from experiments.cosim.sumo_settings import SumoSettings
 from experiments.cosim.world import World
@@ -17,6 +18,7 @@ from sumo_nets.demand import Demand, write_demand
 from sumo_nets.errors import NetworkError
 from sumo_nets.vehicle_types import EgoType
 
+SUMO_DRIVER = "sumo"  # the planner that is SUMO's own driver
 ENTRY_PATIENCE = 120.0  # how long the ego waits for a gap to enter in [s]
 
 
@@ -44,6 +46,9 @@ def make_world(
 
 def _kinematic_world(scenario: Scenario, layout: Layout) -> KinematicWorld:
     """Make a world without a simulator."""
+    if scenario.planner.name == SUMO_DRIVER:
+        problem = "is SUMO's own driver; allowed: any other planner in world kinematic"
+        raise scenario.error(("planner",), problem)
     ego = scenario.ego
     wanted = ego.depart_speed_mps
     vehicles = tuple(
@@ -73,7 +78,8 @@ def _sumo_world(
     ego, simulation = scenario.ego, scenario.simulation
     vehicle = make_vehicle(ego)
     wanted = ego.depart_speed_mps
-    return SumoWorld(
+    make = SelfDrivenWorld if scenario.planner.name == SUMO_DRIVER else SumoWorld
+    return make(
         SumoSettings(
             net_file=network.net_file,
             route_file=_write_traffic(scenario, network, folder),

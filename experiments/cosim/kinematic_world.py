@@ -168,8 +168,8 @@ class KinematicWorld:
             tuple(signal.at(time) for signal in settings.signals),
         )
 
-    def advance(self, ego: CartesianState) -> None:  # noqa: ARG002, nobody reacts
-        """Move everyone one step on."""
+    def advance(self, ego: CartesianState) -> CartesianState:
+        """Move everyone one step on; nobody reacts to the ego."""
         begin = self._steps * self.step
         end = (self._steps + 1) * self.step
         vehicles = self._settings.vehicles
@@ -179,6 +179,7 @@ class KinematicWorld:
         now = np.array([vehicle.speed_at(end) for vehicle in vehicles])
         self._against = np.where(now == 0.0, self._against, now < 0.0)
         self._steps += 1
+        return ego
 
     def close(self) -> None:
         """Do nothing: there is nothing to end."""

@@ -135,7 +135,7 @@ class _Episode:
             self._on_step(record)
             if ending is not None:
                 return ending
-            self._world.advance(ego)
+            ego = self._world.advance(ego)
             record = self._observe(record.index + 1, ego, record.ego_frenet)
 
     def _observe(

@@ -26,6 +26,7 @@ from experiments.cosim.projection import state_on_path
 from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.sumo_settings import SumoSettings, command_line
 from experiments.errors import SimulationError
+from planner.geometry.rectangles import Rectangle, distance
 from planner.geometry.reference_path import ReferencePath
 from planner.scene import Obstacles, RoadBounds
 from planner.states import CartesianState
@@ -34,6 +35,9 @@ from sumo_nets.net_reader import check_complete
 
 EGO_ID = "ego"
 EGO_ROUTE = "route@ego"
+ENTRY_CLEARANCE = 0.5  # between the ego and anybody where it enters [m]
+ENTRY_TIMES = tuple(0.2 * k for k in range(11))  # a lane changer is followed for [s]
+DRIFTING = 0.05  # a lateral speed from here on is a lane change [m/s]
 SYSTEM_LIBRARIES = "libgl1 libx11-6 libxext6 libxrender1 libatomic1 libexpat1"
 
 
@@ -95,21 +99,21 @@ class SumoWorld:
         """
         settings = self._settings
         sumo = self._start()
-        with _sumo_errors(sumo, "setting up"):
+        with sumo_errors(sumo, "setting up"):
             route_lanes = [edge_lanes(sumo, edge) for edge in settings.route]
             edge, lane, position = self._departure(sumo, route_lanes)
             sumo.route.add(EGO_ROUTE, list(settings.route[edge:]))
             self._place_obstacles(sumo)
             self._check_ego_type(sumo)
             self._check_stop_lines(sumo)
-        with _sumo_errors(sumo, "warming up"):
+        with sumo_errors(sumo, "warming up"):
             if settings.warm_up > 0.0:
                 sumo.simulationStep(settings.begin + settings.warm_up)
-        with _sumo_errors(sumo, "inserting the ego"):
+        with sumo_errors(sumo, "inserting the ego"):
             self._insert(sumo, lane, position)
             speed = float(sumo.vehicle.getSpeed(EGO_ID))
         if settings.ghost:
-            with _sumo_errors(sumo, "reading the lanes"):
+            with sumo_errors(sumo, "reading the lanes"):
                 strips = route_strips(sumo, settings.route[edge:])
                 self._ghost = Ghost(sumo, EGO_ROUTE, settings.ego_type, strips)
         self._hold = LaneChangeHold(sumo)
@@ -124,7 +128,7 @@ class SumoWorld:
             SimulationError: If SUMO fails.
         """
         sumo = self._running()
-        with _sumo_errors(sumo, "reading the traffic"):
+        with sumo_errors(sumo, "reading the traffic"):
             ids, rows = self._read_vehicles(sumo)
             signals = self._read_signals(sumo)
         x, y, angle, speed, acceleration, lateral, length, width = (
@@ -148,11 +152,14 @@ class SumoWorld:
         )
         return self._traffic
 
-    def advance(self, ego: CartesianState) -> None:
+    def advance(self, ego: CartesianState) -> CartesianState:
         """Put the ego at `ego` and let SUMO move everyone else one step on.
 
         The others still react to the ego's pose before: SUMO applies the new one at
         the end of the step.
+
+        Returns:
+            Where the ego is then: `ego`.
 
         Raises:
             SimulationError: If SUMO fails or the state is not finite.
@@ -162,7 +169,7 @@ class SumoWorld:
             # SUMO accepts NaN without a word and goes on with it.
             raise SimulationError(f"the ego cannot be moved to {ego}")
         x, y, angle = frames.front_from_rear_axle(ego, self._settings.vehicle)
-        with _sumo_errors(sumo, "moving the ego"):
+        with sumo_errors(sumo, "moving the ego"):
             if self._ghost is not None:
                 self._ghost.update(ego, self._settings.vehicle)
             # A negative speed would hand the ego back to SUMO's driver.
@@ -176,12 +183,13 @@ class SumoWorld:
                 self._count_collision(sumo)
         self._ego_front = (x, y)
         self._steps += 1
+        return ego
 
     def close(self) -> None:
         """End the simulation; allowed at any time and more than once."""
         sumo, self._sumo, self._ghost = self._sumo, None, None
         if sumo is not None and sumo.isLoaded():
-            with _sumo_errors(sumo, "closing"):
+            with sumo_errors(sumo, "closing"):
                 sumo.close()
 
     def _running(self) -> ModuleType:
@@ -201,7 +209,7 @@ class SumoWorld:
             raise SimulationError("this process already runs a simulation: close it")
         # From here on close() has something to end, also after a failed start.
         self._sumo = sumo
-        with _sumo_errors(sumo, "starting"):
+        with sumo_errors(sumo, "starting"):
             sumo.start(command_line(self._settings))
         return sumo
 
@@ -268,29 +276,85 @@ class SumoWorld:
             limit = float(sumo.lane.getMaxSpeed(lane.id))
             factor = max(1.0, 1.001 * wanted / limit)
             sumo.vehicletype.setSpeedFactor(settings.ego_type, factor)
-        sumo.vehicle.add(
-            EGO_ID,
-            EGO_ROUTE,
-            typeID=settings.ego_type,
-            departLane=str(lane.index),
-            departPos=repr(float(position)),
-            departSpeed="max" if wanted is None else repr(float(wanted)),
-        )
+        self._ego_front = frames.front_from_rear_axle(
+            self._start_state(0.0), settings.vehicle
+        )[:2]
+        self._ask_to_enter(sumo, lane, position)
         for _ in range(max(round(settings.entry_patience / settings.step), 1)):
             sumo.simulationStep()
-            if EGO_ID in sumo.vehicle.getIDList():
+            if EGO_ID not in sumo.vehicle.getIDList():
+                continue
+            if self._stands_free(sumo):
                 break
+            # SUMO looks at the lane alone; someone reaches into it from the next one.
+            sumo.vehicle.remove(EGO_ID)
+            self._ask_to_enter(sumo, lane, position)
         else:
             raise SimulationError(
                 f"no room to enter within {settings.entry_patience:g} s on lane "
                 f"{lane.id} at {position:.1f} m with "
                 f"{'any speed' if wanted is None else f'{wanted:g} m/s'}"
             )
-        sumo.vehicle.setSpeedMode(EGO_ID, NO_CHECKS)
-        sumo.vehicle.setLaneChangeMode(EGO_ID, 0)
+        self._take_over(sumo)
         if settings.gui:
             sumo.gui.trackVehicle("View #0", EGO_ID)
             sumo.gui.setZoom("View #0", 1200)
+
+    def _ask_to_enter(self, sumo: ModuleType, lane: Lane, position: float) -> None:
+        """Hand the ego to SUMO, which inserts it as soon as there is a gap."""
+        wanted = self._settings.start_speed
+        sumo.vehicle.add(
+            EGO_ID,
+            EGO_ROUTE,
+            typeID=self._settings.ego_type,
+            departLane=str(lane.index),
+            departPos=repr(float(position)),
+            departSpeed="max" if wanted is None else repr(float(wanted)),
+        )
+
+    def _stands_free(self, sumo: ModuleType) -> bool:
+        """Tell whether nobody is at the ego's place, or about to move into it.
+
+        Someone in mid lane change is followed for a while, as is the ego.
+        """
+        vehicle = self._settings.vehicle
+        start = self._start_state(float(sumo.vehicle.getSpeed(EGO_ID)))
+        x, y = frames.centre_from_rear_axle(start, vehicle)
+        own = (
+            start.speed * math.cos(start.heading),
+            start.speed * math.sin(start.heading),
+        )
+        _, rows = self._read_vehicles(sumo)
+        for front_x, front_y, angle, speed, _, lateral, length, width in rows:
+            heading = float(frames.heading_from_angle(angle))
+            centre = frames.centre_from_front(
+                front_x, front_y, np.array(heading), np.array(length)
+            )
+            cos, sin = math.cos(heading), math.sin(heading)
+            other = speed * cos - lateral * sin, speed * sin + lateral * cos
+            for time in ENTRY_TIMES if abs(lateral) > DRIFTING else ENTRY_TIMES[:1]:
+                here = Rectangle(
+                    x + own[0] * time,
+                    y + own[1] * time,
+                    start.heading,
+                    vehicle.length,
+                    vehicle.width,
+                )
+                there = Rectangle(
+                    float(centre[0]) + other[0] * time,
+                    float(centre[1]) + other[1] * time,
+                    heading,
+                    length,
+                    width,
+                )
+                if distance(here, there) < ENTRY_CLEARANCE:
+                    return False
+        return True
+
+    def _take_over(self, sumo: ModuleType) -> None:
+        """Switch SUMO's own driver off."""
+        sumo.vehicle.setSpeedMode(EGO_ID, NO_CHECKS)
+        sumo.vehicle.setLaneChangeMode(EGO_ID, 0)
 
     def _read_vehicles(
         self, sumo: ModuleType
@@ -369,7 +433,7 @@ def _import_libsumo() -> ModuleType:
 
 
 @contextmanager
-def _sumo_errors(sumo: ModuleType, doing: str) -> Iterator[None]:
+def sumo_errors(sumo: ModuleType, doing: str) -> Iterator[None]:
     """Turn SUMO's exceptions into ours."""
     try:
         yield

@@ -39,8 +39,11 @@ class World(Protocol):
         """Read every vehicle once."""
         ...
 
-    def advance(self, ego: CartesianState) -> None:
-        """Put the ego at `ego` and move everyone else one step on."""
+    def advance(self, ego: CartesianState) -> CartesianState:
+        """Put the ego at `ego`, move everyone else one step on, say where the ego is.
+
+        That is `ego`, unless the world has a driver of its own.
+        """
         ...
 
     def close(self) -> None:

@@ -273,7 +273,7 @@ class FailingWorld(KinematicWorld):
     def advance(self, ego):
         if self._steps == 3:
             self._fail("advance")
-        super().advance(ego)
+        return super().advance(ego)
 
     def _fail(self, where: str) -> None:
         if where == self.failing:

@@ -1,0 +1,214 @@
+"""The field of obstacles in the frame of the road, and the ego's cover by discs.
+
+Everything in this package happens over s: obstacles are discs (s, l, r_ob), the road
+is a pair of bounds and a curvature, all known along s. Distances are those of the
+plane: on a road of constant curvature they are exact, see `squared_distance`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.compiled import compiled
+from planner.errors import InvalidInputError
+from planner.scene import Scene
+from planner.states import FloatArray, freeze
+from planner.vehicle import Vehicle
+
+SAMPLE_STEP = 1.0  # between road samples taken from a scene [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObstacleField:
+    """Static obstacles and the road in Frenet coordinates.
+
+    Obstacle columns are (n,), in the order of s; road columns are (m,), linear between
+    samples and held beyond the ends. The body has to stay in right <= l <= left.
+    """
+
+    s: FloatArray  # obstacle centres [m]
+    l: FloatArray  # [m]
+    radius: FloatArray  # r_ob, of the disc about the obstacle [m]
+    road_s: FloatArray  # strictly growing [m]
+    left: FloatArray  # [m]
+    right: FloatArray  # [m]
+    curvature: FloatArray  # of the reference path, positive to the left [1/m]
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the columns; bring the obstacles into order."""
+        order = np.lexsort((np.asarray(self.l), np.asarray(self.s)))
+        for name in ("s", "l", "radius"):
+            column = freeze(np.asarray(getattr(self, name))[order])
+            object.__setattr__(self, name, column)
+        for name in ("road_s", "left", "right", "curvature"):
+            column = freeze(getattr(self, name))
+            if column.shape != np.shape(self.road_s):
+                raise InvalidInputError(f"{name} has shape {column.shape}")
+            object.__setattr__(self, name, column)
+        if not self.road_s.size or np.any(np.diff(self.road_s) <= 0.0):
+            raise InvalidInputError("road_s must be one or more strictly growing s")
+
+    @property
+    def n_obstacles(self) -> int:
+        """Number of obstacles."""
+        return int(self.s.size)
+
+    def road_at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Give (left, right, curvature) at arc lengths `s` [m], in the shape of s."""
+        return (
+            np.interp(s, self.road_s, self.left),
+            np.interp(s, self.road_s, self.right),
+            np.interp(s, self.road_s, self.curvature),
+        )
+
+    def between(self, s_from: float, s_to: float) -> "ObstacleField":
+        """Keep the obstacles whose discs reach into s_from ... s_to [m]."""
+        keep = (self.s + self.radius > s_from) & (self.s - self.radius < s_to)
+        return ObstacleField(
+            self.s[keep],
+            self.l[keep],
+            self.radius[keep],
+            self.road_s,
+            self.left,
+            self.right,
+            self.curvature,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Cover:
+    """Discs of one radius that cover the ego, their centres along its heading."""
+
+    offsets: tuple[float, ...]  # from the ego's point, rear first [m]
+    radius: float  # r_ev [m]
+    half_length: float  # of the piece of the body that one disc covers [m]
+    half_width: float  # as half_length; the pieces have to stay on the road [m]
+
+    @classmethod
+    def single(cls, radius: float) -> "Cover":
+        """Make the printed cover: one disc about the ego's point; [Thesis] fig. 5.3.
+
+        The road then binds the point only, as on the ±5 m of [Thesis] table 5.1.
+        """
+        return cls((0.0,), radius, 0.0, 0.0)
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> "Cover":
+        """Make the three discs that cover the vehicle's rectangle."""
+        piece = vehicle.length / 6.0, vehicle.width / 2.0
+        return cls(vehicle.disc_offsets, vehicle.disc_radius, *piece)
+
+
+def straight_field(
+    obstacles: FloatArray, half_width: float, s_end: float
+) -> ObstacleField:
+    """Make a field on a straight road.
+
+    Args:
+        obstacles: (s, l, r_ob) in rows, (n, 3) [m].
+        half_width: The road is -half_width ... half_width [m].
+        s_end: The road goes from 0 to here [m].
+    """
+    rows = np.asarray(obstacles, dtype=np.float64).reshape(-1, 3)
+    both = np.ones(2)
+    return ObstacleField(
+        rows[:, 0],
+        rows[:, 1],
+        rows[:, 2],
+        np.array([0.0, s_end]),
+        half_width * both,
+        -half_width * both,
+        0.0 * both,
+    )
+
+
+def field_of(scene: Scene, horizon: float) -> ObstacleField:
+    """Project the scene's static obstacles into the frame of its road.
+
+    An obstacle becomes the disc about its rectangle, grown by its own radius.
+
+    Args:
+        scene: Of this cycle.
+        horizon: Obstacles that begin farther ahead are left out [m].
+
+    Returns:
+        Obstacles from behind the ego's rear on; the road from there to the horizon.
+    """
+    fixed, ego = scene.obstacles, scene.ego_frenet
+    reach = np.hypot(fixed.length, fixed.width) / 2.0 + fixed.radius
+    s, l = scene.path.project(fixed.x, fixed.y)
+    start = ego.s - scene.vehicle.length
+    road_s = np.arange(start, ego.s + horizon + scene.vehicle.length, SAMPLE_STEP)
+    left, right = scene.road.at(road_s)
+    curvature = scene.path.at(road_s).curvature
+    whole = ObstacleField(s, l, reach, road_s, left, right, curvature)
+    return whole.between(start, ego.s + horizon)
+
+
+@compiled
+def squared_distance(
+    s: float, l: float, other_s: float, other_l: float, curvature: float
+) -> float:
+    """Square of the distance in the plane between two Frenet points [m²].
+
+    On a circle of curvature k it is (l1 - l2)² + rho1 rho2 (2 sin(k ds / 2) / k)² with
+    rho = 1 - k l; the sine to third order is 5e-4 short at k ds = 1.
+
+    Args:
+        s: Of one point [m].
+        l: Of one point [m].
+        other_s: Of the other [m].
+        other_l: Of the other [m].
+        curvature: Of the reference path between them [1/m].
+    """
+    along, across = s - other_s, l - other_l
+    stretch = (1.0 - curvature * l) * (1.0 - curvature * other_l)
+    turned = curvature * along
+    chord2 = along * along * (1.0 - turned * turned / 12.0)
+    return float(across * across + max(stretch, 0.0) * chord2)
+
+
+@compiled
+def disc_centre(
+    s: float, l: float, slope: float, offset: float, curvature: float
+) -> tuple[float, float]:
+    """Frenet place of a disc `offset` ahead of the ego's point, along its heading.
+
+    Exact on a straight, to second order in offset * curvature on a circle.
+
+    Args:
+        s: Of the ego's point [m].
+        l: Of the ego's point [m].
+        slope: dl/ds of the path there [-].
+        offset: Along the heading [m].
+        curvature: Of the reference path [1/m].
+
+    Returns:
+        (s, l) of the disc's centre [m].
+    """
+    rho = 1.0 - curvature * l
+    norm = np.sqrt(rho * rho + slope * slope)
+    along, across = offset * rho / norm, offset * slope / norm
+    ahead = along / (rho - curvature * across)
+    ahead *= 1.0 - (curvature * ahead) ** 2 / 3.0
+    return s + ahead, l + across - 0.5 * curvature * along * along / rho
+
+
+@compiled
+def path_curvature(
+    l: float, slope: float, second: float, curvature: float, curvature_rate: float
+) -> float:
+    """Curvature in the plane of a path l(s); [Thesis] eq. 3.45 as corrected [1/m].
+
+    Args:
+        l: [m].
+        slope: dl/ds [-].
+        second: d²l/ds² [1/m].
+        curvature: Of the reference path [1/m].
+        curvature_rate: Its derivative along s [1/m²].
+    """
+    rho = 1.0 - curvature * l
+    tan = slope / rho
+    cos = 1.0 / np.sqrt(1.0 + tan * tan)
+    bend = second + (curvature_rate * l + curvature * slope) * tan
+    return float((bend * cos * cos / rho + curvature) * cos / rho)

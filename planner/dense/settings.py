@@ -1,0 +1,120 @@
+"""Parameters of the lattice methods and of the smoothing; [Thesis] table 5.1."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from planner.errors import InvalidInputError
+
+
+class LayerRule(StrEnum):
+    """Where between obstacles the free layers lie."""
+
+    EVEN = "even"  # the gap in equal parts of at least the layer step
+    PRINTED = "printed"  # [Thesis] eq. 5.4: every layer step after an obstacle
+
+
+class GateReach(StrEnum):
+    """What of an obstacle closes a region; [Thesis] eq. 5.6 says "in"."""
+
+    INFLATED = "inflated"  # its disc grown by the ego's
+    BODY = "body"  # its disc
+    CENTRE = "centre"  # its centre only
+
+
+class SafetyCost(StrEnum):
+    """How nearness to obstacles is priced."""
+
+    CLEARANCE = "clearance"  # additive over edges, on the gap to the obstacle's edge
+    PRINTED = "printed"  # [Thesis] eq. 5.22, for each edge
+
+
+class EdgeChecks(StrEnum):
+    """Which edges are checked; the cheapest chain is the same."""
+
+    NEEDED = "needed"  # those that can become the cheapest way to their end
+    ALL = "all"  # as in [Thesis] 5.5, for the effectiveness of table 5.2
+
+
+def _require(record: object, positive: tuple[str, ...], zero: tuple[str, ...]) -> None:
+    """Refuse numbers that are not positive, or not even zero."""
+    for name in positive:
+        if not getattr(record, name) > 0.0:
+            raise InvalidInputError(f"{name} = {getattr(record, name)} must be > 0")
+    for name in zero:
+        if not getattr(record, name) >= 0.0:
+            raise InvalidInputError(f"{name} = {getattr(record, name)} must be >= 0")
+
+
+@dataclass(frozen=True, slots=True)
+class LatticeSettings:
+    """Waypoints, edges and their costs; the weights are those of [Thesis] table 5.1."""
+
+    uniform_layers: int = 7  # of the conventional method [104]
+    free_points: int = 15  # on a layer that no obstacle set
+    layer_step: float = 10.0  # dq: from this gap on there are layers between [m]
+    merge_distance: float = 2.0  # obstacles closer than this share a layer [m]
+    layer_rule: LayerRule = LayerRule.EVEN
+    regions: int = 20  # m
+    resolution: int = 4  # U, waypoints in a region far from obstacles
+    gate_reach: GateReach = GateReach.INFLATED
+    narrow_strips: bool = True  # a waypoint also where no region is open to the full
+    position_weight: float = 0.8  # w0 [1/m]
+    size_weight: float = 1.0  # w1; cancels in eq. 5.11
+    distance_weight: float = 0.04  # w2; cancels in eq. 5.11
+    sample_step: float = 1.0  # between the checked points of an edge [m]
+    edge_checks: EdgeChecks = EdgeChecks.NEEDED
+    margin: float = 0.0  # room kept beyond the discs [m]
+    max_curvature: float = 0.5  # k_max [1/m]
+    offset_weight: float = 0.3  # w3
+    smoothness_weight: float = 0.4  # w4
+    safety_weight: float = 0.3  # w5
+    safety_cost: SafetyCost = SafetyCost.CLEARANCE
+    clearance: float = 1.5  # gap from which on an obstacle costs nothing [m]
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be sampled."""
+        whole = ("uniform_layers", "free_points", "regions", "resolution")
+        lengths = ("layer_step", "sample_step", "max_curvature", "clearance")
+        weights = ("offset_weight", "smoothness_weight", "safety_weight")
+        map_weights = ("position_weight", "size_weight", "distance_weight")
+        _require(
+            self,
+            (*whole, *lengths, *map_weights),
+            ("merge_distance", "margin", *weights),
+        )
+
+
+def thesis_lattice() -> LatticeSettings:
+    """Make the printed lattice, as far as it is computable: eq. 5.4 and 5.22."""
+    return LatticeSettings(
+        layer_rule=LayerRule.PRINTED,
+        merge_distance=0.0,
+        narrow_strips=False,
+        edge_checks=EdgeChecks.ALL,
+        safety_cost=SafetyCost.PRINTED,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothingSettings:
+    """The quadratic program of [Thesis] eq. 5.27 to 5.32."""
+
+    knot_step: float = 0.5  # [m]
+    coarse_weight: float = 1500.0  # w6
+    smoothness_weight: float = 1000.0  # w7
+    offset_weight: float = 100.0  # w8
+    max_curvature: float = 0.5  # k_max [1/m]
+    turn_margin: float = 0.02  # covers what linearising the turning body leaves [m]
+    allowed_slack: float = (
+        0.0  # by which a path may leave its tube if none is in it [m]
+    )
+    passes: int = 3  # linearisations, at most
+    solver: str = "riccati"
+
+    def __post_init__(self) -> None:
+        """Refuse what is no program."""
+        _require(
+            self,
+            ("knot_step", "smoothness_weight", "max_curvature", "passes"),
+            ("coarse_weight", "offset_weight", "turn_margin", "allowed_slack"),
+        )

@@ -1,0 +1,202 @@
+"""From a coarse path to a smooth one inside its tube; [Thesis] 5.6.
+
+The coarse path says on which side each obstacle is passed and how the body turns; the
+quadratic program of `planner.motion.piecewise_jerk` finds the path.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from planner.dense.corridor import corridor, second_bounds
+from planner.dense.edge_check import road_table
+from planner.dense.field import Cover, ObstacleField
+from planner.dense.lattice import CoarsePath
+from planner.dense.path import FrenetPath, PathCheck, check_path
+from planner.dense.settings import SmoothingSettings
+from planner.motion.piecewise_jerk import (
+    PiecewiseJerkProblem,
+    PiecewiseJerkSolution,
+    QpStatus,
+    solve,
+    solve_soft,
+)
+from planner.states import FloatArray
+
+CHECK_TOLERANCE = 1e-3  # what rounding and linearisation may take [m]
+CURVATURE_SHARE = 0.999  # of the bound is used, for what lies between knots
+MIN_KNOTS = 4
+
+
+class SmoothingStatus(StrEnum):
+    """Outcome of the smoothing."""
+
+    OK = "ok"
+    TUBE_EMPTY = "tube_empty"  # somewhere both sides leave no room
+    INFEASIBLE = "infeasible"  # the tube is open, but no path is smooth enough for it
+    NOT_CONVERGED = "not_converged"  # the solver gave up
+    CHECK_FAILED = "check_failed"  # the turning body touches something after all
+
+
+_FAILURES = {
+    QpStatus.INFEASIBLE: SmoothingStatus.INFEASIBLE,
+    QpStatus.NOT_CONVERGED: SmoothingStatus.NOT_CONVERGED,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Smoothing:
+    """Outcome of the smoothing; there is a path where the status is OK."""
+
+    status: SmoothingStatus
+    path: FrenetPath | None
+    check: PathCheck | None
+    objective: float  # of eq. 5.27; inf without a path
+    slack: float  # by which the tube was exceeded, 0 unless that is allowed [m]
+    passes: int
+
+
+def smooth(
+    field: ObstacleField,
+    cover: Cover,
+    coarse: CoarsePath,
+    settings: SmoothingSettings,
+) -> Smoothing:
+    """Smooth a coarse path, keeping its sides.
+
+    The place of a disc off the ego's point depends on the path's slope. It is taken
+    to first order about the coarse path, then about the last result, until the
+    result passes the check.
+
+    Args:
+        field: Obstacles and road.
+        cover: Of the ego.
+        coarse: Free of collisions.
+        settings: See there.
+    """
+    s = knots_between(coarse.s[0], coarse.s[-1], settings.knot_step)
+    l, slope, _ = coarse.at(s)
+    wanted = l
+    for passed in range(1, settings.passes + 1):
+        problem = smoothing_problem(
+            field, cover, coarse.start, (s, l, slope), wanted, settings
+        )
+        crossed = _crossed(problem)
+        if crossed and settings.allowed_slack == 0.0:
+            return _failed(SmoothingStatus.TUBE_EMPTY, passed)
+        solution = _solve(problem, settings)
+        if solution.status is not QpStatus.SOLVED:
+            return _failed(_FAILURES[solution.status], passed)
+        path = FrenetPath(s, *solution.state.T)
+        check = check_path(path, field, cover)
+        if passes_check(check, settings):
+            objective, slack = solution.objective, solution.slack
+            return Smoothing(SmoothingStatus.OK, path, check, objective, slack, passed)
+        l, slope = path.l, path.slope
+    return _failed(SmoothingStatus.CHECK_FAILED, settings.passes)
+
+
+def _crossed(problem: PiecewiseJerkProblem) -> bool:
+    """Tell whether some bound of the program leaves no room at all."""
+    state = problem.lower[1:] > problem.upper[1:]
+    return bool(state.any() or np.any(problem.row_lower > problem.row_upper))
+
+
+def _solve(
+    problem: PiecewiseJerkProblem, settings: SmoothingSettings
+) -> PiecewiseJerkSolution:
+    """Solve with a hard tube, and with a soft one only where that has no solution."""
+    solution = solve(problem, solver=settings.solver)
+    if solution.status is QpStatus.SOLVED or settings.allowed_slack == 0.0:
+        return solution
+    return solve_soft(problem)
+
+
+def _failed(status: SmoothingStatus, passes: int) -> Smoothing:
+    """Make the outcome without a path."""
+    return Smoothing(status, None, None, math.inf, 0.0, passes)
+
+
+def passes_check(check: PathCheck, settings: SmoothingSettings) -> bool:
+    """Tell whether a path may be returned."""
+    allowed = settings.allowed_slack + CHECK_TOLERANCE
+    return (
+        check.clearance >= -allowed
+        and check.road_room >= -allowed
+        and check.curvature <= settings.max_curvature
+    )
+
+
+def knots_between(start: float, end: float, step: float) -> FloatArray:
+    """Place knots evenly, at most `step` apart, (n,) [m]."""
+    n = max(math.ceil((end - start) / step - 1e-9) + 1, MIN_KNOTS)
+    return np.linspace(start, end, n)
+
+
+def smoothing_problem(
+    field: ObstacleField,
+    cover: Cover,
+    start: tuple[float, float, float, float],
+    about: tuple[FloatArray, FloatArray, FloatArray],
+    wanted: FloatArray,
+    settings: SmoothingSettings,
+) -> PiecewiseJerkProblem:
+    """Build the program of [Thesis] eq. 5.26 to 5.32, as corrected.
+
+    Args:
+        field: Obstacles and road.
+        cover: Of the ego.
+        start: s [m], l [m], l' [-] and l'' [1/m], fixed.
+        about: s, l and l' of the path that sets the sides, (n,) each.
+        wanted: l of the coarse path, (n,) [m].
+        settings: See there.
+    """
+    s, l, slope = about
+    n, offsets = s.size, np.array(cover.offsets)
+    curvature = field.road_at(field.s)[2]
+    obstacles = np.column_stack([field.s, field.l, field.radius, curvature])
+    roads = np.column_stack([field.road_s, field.left, field.right, field.curvature])
+    road = road_table(s, roads, offsets)
+    turning = bool(np.any(offsets != 0.0)) or bool(np.any(road[0] != 0.0))
+    margin = settings.turn_margin if turning else 0.0
+    gain, low, high = corridor(
+        s,
+        l,
+        slope,
+        road,
+        obstacles,
+        offsets,
+        (cover.radius + margin, cover.half_length, cover.half_width),
+    )
+    low[0], high[0] = -np.inf, np.inf  # the start is fixed, whatever it touches
+    sharpest = CURVATURE_SHARE * settings.max_curvature
+    second_low, second_high = second_bounds(l, slope, road, sharpest)
+    free = np.full(n, np.inf)
+    lower = np.column_stack([-free, -free, second_low])
+    upper = np.column_stack([free, free, second_high])
+    if offsets.size == 1 and offsets[0] == 0.0:
+        lower[:, 0], upper[:, 0] = low[:, 0], high[:, 0]
+        gain, low, high = gain[:, :0], low[:, :0], high[:, :0]
+    row = np.zeros((*gain.shape, 3))
+    row[:, :, 0], row[:, :, 1] = 1.0, gain
+    coarse, smoothness = settings.coarse_weight, settings.smoothness_weight
+    total = coarse + settings.offset_weight
+    weight = np.tile([total, smoothness, smoothness], (n, 1))
+    reference = np.zeros((n, 3))
+    reference[:, 0] = wanted * (coarse / total if total > 0.0 else 0.0)
+    return PiecewiseJerkProblem(
+        step=np.diff(s),
+        start=np.array(start[1:]),
+        weight=weight,
+        reference=reference,
+        jerk_weight=smoothness,
+        lower=lower,
+        upper=upper,
+        jerk_lower=-np.inf,
+        jerk_upper=np.inf,
+        row=row,
+        row_lower=low,
+        row_upper=high,
+    )
