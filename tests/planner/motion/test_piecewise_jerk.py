@@ -1,0 +1,214 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.errors import InvalidInputError
+from planner.motion.piecewise_jerk import (
+    PiecewiseJerkProblem,
+    QpStatus,
+    judge,
+    objective_of,
+    solve,
+    solve_soft,
+)
+from planner.motion.piecewise_jerk_matrices import SOLVERS
+from tests.planner.motion.programs import KINDS, path_program, speed_program
+
+CLOSE = 1e-6  # of objectives, relative
+
+
+def agree(problem: PiecewiseJerkProblem, others: tuple[str, ...]) -> QpStatus:
+    """Check verdict and objective against other solvers, and the promises kept."""
+    own = solve(problem)
+    for name in others:
+        other = solve(problem, name)
+        assert own.status is other.status, (name, own.status, other.status)
+        if own.status is QpStatus.SOLVED:
+            assert own.objective == pytest.approx(other.objective, rel=CLOSE, abs=CLOSE)
+    if own.status is QpStatus.SOLVED:
+        kept = judge(problem, own)
+        assert max(kept.dynamics, kept.bounds, kept.rows) < 1e-7
+        assert kept.objective == pytest.approx(own.objective, rel=1e-9, abs=1e-9)
+    return own.status
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_verdicts_and_objectives_are_those_of_another_solver(kind):
+    rng = np.random.default_rng(5)
+    seen = [agree(KINDS[kind](rng), ("piqp",)) for _ in range(40)]
+    assert set(seen) == {QpStatus.SOLVED, QpStatus.INFEASIBLE}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_active_set_method_says_the_same(kind):
+    rng = np.random.default_rng(6)
+    for _ in range(3):
+        agree(KINDS[kind](rng), ("daqp",))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_thousand_programs_against_two_solvers(kind):
+    rng = np.random.default_rng(7)
+    for k in range(500):
+        # clarabel cannot tell infeasible from not converged through the front end
+        problem = KINDS[kind](rng)
+        status = agree(problem, ("piqp",))
+        if status is QpStatus.SOLVED:
+            agree(problem, ("clarabel",))
+        elif k % 10 == 0:
+            agree(problem, ("daqp",))
+
+
+def test_every_solver_that_is_offered_solves():
+    problem = speed_program(np.random.default_rng(1))
+    expected = solve(problem)
+    assert expected.status is QpStatus.SOLVED
+    for name in SOLVERS:
+        found = solve(problem, name)
+        assert found.status is QpStatus.SOLVED, name
+        assert found.objective == pytest.approx(expected.objective, rel=1e-5)
+
+
+def test_without_bounds_it_is_a_linear_system():
+    rng = np.random.default_rng(2)
+    bounded = speed_program(rng)
+    none = np.full(bounded.lower.shape, np.inf)
+    problem = replace(
+        bounded,
+        lower=-none,
+        upper=none,
+        jerk_lower=-np.inf,
+        jerk_upper=np.inf,
+        row_upper=np.full(bounded.row_upper.shape, np.inf),
+    )
+    n, h = 101, 0.1
+    step = np.array([[1.0, h, h * h / 2], [0.0, 1.0, h], [0.0, 0.0, 1.0]])
+    push = np.array([h**3 / 6, h * h / 2, h])
+    free, effect = np.empty((n, 3)), np.zeros((n, 3, n - 1))
+    free[0] = problem.start
+    for k in range(n - 1):
+        free[k + 1] = step @ free[k]
+        effect[k + 1] = step @ effect[k]
+        effect[k + 1][:, k] += push
+    weight = np.sqrt(h * problem.weight).ravel()
+    a = np.vstack(
+        [
+            weight[:, None] * effect.reshape(3 * n, n - 1),
+            np.sqrt(h * problem.jerk_weight) * np.eye(n - 1),
+        ]
+    )
+    b = np.concatenate([weight * (problem.reference - free).ravel(), np.zeros(n - 1)])
+    jerk = np.linalg.lstsq(a, b, rcond=None)[0]
+    np.testing.assert_allclose(solve(problem).jerk, jerk, atol=1e-6)
+
+
+@settings(max_examples=15)
+@given(st.integers(0, 2**20))
+def test_left_and_right_are_alike(seed):
+    problem = path_program(np.random.default_rng(seed))
+    mirrored = replace(
+        problem, start=-problem.start, lower=-problem.upper, upper=-problem.lower
+    )
+    one, other = solve(problem), solve(mirrored)
+    assert one.status is other.status
+    if one.status is QpStatus.SOLVED:
+        np.testing.assert_allclose(one.state, -other.state, atol=1e-5)
+
+
+@settings(max_examples=15)
+@given(st.integers(0, 2**20), st.floats(0.1, 30.0))
+def test_the_scale_of_the_weights_does_not_matter(seed, scale):
+    problem = speed_program(np.random.default_rng(seed))
+    scaled = replace(
+        problem,
+        weight=scale * problem.weight,
+        jerk_weight=scale * problem.jerk_weight,
+    )
+    one, other = solve(problem), solve(scaled)
+    assert one.status is other.status
+    if one.status is QpStatus.SOLVED:
+        np.testing.assert_allclose(one.state, other.state, atol=2e-3)
+        assert other.objective == pytest.approx(scale * one.objective, rel=1e-5)
+
+
+def test_the_number_of_knots_does_not_change_the_answer():
+    def program(n: int) -> PiecewiseJerkProblem:
+        t = np.linspace(0.0, 10.0, n)
+        lower = np.tile([-np.inf, 0.0, -4.0], (n, 1))
+        upper = np.tile([np.inf, 20.0, 2.5], (n, 1))
+        upper[:, 0] = 30.0 + 8.0 * t
+        reference = np.column_stack([11.0 * t, np.full(n, 11.0), np.zeros(n)])
+        none = np.zeros((n, 0))
+        return PiecewiseJerkProblem(
+            np.diff(t),
+            np.array([0.0, 9.0, 0.0]),
+            np.tile([0.05, 1.0, 2.0], (n, 1)),
+            reference,
+            4.0,
+            lower,
+            upper,
+            -5.0,
+            5.0,
+            np.zeros((n, 0, 3)),
+            none,
+            none,
+        )
+
+    coarse, fine = solve(program(51)), solve(program(401))
+    np.testing.assert_allclose(coarse.state[::5, 1], fine.state[::40, 1], atol=0.05)
+    assert coarse.objective == pytest.approx(fine.objective, rel=0.03)
+
+
+def test_soft_bounds_are_kept_where_they_can_be():
+    rng = np.random.default_rng(11)
+    for _ in range(20):
+        problem = speed_program(rng)
+        hard, soft = solve(problem), solve_soft(problem)
+        assert soft.status is QpStatus.SOLVED
+        if hard.status is QpStatus.SOLVED:
+            assert soft.slack < 1e-4
+            assert soft.objective == pytest.approx(hard.objective, rel=1e-3, abs=1e-3)
+        else:
+            assert soft.slack > 1e-4
+            kept = judge(problem, soft)
+            assert max(kept.bounds, kept.rows) == pytest.approx(soft.slack, rel=1e-2)
+
+
+def test_the_judge_sees_what_is_broken():
+    problem = speed_program(np.random.default_rng(1))
+    good = solve(problem)
+    moved = good.state.copy()
+    moved[50, 0] += 0.3
+    assert judge(problem, replace(good, state=moved)).dynamics > 0.2
+    pushed = good.jerk.copy()
+    pushed[3] = 9.0
+    assert judge(problem, replace(good, jerk=pushed)).bounds >= 4.0
+    assert objective_of(problem, moved, good.jerk) != good.objective
+
+
+def test_crossed_bounds_are_infeasible_at_once():
+    problem = speed_program(np.random.default_rng(1))
+    lower = problem.lower.copy()
+    lower[10, 1] = 30.0
+    assert solve(replace(problem, lower=lower)).status is QpStatus.INFEASIBLE
+
+
+def test_mistakes_are_named():
+    problem = speed_program(np.random.default_rng(1))
+    with pytest.raises(InvalidInputError, match="none of riccati"):
+        solve(problem, "oracle")
+    with pytest.raises(InvalidInputError, match="has shape"):
+        replace(
+            problem,
+            reference=problem.reference,
+            lower=problem.lower[:5],
+            weight=problem.weight,
+            upper=problem.upper,
+            row=problem.row[:3],
+        )
+    with pytest.raises(InvalidInputError, match="positive"):
+        replace(problem, jerk_weight=0.0)
