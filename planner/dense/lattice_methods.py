@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from planner.dense.coarse_path import PathStart
 from planner.dense.field import Cover, ObstacleField
-from planner.dense.lattice import LatticeSearch, PathStart, search_lattice
+from planner.dense.lattice import LatticeSearch, search_lattice
 from planner.dense.path import FrenetPath
 from planner.dense.settings import LatticeSettings, SmoothingSettings
 from planner.dense.smoothing import Smoothing, SmoothingStatus, smooth

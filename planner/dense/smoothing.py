@@ -10,10 +10,10 @@ from enum import StrEnum
 
 import numpy as np
 
+from planner.dense.coarse_path import CoarsePath, PathStart
 from planner.dense.corridor import corridor, second_bounds
 from planner.dense.edge_check import road_table
 from planner.dense.field import Cover, ObstacleField
-from planner.dense.lattice import CoarsePath
 from planner.dense.path import FrenetPath, PathCheck, check_path
 from planner.dense.settings import SmoothingSettings
 from planner.motion.piecewise_jerk import (
@@ -138,7 +138,7 @@ def knots_between(start: float, end: float, step: float) -> FloatArray:
 def smoothing_problem(
     field: ObstacleField,
     cover: Cover,
-    start: tuple[float, float, float, float],
+    start: PathStart,
     about: tuple[FloatArray, FloatArray, FloatArray],
     wanted: FloatArray,
     settings: SmoothingSettings,

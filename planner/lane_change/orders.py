@@ -71,6 +71,9 @@ def reachable(
     """
     step = float(times[1] - times[0])
     lowest, highest, fastest = limits
+    # an acceleration is taken back in time, and until then speeds the ego up
+    fastest = max(fastest, speed + max(acceleration, 0.0) ** 2 / (2.0 * jerk))
+    fastest += max(acceleration, 0.0) * step
     return (
         _extreme(speed, acceleration, lowest, -jerk, 0.0, step, times.size),
         _extreme(speed, acceleration, highest, jerk, fastest, step, times.size),
@@ -119,7 +122,8 @@ def demands(
         times: Of the knots [s].
     """
     lower, upper, hit = graph.lower, graph.upper, graph.hit
-    fade = np.maximum(1.0 - times / settings.relax_time, 0.0)
+    done = np.minimum(times / settings.relax_time, 1.0)
+    fade = 1.0 - done**2 * (3.0 - 2.0 * done)  # level at both ends: jerk is bounded
     rear = settings.rear_gap + settings.rear_headway * graph.speed[:, None]
     below = lower - settings.front_gap
     above = upper + rear
@@ -129,6 +133,10 @@ def demands(
     lack_below = np.where(now, np.maximum(-below[:, 0], 0.0), 0.0)
     lack_above = np.where(now, np.maximum(above[:, 0], 0.0), 0.0)
     lack_headway = np.where(now, np.maximum(wanted - headway[:, 0], 0.0), 0.0)
+    # who is on the path now is passed on the side where the ego is
+    ahead = now & (lower[:, 0] + upper[:, 0] > 0.0)
+    below[now & ~ahead] = -np.inf
+    above[ahead] = np.inf
     return Bounds(
         np.where(hit, below + lack_below[:, None] * fade, np.inf),
         np.where(hit, above - lack_above[:, None] * fade, -np.inf),

@@ -36,7 +36,7 @@ class SpeedSettings:
     front_headway: float = 0.8  # tau to it [s]
     rear_gap: float = 1.0  # d0 to a vehicle behind, beyond the margin [m]
     rear_headway: float = 1.1  # tau of it [s]
-    relax_time: float = 4.0  # in which a gap that is too short now is opened [s]
+    relax_time: float = 8.0  # in which a gap that is too short now is opened [s]
     max_orders: int = 64  # passing orders looked at in one plan
 
 

@@ -29,6 +29,8 @@ from planner.scene import Vehicles
 from planner.states import BoolArray, FloatArray, Path, SpeedProfile
 from planner.vehicle import Vehicle
 
+JERK_TIME = 1.5  # in which an acceleration has surely turned into braking [s]
+
 
 @dataclass(frozen=True, slots=True)
 class SpeedTask:
@@ -281,7 +283,8 @@ def program(
     lower[:, 1], upper[:, 1] = 0.0, np.maximum(caps, 0.0)
     # a speed beyond the limit comes down as fast as the jerk bound lets it
     over = start[1] + np.maximum(start[2], 0.0) ** 2 / (2.0 * settings.max_jerk)
-    upper[:, 1] = np.maximum(upper[:, 1], over - 0.5 * limits.max_deceleration * times)
+    falling = 0.5 * limits.max_deceleration * np.maximum(times - JERK_TIME, 0.0)
+    upper[:, 1] = np.maximum(upper[:, 1], over - falling)
     lower[:, 2], upper[:, 2] = -limits.max_deceleration, limits.max_acceleration
     row = np.zeros((n, 1, 3))
     row[:, 0] = 1.0, settings.front_headway, 0.0

@@ -16,6 +16,8 @@ from planner.scene import Vehicles
 from planner.states import BoolArray, FloatArray, IntArray, Path
 from planner.vehicle import Vehicle
 
+BISECTIONS = 5  # of a path step: 3 cm of 1 m
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StGraph:
@@ -218,10 +220,78 @@ def _project(
                     i += step
             if first >= 0:
                 hit[v, k] = True
-                # the contact lies between this point and its free neighbour
-                low[v, k] = distance[max(first - 1, 0)]
-                high[v, k] = distance[min(last + 1, n_points - 1)]
+                low[v, k] = _contact(
+                    distance,
+                    path_x,
+                    path_y,
+                    path_cos,
+                    path_sin,
+                    first,
+                    first - 1,
+                    (x[v, k], y[v, k], cos[v, k], sin[v, k]),
+                    (half_length[v], half_width[v]),
+                    (centre_offset, own_half_length, own_half_width),
+                )
+                high[v, k] = _contact(
+                    distance,
+                    path_x,
+                    path_y,
+                    path_cos,
+                    path_sin,
+                    last,
+                    last + 1,
+                    (x[v, k], y[v, k], cos[v, k], sin[v, k]),
+                    (half_length[v], half_width[v]),
+                    (centre_offset, own_half_length, own_half_width),
+                )
     _join_neighbours(hit, low, high)
+
+
+@compiled
+def _contact(
+    distance: FloatArray,
+    path_x: FloatArray,
+    path_y: FloatArray,
+    path_cos: FloatArray,
+    path_sin: FloatArray,
+    inside: int,
+    beyond: int,
+    pose: tuple[float, float, float, float],
+    half_extents: tuple[float, float],
+    own: tuple[float, float, float],
+) -> float:
+    """Bisect between a touching point and its free neighbour, ending on the free side.
+
+    At the ends of the path there is no neighbour: the contact is where it ends.
+    """
+    if not 0 <= beyond < distance.size:
+        return float(distance[inside])
+    x, y, cos, sin = pose
+    centre_offset, own_half_length, own_half_width = own
+    free, touching = 1.0, 0.0  # shares of the way to the neighbour
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (free + touching)
+        rest = 1.0 - middle
+        c = rest * path_cos[inside] + middle * path_cos[beyond]
+        w = rest * path_sin[inside] + middle * path_sin[beyond]
+        dx = x - rest * path_x[inside] - middle * path_x[beyond] - centre_offset * c
+        dy = y - rest * path_y[inside] - middle * path_y[beyond] - centre_offset * w
+        if _overlap(
+            dx,
+            dy,
+            c,
+            w,
+            own_half_length,
+            own_half_width,
+            cos,
+            sin,
+            half_extents[0],
+            half_extents[1],
+        ):
+            touching = middle
+        else:
+            free = middle
+    return float((1.0 - free) * distance[inside] + free * distance[beyond])
 
 
 @compiled

@@ -5,21 +5,17 @@ decides where the compiled solver does not converge, softens bounds, and is what
 compiled solver is tested against.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import piqp
 import qpsolvers
 from scipy import sparse
 
+from planner.motion.piecewise_jerk_problem import PiecewiseJerkProblem
 from planner.states import FloatArray, IntArray
-
-if TYPE_CHECKING:
-    from planner.motion.piecewise_jerk import PiecewiseJerkProblem
 
 HUGE = 1e30  # stands for infinity in solvers that know none
 TIGHT = 1e-9  # tolerance asked of every solver

@@ -1,0 +1,1 @@
+"""Studies of the thesis: published numbers beside measured ones."""

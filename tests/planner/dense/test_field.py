@@ -1,0 +1,102 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.dense.field import (
+    Cover,
+    ObstacleField,
+    disc_centre,
+    field_of,
+    path_curvature,
+    squared_distance,
+    straight_field,
+)
+from planner.errors import InvalidInputError
+from planner.geometry.frenet import frenet_to_cartesian
+from planner.geometry.reference_path import ReferencePath
+from planner.geometry.segments import arc, clothoid
+from planner.states import FrenetStates
+from planner.vehicle import Vehicle
+from tests.planner.scenes import Disc, bend, make_scene
+
+ARC = ReferencePath.from_segments([arc(60.0, 1.0 / 20.0)])
+
+
+def place(path, s, l):
+    at = path.at(s)
+    return at.x - l * at.sin_heading, at.y + l * at.cos_heading
+
+
+@given(
+    s=st.floats(20.0, 30.0),
+    l=st.floats(-5.0, 5.0),
+    other_s=st.floats(20.0, 30.0),
+    other_l=st.floats(-5.0, 5.0),
+)
+def test_distance_on_an_arc_is_that_of_the_plane(s, l, other_s, other_l):
+    x, y = place(ARC, s, l)
+    other_x, other_y = place(ARC, other_s, other_l)
+    plane = math.hypot(x - other_x, y - other_y)
+    got = math.sqrt(squared_distance(s, l, other_s, other_l, 1.0 / 20.0))
+    assert got == pytest.approx(plane, abs=1e-3)  # half a radian of the arc at most
+
+
+@pytest.mark.parametrize("slope", [-0.4, 0.0, 0.3])
+@pytest.mark.parametrize("l", [-3.0, 0.0, 3.0])
+def test_discs_lie_along_the_heading(slope, l):
+    s = 30.0
+    x, y = place(ARC, s, l)
+    rho = 1.0 - l / 20.0
+    heading = float(ARC.at(s).heading) + math.atan2(slope, rho)
+    want = x + 3.0 * math.cos(heading), y + 3.0 * math.sin(heading)
+    got = place(ARC, *disc_centre(s, l, slope, 3.0, 1.0 / 20.0))
+    assert math.dist(got, want) < 0.02  # what the series leaves at R = 20 m
+
+
+def test_curvature_is_that_of_the_transform():
+    path = ReferencePath.from_segments([clothoid(80.0, -0.02, 0.04)])
+    rate = 0.06 / 80.0
+    s, l, slope, second = 33.0, 1.7, 0.35, -0.05
+    one, zero = np.ones(1), np.zeros(1)
+    states = FrenetStates(
+        s * one, one, zero, l * one, slope * one, zero, slope * one, second * one
+    )
+    want = frenet_to_cartesian(path, states).curvature[0]
+    at = path.at(s)
+    got = path_curvature(l, slope, second, float(at.curvature), rate)
+    assert got == pytest.approx(want, abs=1e-12)
+
+
+def test_obstacles_are_ordered_and_columns_checked():
+    field = straight_field(np.array([[30.0, 1.0, 0.5], [10.0, -1.0, 2.0]]), 5.0, 60.0)
+    assert field.s.tolist() == [10.0, 30.0]
+    assert field.radius.tolist() == [2.0, 0.5]
+    assert field.between(15.0, 60.0).s.tolist() == [30.0]
+    assert field.between(11.0, 20.0).s.tolist() == [10.0]  # its disc reaches in
+    with pytest.raises(InvalidInputError, match="left has shape"):
+        ObstacleField(
+            field.s, field.l, field.radius, [0.0, 1.0], [5.0], [-5.0, -5.0], [0.0, 0.0]
+        )
+
+
+def test_cover_covers_the_vehicle():
+    vehicle = Vehicle()
+    cover = Cover.of(vehicle)
+    x = np.linspace(-vehicle.rear_overhang, vehicle.front_reach, 101)
+    for side in (-1.0, 1.0):
+        away = [np.hypot(x - o, side * vehicle.width / 2.0) for o in cover.offsets]
+        assert np.min(away, axis=0).max() <= cover.radius + 1e-12
+
+
+def test_scene_is_projected():
+    path = bend(30.0)
+    scene = make_scene(path, obstacles=[Disc(70.0, 1.0, 0.8), Disc(500.0, 0.0, 1.0)])
+    field = field_of(scene, 100.0)
+    assert field.s == pytest.approx([70.0], abs=1e-6)
+    assert field.l == pytest.approx([1.0], abs=1e-6)
+    assert field.radius == pytest.approx([0.8])
+    curvature = field.road_at(np.array([20.0, 80.0]))[2]
+    assert curvature == pytest.approx([0.0, 1.0 / 30.0])
