@@ -22,6 +22,19 @@ class BodiesAhead:
     half_length: FloatArray  # along the road [m]
     half_width: FloatArray  # across it [m]
     speed: FloatArray  # along the road, negative against it [m/s]
+    n_static: int  # the first so many never move
+
+    def static(self) -> "BodiesAhead":
+        """Give those that never move."""
+        n = self.n_static
+        return BodiesAhead(
+            self.s[:n],
+            self.l[:n],
+            self.half_length[:n],
+            self.half_width[:n],
+            self.speed[:n],
+            n,
+        )
 
 
 def bodies_on_road(scene: Scene) -> BodiesAhead:
@@ -47,6 +60,7 @@ def bodies_on_road(scene: Scene) -> BodiesAhead:
         length * cos + width * sin + radius,
         length * sin + width * cos + radius,
         speed,
+        len(fixed.ids),
     )
 
 

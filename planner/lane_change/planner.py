@@ -17,11 +17,14 @@ from planner.lane_change.lane_choice import (
     wanted_lane,
 )
 from planner.lane_change.manoeuvre import (
+    COMMIT_MARGIN,
     Change,
     Memory,
     Phase,
     about_to_enter,
+    lane_line,
     progress_on,
+    reaches_over,
     rest_of,
     settled,
 )
@@ -52,6 +55,7 @@ class Situation:
     bodies: BodiesAhead
     behind: BoolArray  # wholly behind the ego
     worths: FloatArray  # of the lanes [m/s]
+    lasting: FloatArray  # of the lanes, were there only what never moves [m/s]
     total: float  # length of paths [m]
 
 
@@ -128,6 +132,7 @@ def _look(scene: Scene, settings: LaneChangeSettings) -> Situation:
         bodies,
         behind_ego(scene, bodies),
         lane_worths(scene, bodies, settings.speed.front_gap),
+        lane_worths(scene, bodies.static(), settings.speed.front_gap),
         fastest * settings.speed.duration + BESIDE_THE_WAY,
     )
 
@@ -149,7 +154,11 @@ def _decide(
         lane = lane_at(scene.lanes, ego.s, ego.l)
     seeking = last is not None and last.phase is not Phase.KEEP
     gain = 0.3 * settings.manoeuvre.gain if seeking else settings.manoeuvre.gain
-    target = wanted_lane(here.worths, lane, gain)
+    target = wanted_lane(here.lasting, lane, gain)  # queues dissolve, walls do not
+    if target is None:
+        target = wanted_lane(here.worths, lane, gain)
+        if target is not None and here.lasting[target] + gain < here.lasting[lane]:
+            target = None
     if target is not None:
         found = _seek(here, last, lane, target, settings, tally)
         if found is not None:
@@ -169,10 +178,13 @@ def _task(here: Situation, end: float = math.inf) -> SpeedTask:
     )
 
 
-def _room_before(here: Situation, lane: int, room: float) -> float:
-    """How far the ego may go in a lane that something standing blocks [m].
+def _room_before(here: Situation, lane: int, room: float) -> tuple[float, float]:
+    """How far the ego may go in a lane that something standing blocks.
 
-    It waits where it can still pull out; nearer than that it goes on to the blockage.
+    It waits where it can still pull out, or as near to that as it can stop.
+
+    Returns:
+        (to the place to wait, to the blockage) [m]; inf if there is none.
     """
     scene, bodies = here.scene, here.bodies
     ego, lanes = scene.ego_frenet, scene.lanes
@@ -181,16 +193,17 @@ def _room_before(here: Situation, lane: int, room: float) -> float:
     front = ego.s + scene.vehicle.front_reach
     blocks = (
         (np.abs(bodies.l - centre) < reach)
-        & (np.abs(bodies.speed) < 0.1)
-        & (np.arange(bodies.s.size) < len(scene.obstacles.ids))
+        & (np.arange(bodies.s.size) < bodies.n_static)
         & (bodies.s > ego.s)
     )
     if not blocks.any():
-        return math.inf
-    free = float((bodies.s - bodies.half_length)[blocks].min()) - front
-    stop = scene.ego.speed**2 / (2.0 * 0.8 * scene.vehicle.limits.max_deceleration)
-    place = max(free - room, stop + STANDSTILL_ROOM)
-    return place if place < free else math.inf
+        return math.inf, math.inf
+    wall = float((bodies.s - bodies.half_length)[blocks].min()) - front
+    stop = 0.5 * scene.ego.speed + scene.ego.speed**2 / (
+        1.4 * scene.vehicle.limits.max_deceleration
+    )
+    place = max(wall - room, stop + STANDSTILL_ROOM)
+    return (place if place < wall else math.inf), wall
 
 
 def _keep(
@@ -212,10 +225,10 @@ def _keep(
         return None
     phase = Phase.KEEP if target is None else Phase.SEEK
     why = "" if target is None else "no gap yet"
+    wait, wall = _room_before(here, lane, settings.manoeuvre.pull_out_room)
     rooms = [math.inf]
-    if target is not None:
-        wait = _room_before(here, lane, settings.manoeuvre.pull_out_room)
-        rooms = [wait, math.inf] if math.isfinite(wait) else rooms
+    if math.isfinite(wait):
+        rooms = [wait, 0.5 * (wait + wall), math.inf]
     considered = ~here.behind
     for room in rooms:
         task = _task(here, room)
@@ -353,7 +366,8 @@ def _go_on(
     entering = about_to_enter(scene, change.lane, change.target, scene.step)
     if not committed and entering:
         if speed.profile is None or not _gap_is_safe(here, change.target, settings):
-            return None
+            waiting = Attempt(Phase.CHANGE, change.lane, path, speed, change)
+            return _wait_at_line(here, waiting, followers, settings, tally)
         committed = True
     phase = Phase.COMMITTED if committed else Phase.CHANGE
     going = replace(change, order=speed.order)
@@ -361,7 +375,7 @@ def _go_on(
     if speed.profile is not None:
         return attempt
     if not committed:
-        return None
+        return _wait_at_line(here, attempt, followers, settings, tally)
     speed = plan_speed(
         path, scene.vehicle, here.users, ~here.behind, _task(here), settings.speed
     )
@@ -369,6 +383,42 @@ def _go_on(
     if speed.profile is not None:
         return replace(attempt, speed=speed, why="those behind have to react")
     return _soften(here, replace(attempt, speed=speed), settings)
+
+
+def _wait_at_line(
+    here: Situation,
+    attempt: Attempt,
+    followers: BoolArray,
+    settings: LaneChangeSettings,
+    tally: Tally,
+) -> Attempt | None:
+    """Stop on the way over, before the body enters the target lane.
+
+    Only where turning back would lead into a blockage; None says to turn back.
+    """
+    scene, change = here.scene, attempt.change
+    room = settings.manoeuvre.pull_out_room
+    _, wall = _room_before(here, attempt.lane, room)
+    if change is None or wall > 2.0 * room:
+        return None
+    line = lane_line(scene, change.lane, change.target)
+    side = 1 if change.target > change.lane else -1
+    path = attempt.path
+    slope = np.gradient(path.l, path.s)
+    over = [
+        reaches_over(scene.vehicle, float(l), float(rise), line, side)
+        for l, rise in zip(path.l, slope, strict=True)
+    ]
+    entered = np.flatnonzero(np.array(over) > -COMMIT_MARGIN)
+    end = float(path.distance[max(int(entered[0]) - 1, 0)]) if entered.size else 0.0
+    task = _task(here, max(end, STANDSTILL_ROOM))
+    speed = plan_speed(
+        path, scene.vehicle, here.users, ~followers, task, settings.speed
+    )
+    tally.speeds(speed)
+    if speed.profile is None:
+        return None
+    return replace(attempt, phase=Phase.CHANGE, speed=speed, why="waits at the line")
 
 
 def _extended(here: Situation, rest: Path, settings: LaneChangeSettings) -> Path:
