@@ -1,5 +1,7 @@
 """Obstacles and vehicles as one set of rectangles, and who only follows the ego."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from planner.lane_change.lane_choice import BodiesAhead
@@ -16,18 +18,18 @@ def road_users(scene: Scene) -> Vehicles:
     nothing gets smaller.
     """
     fixed, moving = scene.obstacles, scene.vehicles
-    n_fixed = len(fixed.ids)
+    ahead = moving.prediction
+    if ahead.x.shape[1] == 0:
+        ahead = _standing(scene)
+        moving = replace(moving, prediction=ahead)
+    n_fixed, n_steps = len(fixed.ids), ahead.x.shape[1]
     if n_fixed == 0:
         return moving
-    ahead = moving.prediction
-    n_steps = max(ahead.x.shape[1], 1)
     s, l = scene.path.project(fixed.x, fixed.y)
     held = (
         np.broadcast_to(column[:, None], (n_fixed, n_steps))
         for column in (fixed.x, fixed.y, fixed.heading, s, l)
     )
-    if ahead.x.shape[1] == 0:
-        ahead = _standing(scene)
     moved = (ahead.x, ahead.y, ahead.heading, ahead.s, ahead.l)
     still = np.zeros(n_fixed)
     return Vehicles(

@@ -1,0 +1,293 @@
+"""The manoeuvre in closed loop with traffic that keeps its speed, and odd scenes."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from planner.geometry.frenet import cartesian_to_frenet_one
+from planner.geometry.rectangles import Rectangle, distance
+from planner.interface import PlanResult, PlanStatus
+from planner.lane_change import LaneChangePlanner, proposed
+from planner.lane_change.manoeuvre import Memory, Phase
+from planner.lane_change.planner import rss_distance
+from planner.scene import Lanes, Obstacles, Scene
+from planner.states import CartesianState
+from tests.planner.lane_change.roads import on_lanes
+from tests.planner.scenes import Car, winding
+
+STEP = 0.1
+PLANNER: LaneChangePlanner = proposed()
+Motion = Callable[[Car, int], Car]
+
+
+def straight_on(car: Car, _: int) -> Car:
+    return replace(car, s=car.s + car.speed * STEP)
+
+
+def wall(s: float, lane: float = -1.75) -> Obstacles:
+    columns = (np.array([v]) for v in (s, lane, 0.0, 4.0, 3.0))
+    return Obstacles(("wall",), *columns, np.zeros(1))
+
+
+@dataclass(frozen=True)
+class Driven:
+    scenes: list[Scene]
+    plans: list[PlanResult]
+    clearance: float
+
+    @property
+    def phases(self) -> list[Phase]:
+        """Phases in the order in which they came."""
+        seen: list[Phase] = []
+        for plan in self.plans:
+            assert isinstance(plan.memory, Memory)
+            if not seen or seen[-1] is not plan.memory.phase:
+                seen.append(plan.memory.phase)
+        return seen
+
+    @property
+    def last(self) -> Scene:
+        return self.scenes[-1]
+
+
+def drive(
+    n: int,
+    cars: Sequence[Car] = (),
+    obstacles: Obstacles | Sequence[object] = (),
+    moves: Motion = straight_on,
+    **ego: float,
+) -> Driven:
+    """Track every plan perfectly for n steps; nobody reacts to the ego."""
+    rows = list(cars)
+    scene = on_lanes(cars=rows, obstacles=obstacles, **ego)
+    memory: object = None
+    scenes, plans, least = [scene], [], math.inf
+    for k in range(n):
+        plan = PLANNER.plan(scene, memory)
+        assert plan.trajectory is not None
+        assert plan.trajectory.is_finite()
+        memory = plan.memory
+        state = plan.trajectory.at(STEP)
+        rows = [moves(car, k) for car in rows]
+        fresh = on_lanes(cars=rows, obstacles=obstacles, **ego)
+        frenet = cartesian_to_frenet_one(fresh.path, state, scene.ego_frenet.s)
+        scene = replace(fresh, ego=state, ego_frenet=frenet, time=STEP * (k + 1))
+        scenes.append(scene)
+        plans.append(plan)
+        least = min(least, clearance(scene))
+    return Driven(scenes, plans, least)
+
+
+def clearance(scene: Scene) -> float:
+    """Between true rectangles."""
+    vehicle, ego = scene.vehicle, scene.ego
+    reach = vehicle.centre_offset
+    body = Rectangle(
+        ego.x + reach * math.cos(ego.heading),
+        ego.y + reach * math.sin(ego.heading),
+        ego.heading,
+        vehicle.length,
+        vehicle.width,
+    )
+    least = math.inf
+    for record in (scene.vehicles, scene.obstacles):
+        for i in range(len(record.ids)):
+            other = Rectangle(
+                float(record.x[i]),
+                float(record.y[i]),
+                float(record.heading[i]),
+                float(record.length[i]),
+                float(record.width[i]),
+            )
+            least = min(least, distance(body, other))
+    return least
+
+
+def test_a_free_lane_is_kept_at_the_wished_speed():
+    driven = drive(60, speed=8.0)
+    assert driven.phases == [Phase.KEEP]
+    assert driven.last.ego.speed > 11.0
+    assert abs(driven.last.ego_frenet.l + 1.75) < 0.01
+
+
+def test_a_wall_makes_it_change_and_settle():
+    driven = drive(220, obstacles=wall(300.0))
+    assert driven.phases[-1] is Phase.KEEP
+    assert Phase.COMMITTED in driven.phases
+    assert driven.last.ego_frenet.l == pytest.approx(1.75, abs=0.05)
+    assert driven.clearance > 0.3
+    assert all(plan.status is PlanStatus.OK for plan in driven.plans)
+
+
+def test_a_slow_leader_is_overtaken():
+    driven = drive(200, cars=[Car(160.0, -1.75, 5.0)])
+    assert Phase.COMMITTED in driven.phases
+    assert driven.last.ego_frenet.s > 250.0
+    assert driven.clearance > 0.3
+
+
+def test_it_lets_a_fast_car_pass_first():
+    driven = drive(300, cars=[Car(85.0, 1.75, 16.0)], obstacles=wall(450.0))
+    assert driven.clearance > 0.5
+    entered = next(s for s in driven.scenes if s.ego_frenet.l > -0.8)
+    assert entered.vehicles.prediction.s[0, 0] > entered.ego_frenet.s
+
+
+def test_without_a_gap_it_waits_before_the_wall():
+    stream = [Car(-400.0 + 16.0 * k, 1.75, 12.0) for k in range(60)]
+    driven = drive(330, cars=stream, obstacles=wall(300.0))
+    assert driven.last.ego.speed < 0.1
+    assert driven.clearance > 0.3
+    front = driven.last.ego_frenet.s + driven.last.vehicle.front_reach
+    assert 10.0 < 298.0 - front < 30.0  # where it can still pull out
+    assert driven.plans[-1].stats.blocker is not None
+
+
+def test_it_pulls_out_from_a_stand_when_the_gap_comes():
+    stream = [Car(-160.0 + 16.0 * k, 1.75, 12.0) for k in range(30)]
+    driven = drive(440, cars=stream, obstacles=wall(300.0))
+    assert min(s.ego.speed for s in driven.scenes) < 3.0
+    beside = next(s for s in driven.scenes if s.ego_frenet.s > 305.0)
+    assert beside.ego_frenet.l == pytest.approx(1.75, abs=0.1)
+    assert driven.clearance > 0.3
+
+
+def test_a_rear_car_faster_than_the_limit_is_waited_for():
+    driven = drive(200, cars=[Car(20.0, 1.75, 30.0)], obstacles=wall(350.0))
+    assert driven.clearance > 0.5
+
+
+def test_a_leader_that_brakes_to_a_stand_during_the_change():
+    def braking(car: Car, k: int) -> Car:
+        speed = max(car.speed - (4.5 * STEP if k > 25 else 0.0), 0.0)
+        return replace(car, s=car.s + speed * STEP, speed=speed)
+
+    driven = drive(
+        260, cars=[Car(175.0, 1.75, 13.0)], obstacles=wall(320.0), moves=braking
+    )
+    assert driven.clearance > 0.2
+
+
+def test_someone_from_the_other_side_takes_the_gap():
+    def cutting_in(car: Car, k: int) -> Car:
+        l = max(car.l - (1.2 * STEP if k > 10 else 0.0), 0.0)
+        return replace(car, s=car.s + car.speed * STEP, l=l)
+
+    # three lanes, -3.5 0 3.5: the ego on the right, the other comes from the left
+    driven = drive(
+        200,
+        cars=[Car(104.0, 3.5, 13.9)],
+        obstacles=wall(330.0, -3.5),
+        moves=cutting_in,
+        n_lanes=3,
+    )
+    assert driven.clearance > 0.2
+
+
+def test_a_wall_nearer_than_the_shortest_change_ends_in_a_stop():
+    driven = drive(80, obstacles=wall(130.0), speed=10.0)
+    assert driven.last.ego.speed < 0.1
+    assert driven.clearance > 0.05
+
+
+def test_the_target_lane_ends_and_is_not_taken():
+    s = np.array([0.0, 170.0, 170.1, 1500.0])
+    width = np.array([[3.5] * 4, [3.5, 3.5, 0.0, 0.0]])
+    lanes = Lanes(s, np.array([[-1.75] * 4, [1.75] * 4]), width)
+    driven = drive(60, cars=[Car(160.0, -1.75, 8.0)], lanes=lanes)
+    assert set(driven.phases) == {Phase.KEEP}
+    assert driven.clearance > 1.0
+
+
+def test_plans_agree_from_cycle_to_cycle():
+    driven = drive(120, obstacles=wall(300.0))
+    for before, after in zip(driven.plans, driven.plans[1:], strict=False):
+        if before.memory.phase is Phase.COMMITTED is after.memory.phase:
+            here, there = before.trajectory, after.trajectory
+            shared = np.interp(here.t[1:60], there.t + STEP, there.l)
+            assert np.abs(shared - here.l[1:60]).max() < 0.1
+
+
+def test_plan_is_a_function_of_scene_and_memory():
+    scene = on_lanes(cars=[Car(80.0, 1.75, 14.0)], obstacles=wall(260.0))
+    first, second = PLANNER.plan(scene, None), PLANNER.plan(scene, None)
+    for name in ("x", "y", "speed", "acceleration"):
+        one, other = getattr(first.trajectory, name), getattr(second.trajectory, name)
+        assert one.tobytes() == other.tobytes()
+
+
+def test_it_drives_a_winding_road():
+    road = winding()
+    scene = on_lanes(
+        path=road, s=5.0, speed=8.0, target_speed=8.0, cars=[Car(40.0, -1.75, 3.0)]
+    )
+    plan = PLANNER.plan(scene, None)
+    assert plan.status is PlanStatus.OK
+    assert plan.trajectory is not None
+    assert np.abs(plan.trajectory.curvature).max() <= 0.2
+    lateral = plan.trajectory.speed**2 * np.abs(plan.trajectory.curvature)
+    assert lateral.max() <= 4.0 + 0.3
+
+
+ODD: dict[str, Scene] = {
+    "no lanes": replace(on_lanes(), lanes=Lanes.none()),
+    "a car on the ego": on_lanes(cars=[Car(101.0, -1.75, 5.0)]),
+    "a car beside": on_lanes(cars=[Car(101.0, 1.75, 14.0)], obstacles=wall(200.0)),
+    "the wall at the bumper": on_lanes(speed=3.0, obstacles=wall(106.5)),
+    "askew": on_lanes(error=0.6, speed=4.0),
+    "off its lane": on_lanes(offset=2.0),
+    "off the road": on_lanes(offset=-6.0),
+    "standing": on_lanes(speed=0.0),
+    "too fast": on_lanes(speed=40.0),
+    "braking hard": on_lanes(speed=2.0, acceleration=-8.0),
+    "no wish": on_lanes(target_speed=0.0),
+    "a crowd": on_lanes(
+        cars=[
+            Car(20.0 + 9.0 * k, 1.75 if k % 2 else -1.75, 9.0)
+            for k in range(40)
+            if not 70.0 < 20.0 + 9.0 * k < 115.0
+        ]
+    ),
+    "no prediction": replace(
+        on_lanes(),
+        vehicles=replace(
+            on_lanes(cars=[Car(130.0, -1.75, 5.0)]).vehicles,
+            prediction=replace(
+                on_lanes(cars=[Car(130.0, -1.75, 5.0)]).vehicles.prediction,
+                x=np.empty((1, 0)),
+                y=np.empty((1, 0)),
+                heading=np.empty((1, 0)),
+                s=np.empty((1, 0)),
+                l=np.empty((1, 0)),
+            ),
+        ),
+    ),
+    "near the end of the path": on_lanes(s=1490.0),
+    "nan": replace(on_lanes(), ego=CartesianState(math.nan, 0.0, 0.0, 0.0, 10.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_no_scene_raises(name):
+    memory: object = None
+    for _ in range(3):
+        plan = PLANNER.plan(ODD[name], memory)
+        memory = plan.memory
+        if plan.status is PlanStatus.INVALID_SCENE:
+            assert name in ("no lanes", "nan")
+            assert plan.stats.reason
+            continue
+        assert plan.trajectory is not None
+        assert plan.trajectory.is_finite()
+        if plan.status is not PlanStatus.OK:
+            assert plan.stats.reason
+
+
+def test_rss_is_the_published_formula():
+    # v²/2b of the follower and its way in the reaction, less the leader's v²/2b
+    found = rss_distance(np.array([20.0]), np.array([10.0]), 0.5, 4.0, 5.0)
+    assert found[0] == pytest.approx(10.0 + 50.0 - 10.0)
+    assert rss_distance(np.array([5.0]), np.array([20.0]), 0.5, 4.0, 5.0)[0] == 0.0
