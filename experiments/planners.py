@@ -45,6 +45,16 @@ PLANNERS: Mapping[str, Known] = {
         "planner.lane_change:LaneChangeSettings",
         "chapter 6 in closed loop: B-spline path, s-T graph, every passing order",
     ),
+    "lane_change_thesis": Known(
+        "planner.lane_change:thesis",
+        "planner.lane_change:LaneChangeSettings",
+        "the same with the passing order chosen by its area, as in the thesis",
+    ),
+    "lane_change_dp": Known(
+        "planner.lane_change:conventional",
+        "planner.lane_change:LaneChangeSettings",
+        "the same with the passing order searched on a grid: DP&QP",
+    ),
     "sumo": Known(
         "experiments.cosim.self_driven:passenger",
         None,

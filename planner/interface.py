@@ -24,12 +24,12 @@ class PlanStats:
     """Why a cycle ended as it did."""
 
     reason: str = ""  # one sentence unless the status is OK
-    explanation: str = ""  # why this one, for a planner that has something to say
     candidates: int = 0  # trajectories made in this cycle
     survivors: int = 0  # of these, the ones that passed every check
     removed: Mapping[str, int] = field(default_factory=dict)  # check -> removed by it
     costs: Mapping[str, float] = field(default_factory=dict)  # of the chosen one
     blocker: str | None = None  # what the cheapest colliding candidate would hit
+    explanation: str = ""  # why this one, for a planner that has something to say
 
 
 @dataclass(frozen=True, slots=True, eq=False)

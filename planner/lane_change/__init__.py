@@ -1,7 +1,9 @@
 """[Thesis] ch. 6: changing lanes among vehicles that react."""
 
+from dataclasses import replace
+
 from planner.lane_change.planner import LaneChangePlanner
-from planner.lane_change.settings import LaneChangeSettings
+from planner.lane_change.settings import LaneChangeSettings, OrderRule
 
 
 def proposed(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
@@ -9,4 +11,26 @@ def proposed(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
     return LaneChangePlanner(settings or LaneChangeSettings())
 
 
-__all__ = ["LaneChangePlanner", "LaneChangeSettings", "proposed"]
+def thesis(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
+    """Make the planner with the area rule of [Thesis] eq. 6.12-6.18."""
+    return LaneChangePlanner(_with(settings, OrderRule.AREA))
+
+
+def conventional(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
+    """Make the planner that finds its order by dynamic programming: DP&QP."""
+    return LaneChangePlanner(_with(settings, OrderRule.DYNAMIC_PROGRAMMING))
+
+
+def _with(settings: LaneChangeSettings | None, rule: OrderRule) -> LaneChangeSettings:
+    """Lay an order rule over settings."""
+    base = settings or LaneChangeSettings()
+    return replace(base, speed=replace(base.speed, order_rule=rule))
+
+
+__all__ = [
+    "LaneChangePlanner",
+    "LaneChangeSettings",
+    "conventional",
+    "proposed",
+    "thesis",
+]

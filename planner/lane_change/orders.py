@@ -144,6 +144,25 @@ def demands(
     )
 
 
+def order_of(
+    sides: tuple[Side, ...],
+    bounds: Bounds,
+    reach: tuple[FloatArray, FloatArray],
+    end: float,
+) -> Order:
+    """Make the corridor of one order; nobody says that it can be driven."""
+    least, greatest = reach
+    lower, upper = least, np.minimum(greatest, end)
+    headway = np.full(least.size, np.inf)
+    for v, side in enumerate(sides):
+        if side is Side.BEFORE:
+            lower = np.maximum(lower, bounds.above[v])
+        else:
+            upper = np.minimum(upper, bounds.below[v])
+            headway = np.minimum(headway, bounds.headway[v])
+    return Order(sides, lower, upper, headway)
+
+
 def possible_orders(
     graph: StGraph,
     bounds: Bounds,

@@ -1,6 +1,7 @@
 """Parameters of the lane-change planner."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +18,22 @@ class PathSettings:
     lateral_acceleration: float = 2.0  # of the change itself [m/s²]
     settle_time: float = 3.0  # in which lane keeping returns to the centre [s]
     settle_length: float = 20.0  # and over at least this [m]
+
+
+class OrderRule(StrEnum):
+    """How a passing order is chosen."""
+
+    SOLVE_ALL = "solve_all"  # every order that can be reached is solved
+    AREA = "area"  # [Thesis] eq. 6.12-6.18
+    DYNAMIC_PROGRAMMING = "dynamic_programming"  # DP&QP, the conventional method
+
+
+@dataclass(frozen=True, slots=True)
+class GridSettings:
+    """The grid of the conventional search."""
+
+    times: int = 17
+    places: int = 321
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +55,8 @@ class SpeedSettings:
     rear_headway: float = 1.1  # tau of it [s]
     relax_time: float = 8.0  # in which a gap that is too short now is opened [s]
     max_orders: int = 64  # passing orders looked at in one plan
+    order_rule: OrderRule = OrderRule.SOLVE_ALL
+    grid: GridSettings = GridSettings()  # of rule dynamic_programming
 
 
 @dataclass(frozen=True, slots=True)

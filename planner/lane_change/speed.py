@@ -9,14 +9,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.lane_change.area_rule import sides_by_area
+from planner.lane_change.dynamic_programming import sides_by_search
 from planner.lane_change.orders import (
+    Bounds,
     Order,
     Side,
     demands,
+    order_of,
     possible_orders,
     reachable,
 )
-from planner.lane_change.settings import SpeedSettings
+from planner.lane_change.settings import OrderRule, SpeedSettings
 from planner.lane_change.st_graph import StGraph, st_graph
 from planner.motion.piecewise_jerk import (
     PiecewiseJerkProblem,
@@ -128,7 +132,9 @@ def plan_speed(
     reach = reachable(start[1], start[2], ceiling, settings.max_jerk, times)
     end = min(task.end, float(path.distance[-1]))
     bounds = demands(graph, settings, start[1], times)
-    orders, nodes = possible_orders(graph, bounds, reach, end, settings.max_orders)
+    orders, nodes = _orders(
+        graph, bounds, reach, (start, ceiling), task, end, settings, times
+    )
     caps = speed_caps(path, vehicle, task, times)
     best: tuple[PiecewiseJerkSolution, Order] | None = None
     alternatives = []
@@ -162,6 +168,41 @@ def plan_speed(
         nodes,
         len(orders),
     )
+
+
+def _orders(
+    graph: StGraph,
+    bounds: Bounds,
+    reach: tuple[FloatArray, FloatArray],
+    ego: tuple[tuple[float, float, float], tuple[float, float, float]],
+    task: SpeedTask,
+    end: float,
+    settings: SpeedSettings,
+    times: FloatArray,
+) -> tuple[list[Order], int]:
+    """Give the orders to solve by the rule that is set, and the nodes looked at."""
+    start, limits = ego
+    rule = settings.order_rule
+    if rule is OrderRule.SOLVE_ALL:
+        return possible_orders(graph, bounds, reach, end, settings.max_orders)
+    if rule is OrderRule.AREA:
+        sides: tuple[Side, ...] | None = sides_by_area(
+            graph, start[1], limits[0], limits[1], end, times
+        )
+    else:
+        sides = sides_by_search(
+            graph,
+            start,
+            limits,
+            task.target_speed,
+            end,
+            settings,
+            settings.grid,
+            times,
+        )
+    if sides is None:
+        return [], settings.grid.times * settings.grid.places
+    return [order_of(sides, bounds, reach, end)], len(sides)
 
 
 def soft_speed(
