@@ -9,7 +9,15 @@ from sumo_nets.errors import NetworkError
 netconvert = pytest.mark.skipif(
     importlib.util.find_spec("sumo") is None, reason="eclipse-sumo is not installed"
 )
-NAMES = ["curved", "intersection", "straight", "u_shaped"]
+NAMES = [
+    "curved",
+    "intersection",
+    "lane_change",
+    "lane_change_curved",
+    "lane_change_three",
+    "straight",
+    "u_shaped",
+]
 
 
 @pytest.fixture
@@ -69,7 +77,7 @@ def test_damaged_source_is_an_error_and_keeps_the_old_network(tree, capsys):
 def test_unknown_network_lists_the_known_ones(capsys):
     assert build.main(["moebius"]) == 2
     assert capsys.readouterr().err == (
-        'no network "moebius"; there are curved, intersection, straight, u_shaped\n'
+        f'no network "moebius"; there are {", ".join(NAMES)}\n'
     )
 
 

@@ -14,6 +14,9 @@ from sumo_nets.catalogue import Network, Stream, Turn, network, networks
 from sumo_nets.errors import NetworkError
 
 NAMES = sorted(networks())
+# Roads with two carriageways of 10 m, whose line is known exactly.
+TWO_WAY = [name for name in NAMES if networks()[name].segments]
+ONE_WAY = [name for name in NAMES if name not in TWO_WAY]
 START = {"intersection": (-150.0, -5.0)}
 
 
@@ -54,7 +57,7 @@ def fill(points, spacing=0.01):
     return np.column_stack([np.interp(at, along, axis) for axis in points.T])
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", TWO_WAY)
 def test_middle_lane_follows_the_segments(name):
     record = network(name)
     exact = exact_line(record.segments, START.get(name, (-100.0, 0.0)))
@@ -64,7 +67,7 @@ def test_middle_lane_follows_the_segments(name):
 
 
 def test_scenario_roads_begin_after_the_lead_in():
-    for record in networks().values():
+    for record in map(network, TWO_WAY):
         kind, length, *_ = record.segments[0]
         assert (kind, length) == ("line", record.lead_in) == ("line", 100.0)
 
@@ -77,7 +80,20 @@ def test_left_turn_over_the_intersection_is_an_arc_of_15_m():
     np.testing.assert_allclose(distance, 15.0, atol=2e-4)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [name for name in ONE_WAY if "lane_change" in name])
+def test_roads_for_lane_changes_are_one_way(name):
+    record = network(name)
+    net = sumolib.net.readNet(str(record.net_file))
+    lanes = 3 if "three" in name else 2
+    for edge in net.getEdges():
+        assert [lane.getWidth() for lane in edge.getLanes()] == [3.5] * lanes
+        assert edge.getSpeed() == record.speed_limit == 16.67
+    length = sum(net.getEdge(edge).getLength() for edge in record.route)
+    assert length > record.lead_in + 1400.0
+    assert [stream.name for stream in record.streams] == ["own"]
+
+
+@pytest.mark.parametrize("name", TWO_WAY)
 def test_lanes_and_speeds_are_what_the_catalogue_says(name):
     record = network(name)
     net = sumolib.net.readNet(str(record.net_file))
@@ -93,7 +109,8 @@ def test_lanes_and_speeds_are_what_the_catalogue_says(name):
 def test_every_stream_can_be_driven(name):
     record = network(name)
     record.check()
-    assert {stream.name for stream in record.streams} >= {"own", "oncoming"}
+    two_way = {"own", "oncoming"} if name in TWO_WAY else {"own"}
+    assert {stream.name for stream in record.streams} >= two_way
     own = next(stream for stream in record.streams if stream.name == "own")
     assert record.route in {turn.route for turn in own.turns}
 
@@ -147,9 +164,7 @@ def test_movements_with_green_together_keep_a_lane_apart():
 
 
 def test_unknown_network_lists_the_known_ones():
-    with pytest.raises(
-        NetworkError, match='"mars"; there are curved, intersection, st'
-    ):
+    with pytest.raises(NetworkError, match='"mars"; there are curved'):
         network("mars")
 
 

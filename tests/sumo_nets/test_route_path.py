@@ -63,7 +63,19 @@ def turns(points):
     return np.abs((np.diff(heading) + np.pi) % (2.0 * np.pi) - np.pi)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["lane_change", "lane_change_curved"])
+def test_a_one_way_road_has_its_second_lane_to_the_left(name):
+    path = own_path(name)
+    np.testing.assert_allclose(path.left, 5.25, atol=1e-3)
+    np.testing.assert_allclose(path.right, -1.75, atol=1e-3)
+    own = [span for span in path.spans if not span.lane.startswith(":")]
+    assert all(span.lines == pytest.approx((1.75,)) for span in own)
+
+
+TWO_WAY = [name for name in NAMES if network(name).segments]
+
+
+@pytest.mark.parametrize("name", TWO_WAY)
 def test_own_routes_are_ten_metres_wide_and_smooth(name):
     path = own_path(name)
     np.testing.assert_allclose(path.left, 5.0, atol=1e-3)

@@ -90,7 +90,9 @@ def test_sumo_finds_the_ego_path_on_its_lanes(name, run):
         seen += [lane] if lane not in seen else []
         assert libsumo.vehicle.getRoute("ego") == record.route
         along = libsumo.vehicle.getLanePosition("ego")
-        assert along == pytest.approx(path.s[row] - offset[lane], abs=0.2)
+        # SUMO counts all lanes of an edge alike: the outer one of a bend is longer.
+        room = 0.2 + 0.01 * along * (record.lane == 0)
+        assert along == pytest.approx(path.s[row] - offset[lane], abs=room)
         for signal, link, distance, _ in libsumo.vehicle.getNextTLS("ego"):
             (stop,) = path.stop_lines
             assert (signal, link) == (stop.signal, stop.link)
