@@ -1,0 +1,112 @@
+"""Lane changes among traffic that reacts, paired with SUMO's own driver by seed.
+
+`make test-slow ARGS="tests/experiments/test_lane_changes.py --seeds 100 -s"` runs the
+full set and prints a line for each density and driver.
+"""
+
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import pytest
+
+from experiments.episode import run_episode
+from experiments.layout import make_layout
+from experiments.scenario_file import load_scenario
+
+FLOWS = {"light": 350, "medium": 700, "dense": 1200}  # in the lane to change to [1/h]
+DONE = {"light": 0.98, "medium": 0.95, "dense": 0.85}  # least share of arrivals
+HARD = 3.0  # braking that nobody likes to be made to do [m/s²]
+
+
+def episode(job):
+    scenario, planner, seed, overrides, out = job
+    checked = load_scenario(scenario, planner=planner, seed=seed, overrides=overrides)
+    return run_episode(checked, out=out).row
+
+
+def episodes(scenario, planner, flow, n_seeds, out):
+    overrides = [f"traffic.own_veh_per_h={flow}"]
+    jobs = [(scenario, planner, s, overrides, out) for s in range(1, n_seeds + 1)]
+    with ProcessPoolExecutor(2) as pool:
+        rows = list(pool.map(episode, jobs))
+    brakes = [row["rear_max_deceleration_mps2"] for row in rows]
+    brakes = np.array([b for b in brakes if b is not None] or [0.0])
+    times = [row["travel_time_s"] for row in rows if row["arrived"]]
+    print(  # noqa: T201 - the table that this test is run for
+        f"\n{scenario} {planner} {flow}/h: arrived {sum(r['arrived'] for r in rows)} "
+        f"of {len(rows)}, collisions {sum(r['collisions'] for r in rows)}, off road "
+        f"{sum(r['off_road_steps'] for r in rows)} steps, travel time "
+        f"{np.mean(times):.1f} s, braking behind above {HARD:g} m/s² in "
+        f"{np.mean(brakes > HARD):.0%} of {brakes.size}, mean {brakes.mean():.2f} m/s²"
+    )
+    return rows
+
+
+@pytest.mark.slow
+@pytest.mark.sumo
+@pytest.mark.parametrize("density", FLOWS)
+def test_lane_changes_harm_nobody(density, tmp_path, request):
+    n_seeds = request.config.getoption("--seeds")
+    rows = episodes("lane_change", "lane_change", FLOWS[density], n_seeds, tmp_path)
+    assert sum(row["collisions"] + row["off_road_steps"] for row in rows) == 0
+    arrived = sum(row["arrived"] for row in rows)
+    assert arrived >= DONE[density] * n_seeds
+    waiting = [row["status"] for row in rows if not row["arrived"]]
+    assert set(waiting) <= {"blocked", "timeout"}
+    episodes("lane_change", "sumo", FLOWS[density], n_seeds, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.sumo
+@pytest.mark.parametrize("scenario", ["lane_change_curved", "lane_change_three"])
+def test_other_roads_too(scenario, tmp_path, request):
+    n_seeds = request.config.getoption("--seeds")
+    flow = 1800 if "three" in scenario else 700
+    rows = episodes(scenario, "lane_change", flow, n_seeds, tmp_path)
+    assert sum(row["collisions"] + row["off_road_steps"] for row in rows) == 0
+    assert sum(row["arrived"] for row in rows) >= 0.95 * n_seeds
+
+
+@pytest.mark.sumo
+def test_sumo_drives_the_same_vehicle_to_the_same_goal(tmp_path):
+    scenario = load_scenario("lane_change", planner="sumo", seed=2)
+    outcome = run_episode(scenario, out=tmp_path)
+    row = outcome.row
+    assert row["status"] == "arrived"
+    assert row["collisions"] == 0
+    assert row["min_clearance_m"] > 0.0
+    # it has changed lanes: the blockage cannot be driven through
+    assert outcome.trace.steps["l_m"].max() > 3.0
+    again = run_episode(scenario, out=tmp_path / "again")
+    assert again.trace_hash == outcome.trace_hash
+
+
+@pytest.mark.sumo
+def test_nobody_is_met_where_someone_moves_into_the_lane(tmp_path):
+    # in this traffic a car in mid lane change reaches over the line at the start
+    scenario = load_scenario(
+        "intersection", seed=111, overrides=["simulation.duration_s=3"]
+    )
+    row = run_episode(scenario, out=tmp_path).row
+    assert row["collisions"] == 0
+    assert row["min_clearance_m"] > 0.2
+
+
+@pytest.mark.parametrize(
+    ("name", "centres"),
+    [
+        ("lane_change", [0.0, 3.5]),
+        ("lane_change_curved", [0.0, 3.5]),
+        ("lane_change_three", [-3.5, 0.0, 3.5]),
+        ("straight", [-10.0 / 3.0, 0.0, 10.0 / 3.0]),
+        ("intersection", [-10.0 / 3.0, 0.0, 10.0 / 3.0]),
+    ],
+)
+def test_the_scene_knows_the_lanes(name, centres):
+    lanes = make_layout(load_scenario(name)).lanes
+    for s in (10.0, 150.0, 290.0):
+        found, widths = lanes.at(s)
+        assert found == pytest.approx(centres, abs=0.15)
+        assert widths == pytest.approx(
+            [abs(centres[1] - centres[0])] * len(centres), abs=0.05
+        )
