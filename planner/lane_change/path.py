@@ -27,6 +27,10 @@ _SPLINES = BSpline(KNOTS, np.eye(7), 3)
 BASIS = tuple(_SPLINES(_U, nu=k) for k in range(3))  # N, N', N'' at _U, (SAMPLES, 7)
 
 
+SETTLING_SHARES = (1.0, 0.7, 0.5, 0.35)  # of the usual length, tried in turn
+MAX_SWING = 0.3  # beyond where a path begins and ends [m]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ChangePath:
     """A path that leaves a lane for another one and stays in it."""
@@ -63,10 +67,15 @@ def lane_keeping_path(
     """
     settle = max(settings.settle_length, settings.settle_time * max(state.s_dot, 0.0))
     start = (state.l, state.l_prime, state.l_second)
-    c = polynomials.quintic(start, (offset, 0.0, 0.0), settle)
     driven = _grid(total, settings.spacing)
-    inside = np.minimum(driven, settle)
-    l, slope, bend = (polynomials.evaluate(c, inside, k) for k in range(3))
+    for share in SETTLING_SHARES:  # the longest that does not swing out
+        length = share * settle
+        c = polynomials.quintic(start, (offset, 0.0, 0.0), length)
+        inside = np.minimum(driven, length)
+        l, slope, bend = (polynomials.evaluate(c, inside, k) for k in range(3))
+        if swing(l, state.l, offset) <= MAX_SWING:
+            break
+    settle = length
     past = driven > settle
     slope, bend = np.where(past, 0.0, slope), np.where(past, 0.0, bend)
     return _in_plane(reference, state.s + driven, l, slope, bend)
@@ -120,6 +129,9 @@ def best_change(
             _count(refused, "outside the road's frame")
             continue
         path, place = made
+        if swing(path.l, state.l, target) > MAX_SWING:
+            _count(refused, "swings out")
+            continue
         if float(np.abs(path.curvature).max()) <= limit:
             found = ChangePath(path, float(place[0]), float(place[1]), cost, peak)
             return found, refused
@@ -143,6 +155,12 @@ def _price(shape: Shape, settings: PathSettings) -> tuple[float, float]:
     cost = settings.curvature_weight * float(curvature[1:] ** 2 @ steps)
     cost += settings.length_weight * float(along[-1])
     return cost, float(np.abs(curvature).max())
+
+
+def swing(l: FloatArray, begin: float, end: float) -> float:
+    """Say how far offsets go beyond both of their ends [m]."""
+    low, high = min(begin, end), max(begin, end)
+    return max(low - float(l.min()), float(l.max()) - high, 0.0)
 
 
 def spline_offsets(

@@ -143,3 +143,18 @@ def bend_segments():
     from planner.geometry.segments import arc, line
 
     return [line(100.0), arc(60.0, 0.05), line(200.0)]
+
+
+@pytest.mark.parametrize("speed", [3.0, 10.0])
+@pytest.mark.parametrize("error", [-0.3, 0.3])
+def test_no_path_swings_out_from_a_steep_start(speed, error):
+    scene = on_lanes(offset=1.0, error=error, speed=speed)
+    state, low, high = scene.ego_frenet, -1.75, -0.75
+    path = lane_keeping_path(scene.path, state, -1.75, 150.0, SETTINGS)
+    assert path is not None
+    assert low - 1.0 < path.l.min() <= path.l.max() < high + 1.5
+    for begin in (0.0, 40.0):
+        found, _ = best_change(scene.path, state, 1.75, begin, 150.0, CAR, SETTINGS)
+        if found is not None:
+            assert found.path.l.min() > -0.75 - 0.31
+            assert found.path.l.max() < 1.75 + 0.31
