@@ -5,7 +5,7 @@ start acceleration fixed, every order solved instead of chosen by its area (6.18
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,16 +23,24 @@ from planner.lane_change.orders import (
 from planner.lane_change.settings import OrderRule, SpeedSettings
 from planner.lane_change.st_graph import StGraph, st_graph
 from planner.motion.piecewise_jerk import (
+    MAX_ITERATIONS,
+    TOLERANCE,
     PiecewiseJerkProblem,
     PiecewiseJerkSolution,
     QpStatus,
     solve,
     solve_soft,
 )
+from planner.motion.piecewise_jerk_riccati import (
+    SOLVED,
+    UNDECIDED,
+    interior_point,
+)
 from planner.scene import Vehicles
 from planner.states import BoolArray, FloatArray, Path, SpeedProfile
 from planner.vehicle import Vehicle
 
+ROUNDING = 1e-9  # by which bounds of the distance give way [m]
 JERK_TIME = 1.5  # in which an acceleration has surely turned into braking [s]
 
 
@@ -138,9 +146,11 @@ def plan_speed(
     caps = speed_caps(path, vehicle, task, times)
     best: tuple[PiecewiseJerkSolution, Order] | None = None
     alternatives = []
+    common = None
     for order in orders:
-        problem = program(order, start, caps, task, vehicle, settings, times)
-        solution = solve(problem)
+        if common is None:
+            common = program(order, start, caps, task, vehicle, settings, times)
+        solution = _solved(common, order)
         feasible = solution.status is QpStatus.SOLVED
         cost = solution.objective if feasible else math.inf
         alternatives.append(Alternative(_named(graph, order), cost))
@@ -319,7 +329,7 @@ def program(
     reference[:, 0] = wish * times
     reference[:, 1] = wish
     lower, upper = np.empty((n, 3)), np.empty((n, 3))
-    lower[:, 0] = order.lower - 1e-9
+    lower[:, 0] = order.lower - ROUNDING
     upper[:, 0] = order.upper
     lower[:, 1], upper[:, 1] = 0.0, np.maximum(caps, 0.0)
     # a speed beyond the limit comes down as fast as the jerk bound lets it
@@ -347,6 +357,46 @@ def program(
         row,
         np.full((n, 1), -np.inf),
         order.headway[:, None],
+    )
+
+
+def _solved(common: PiecewiseJerkProblem, order: Order) -> PiecewiseJerkSolution:
+    """Solve an order's program, which differs from `common` in three bounds only.
+
+    Checking and copying every array of every order would cost as much as solving.
+    """
+    lower = np.concatenate([common.lower, common.row_lower], axis=1)
+    upper = np.concatenate([common.upper, common.row_upper], axis=1)
+    lower[:, 0] = order.lower - ROUNDING
+    upper[:, 0] = order.upper
+    upper[:, 3] = order.headway
+    state, jerk, objective, verdict, iterations = interior_point(
+        common.step,
+        common.start,
+        common.weight,
+        common.reference,
+        common.jerk_weight,
+        lower,
+        upper,
+        common.row,
+        common.jerk_lower,
+        common.jerk_upper,
+        MAX_ITERATIONS,
+        TOLERANCE,
+    )
+    if verdict == UNDECIDED:
+        return solve(
+            replace(
+                common,
+                lower=lower[:, :3],
+                upper=upper[:, :3],
+                row_upper=upper[:, 3:],
+            ),
+            "piqp",
+        )
+    status = QpStatus.SOLVED if verdict == SOLVED else QpStatus.INFEASIBLE
+    return PiecewiseJerkSolution(
+        status, state, jerk, objective, 0.0, iterations, "riccati"
     )
 
 
