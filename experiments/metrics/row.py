@@ -37,7 +37,7 @@ def metric_row(trace: Trace) -> dict[str, Cell]:
         **_computation(trace),
         columns.REAR_MAX_DECELERATION: traffic_impact.rear_max_deceleration(trace),
         columns.REAR_SPEED_LOSS: traffic_impact.rear_speed_loss(trace),
-        columns.LANE_CHANGE_TIME: None,  # no planner changes lanes on purpose yet
+        columns.LANE_CHANGE_TIME: efficiency.lane_change_time(trace),
     }
 
 

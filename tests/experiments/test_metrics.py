@@ -402,3 +402,29 @@ def test_an_episode_without_steps_has_a_row():
     assert row["distance_m"] == 0.0
     assert row["rms_jerk_mps3"] is None
     assert row["min_ttc_s"] is None
+
+
+def offsets_over_time(values) -> Trace:
+    return trace_of(
+        [
+            record(k, CartesianState(STEP * 10.0 * k, float(l), 0, 0, 10, 0))
+            for k, l in enumerate(values)
+        ]
+    )
+
+
+def test_a_lane_change_lasts_from_leaving_to_settling():
+    ramp = np.linspace(0.0, 3.5, 41)  # 4 s
+    changed = np.concatenate([np.zeros(20), ramp, np.full(30, 3.5)])
+    found = efficiency.lane_change_time(offsets_over_time(changed))
+    assert found == pytest.approx(4.0, abs=0.3)
+    other_way = efficiency.lane_change_time(offsets_over_time(-changed))
+    assert other_way == found
+
+
+def test_no_lane_change():
+    aside = np.concatenate([np.zeros(20), 3.0 * np.sin(np.linspace(0, np.pi, 60))])
+    assert efficiency.lane_change_time(offsets_over_time(aside)) is None
+    begun = np.concatenate([np.zeros(20), np.linspace(0.0, 3.5, 41)])
+    assert efficiency.lane_change_time(offsets_over_time(begun)) is None
+    assert efficiency.lane_change_time(cruising(50)) is None
