@@ -41,7 +41,7 @@ def lane_change_time(trace: Trace) -> float | None:
     that at the start.
     """
     time, l = (np.ma.getdata(trace.steps[name]) for name in ("time_s", "l_m"))
-    if time.size < 2 or np.ma.getmaskarray(trace.steps["l_m"]).any():
+    if time.size == 0 or np.ma.getmaskarray(trace.steps["l_m"]).any():
         return None
     away = np.abs(l - l[0])
     for end in np.flatnonzero(away >= CHANGED):
