@@ -11,8 +11,8 @@ from planner.geometry.frenet import cartesian_to_frenet_one
 from planner.geometry.rectangles import Rectangle, distance
 from planner.interface import PlanResult, PlanStatus
 from planner.lane_change import LaneChangePlanner, proposed
+from planner.lane_change.commitment import rss_distance
 from planner.lane_change.manoeuvre import Memory, Phase
-from planner.lane_change.planner import rss_distance
 from planner.scene import Lanes, Obstacles, Scene
 from planner.states import CartesianState
 from tests.planner.lane_change.roads import on_lanes
