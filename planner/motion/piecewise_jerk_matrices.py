@@ -14,6 +14,7 @@ import piqp
 import qpsolvers
 from scipy import sparse
 
+from planner.errors import InvalidInputError
 from planner.motion.piecewise_jerk_problem import PiecewiseJerkProblem
 from planner.states import FloatArray, IntArray
 
@@ -222,6 +223,10 @@ def _by_front_end(name: str, **settings: Any) -> Callable[[Program], Outcome]:
         )
         try:
             solution = qpsolvers.solve_problem(problem, solver=name, **settings)
+        except qpsolvers.SolverNotFound as error:
+            raise InvalidInputError(
+                f"solver {name} is not installed: pip install {name}"
+            ) from error
         except qpsolvers.SolverError:
             return "not_converged", None, 0
         if solution.found:

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import qpsolvers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -195,6 +196,15 @@ def test_crossed_bounds_are_infeasible_at_once():
     lower = problem.lower.copy()
     lower[10, 1] = 30.0
     assert solve(replace(problem, lower=lower)).status is QpStatus.INFEASIBLE
+
+
+def test_a_missing_solver_is_one_clear_line(monkeypatch):
+    problem = speed_program(np.random.default_rng(1))
+    monkeypatch.delitem(
+        qpsolvers.solve_problem.__globals__["solve_function"], "clarabel"
+    )
+    with pytest.raises(InvalidInputError, match="pip install clarabel"):
+        solve(problem, "clarabel")
 
 
 def test_mistakes_are_named():
