@@ -1,8 +1,8 @@
 """Layouts of [Thesis] ch. 5 and what it publishes about them.
 
 Obstacles are (s, l, r_ob) [m] in the frame of a straight road. The two layouts are
-read off [Thesis] fig. 5.9 and 5.10 as far as these go, and chosen so that the outcome
-lies near the published one: they are examples, not evidence. Evidence is the share of
+picked among random ones so that the outcome lies near that of [Thesis] fig. 5.9 and
+5.10, whose layouts are not given: they are examples, not evidence. Evidence is the share of
 random layouts in which a claim holds.
 """
 

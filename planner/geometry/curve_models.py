@@ -1,0 +1,200 @@
+"""Curve models that shift a vehicle by one lane; [Thesis] 6.3.1, 6.3.2.
+
+Each runs from the origin, heading along +x, to (length, shift), heading along +x. All
+are tuples of pieces as `planner.geometry.curves` samples them.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from planner.geometry.curves import Piece
+from planner.states import FloatArray, freeze
+
+CUBIC = 3
+# Clamped: the curve starts at A and ends at F, which an open cubic does not.
+LANE_CHANGE_KNOTS = freeze([0, 0, 0, 0, 0.25, 0.5, 0.75, 1, 1, 1, 1])
+
+
+def half_cosine(length: float, shift: float) -> tuple[Piece, ...]:
+    """Make y = shift/2 (1 - cos(pi x / length)); bent at both ends."""
+
+    def piece(u: FloatArray) -> FloatArray:
+        w, c, s = np.pi, np.cos(np.pi * u), np.sin(np.pi * u)
+        half = 0.5 * shift
+        return _graph(
+            length,
+            u,
+            (half * (1.0 - c), half * w * s, half * w**2 * c, -half * w**3 * s),
+        )
+
+    return (piece,)
+
+
+def sine_ramp(length: float, shift: float) -> tuple[Piece, ...]:
+    """Make y = shift (u - sin(2 pi u) / 2 pi), u = x / length; ends straight."""
+
+    def piece(u: FloatArray) -> FloatArray:
+        w = 2.0 * np.pi
+        c, s = np.cos(w * u), np.sin(w * u)
+        return _graph(
+            length,
+            u,
+            (shift * (u - s / w), shift * (1.0 - c), shift * w * s, shift * w**2 * c),
+        )
+
+    return (piece,)
+
+
+def _graph(length: float, u: FloatArray, y: tuple[FloatArray, ...]) -> FloatArray:
+    """Lay y and its derivatives over x = length u, (4, 2, n)."""
+    none = np.zeros_like(u)
+    return np.stack([[length * u, np.full_like(u, length), none, none], y], axis=1)
+
+
+def bezier(points: ArrayLike) -> tuple[Piece, ...]:
+    """Make a Bézier curve; [Thesis] eq. 6.1 and 6.2.
+
+    Args:
+        points: Control points, (n, 2) [m].
+    """
+    chain = [np.asarray(points, dtype=np.float64)]
+    for _ in range(3):  # the derivative is a Bézier curve of the differences
+        degree = chain[-1].shape[0] - 1
+        chain.append(
+            degree * np.diff(chain[-1], axis=0) if degree > 0 else np.zeros((1, 2))
+        )
+
+    def piece(u: FloatArray) -> FloatArray:
+        return np.stack([(bernstein(p.shape[0] - 1, u) @ p).T for p in chain])
+
+    return (piece,)
+
+
+def bernstein(degree: int, u: FloatArray) -> FloatArray:
+    """Give the Bernstein polynomials of one degree, eq. 6.2, (n_u, degree + 1)."""
+    basis = np.ones((u.size, 1))
+    for k in range(1, degree + 1):  # by de Casteljau's recursion, without factorials
+        higher = np.zeros((u.size, k + 1))
+        higher[:, :-1] += (1.0 - u)[:, None] * basis
+        higher[:, 1:] += u[:, None] * basis
+        basis = higher
+    return basis
+
+
+def cubic_bezier(length: float, shift: float, handle: float) -> tuple[Piece, ...]:
+    """Make the Bézier curve of four points, the fewest that fix both headings.
+
+    Args:
+        length: Along x [m].
+        shift: Along y [m].
+        handle: Length of both end edges over `length` [-].
+    """
+    a = handle * length
+    return bezier([[0.0, 0.0], [a, 0.0], [length - a, shift], [length, shift]])
+
+
+def quintic_bezier(length: float, shift: float) -> tuple[Piece, ...]:
+    """Make the Bézier curve of six points, even along x, three in line at each end.
+
+    Three end points in line take the curvature to zero there.
+    """
+    x = np.linspace(0.0, length, 6)
+    return bezier(np.column_stack([x, shift * (np.arange(6) > 2)]))
+
+
+def lane_change_b_spline(length: float, shift: float, c: float) -> tuple[Piece, ...]:
+    """Make the clamped cubic B-spline A, B, C, O, D, E, F; [Thesis] 6.3.5.
+
+    B is the middle of A and C, both halves are symmetric about O.
+
+    Args:
+        length: From A to F along x [m].
+        shift: From A to F along y [m].
+        c: From A to C along x [m].
+    """
+    x = [0.0, 0.5 * c, c, 0.5 * length, length - c, length - 0.5 * c, length]
+    y = [0.0, 0.0, 0.0, 0.5 * shift, shift, shift, shift]
+    return b_spline(np.column_stack([x, y]), LANE_CHANGE_KNOTS, CUBIC)
+
+
+def b_spline(points: ArrayLike, knots: FloatArray, degree: int) -> tuple[Piece, ...]:
+    """Make a B-spline, one piece for each knot interval that is not empty; eq. 6.3.
+
+    Args:
+        points: Control points, (n, 2) [m].
+        knots: (n + degree + 1,), not falling.
+        degree: At least 1.
+    """
+    chain = [(np.asarray(points, dtype=np.float64), np.asarray(knots), degree)]
+    for _ in range(3):
+        chain.append(_derived(*chain[-1]))
+    spans = np.flatnonzero(np.diff(knots) > 0.0)
+    return tuple(
+        _spline_piece(chain, float(knots[k]), float(knots[k + 1])) for k in spans
+    )
+
+
+def _derived(
+    points: FloatArray, knots: FloatArray, degree: int
+) -> tuple[FloatArray, FloatArray, int]:
+    """Give control points, knots and degree of the derivative of a B-spline."""
+    if degree == 0:
+        return np.zeros_like(points), knots, 0
+    width = knots[degree + 1 : -1] - knots[1 : -degree - 1]
+    safe = np.where(width > 0.0, width, 1.0)
+    slopes = np.where(width > 0.0, degree / safe, 0.0)
+    return slopes[:, None] * np.diff(points, axis=0), knots[1:-1], degree - 1
+
+
+def _spline_piece(
+    chain: list[tuple[FloatArray, FloatArray, int]], start: float, end: float
+) -> Piece:
+    """Make the polynomial of a B-spline on one knot interval."""
+    width = end - start
+
+    def piece(u: FloatArray) -> FloatArray:
+        at = start + width * u
+        rows = []
+        for order, (points, knots, degree) in enumerate(chain):
+            span = int(np.searchsorted(knots, start, side="right")) - 1
+            rows.append(
+                width**order * (b_spline_basis(knots, degree, at, span) @ points).T
+            )
+        return np.stack(rows)
+
+    return piece
+
+
+def b_spline_basis(
+    knots: FloatArray, degree: int, u: FloatArray, span: int
+) -> FloatArray:
+    """Give the basis functions on one knot interval; [Thesis] eq. 6.4, 6.5 corrected.
+
+    Args:
+        knots: (m,), not falling.
+        degree: At least 0.
+        u: Parameters in the closed interval, (n,).
+        span: Index of the knot at which the interval begins; it says which
+            polynomial holds at a knot, where eq. 6.4 as printed takes both.
+
+    Returns:
+        (n, m - degree - 1).
+    """
+    basis = np.zeros((u.size, knots.size - 1))
+    basis[:, span] = 1.0
+    for p in range(1, degree + 1):
+        n = knots.size - 1 - p
+        rise = _share(u, knots[:n], knots[p : p + n])
+        fall = 1.0 - _share(u, knots[1 : n + 1], knots[p + 1 : p + 1 + n])
+        basis = rise * basis[:, :n] + fall * basis[:, 1 : n + 1]
+    return basis
+
+
+def _share(u: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Give (u - start) / (end - start), 0/0 := 0, (n_u, n).
+
+    An empty interval carries no basis function, so its share multiplies 0.
+    """
+    width = end - start
+    safe = np.where(width > 0.0, width, 1.0)
+    return np.where(width > 0.0, (u[:, None] - start) / safe, 0.0)
