@@ -2,8 +2,8 @@
 
 Obstacles are (s, l, r_ob) [m] in the frame of a straight road. The two layouts are
 picked among random ones so that the outcome lies near that of [Thesis] fig. 5.9 and
-5.10, whose layouts are not given: they are examples, not evidence. Evidence is the share of
-random layouts in which a claim holds.
+5.10, whose layouts are not given: they are examples, not evidence. Evidence is the
+share of random layouts in which a claim holds.
 """
 
 import math
