@@ -8,7 +8,7 @@ ONLY_PYTHON := import sys; sys.exit(0 if sys.version_info >= (3, 11) else 1)
 PACKAGES := planner sumo_nets experiments
 
 .DEFAULT_GOAL := help
-.PHONY: help install experiment need-net figure need-run test test-slow lint fmt type imports bench nets schema ci clean
+.PHONY: help install experiment need-net figure need-run sweep need-sweep test test-slow lint fmt type imports bench nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -26,6 +26,12 @@ figure: need-run $(STAMP) ## Draw a run: RUN=folder (without it the newest one) 
 
 need-run:
 	@test -n "$(RUN)" || { echo "make figure needs RUN, a run folder; there is none in runs yet: make experiment NET=intersection" >&2; exit 2; }
+
+sweep: need-sweep $(STAMP) ## Run a parameter study, or go on with it: SWEEP=name or file ARGS="--dry-run"
+	@$(BIN)/rearview sweep "$(SWEEP)" $(ARGS)
+
+need-sweep:
+	@test -n "$(SWEEP)" || { echo "make sweep needs SWEEP: a name that rearview list shows, or a sweep file, for example: make sweep SWEEP=smoke" >&2; exit 2; }
 
 test: $(STAMP) ## Run the tests, without the slow ones
 	@$(BIN)/python -m pytest $(ARGS)
@@ -53,9 +59,11 @@ bench: $(STAMP) ## Measure speed; prints a table and saves JSON under .benchmark
 nets: $(STAMP) ## Rebuild the road networks from their sources
 	@$(BIN)/python -m sumo_nets.build $(ARGS)
 
-schema: $(STAMP) ## Write the JSON Schema of scenario files
+schema: $(STAMP) ## Write the JSON Schemas of scenario and sweep files
 	@$(BIN)/rearview schema > experiments/scenarios/.schema.tmp
 	@mv experiments/scenarios/.schema.tmp experiments/scenarios/scenario.schema.json
+	@$(BIN)/rearview schema --sweep > experiments/sweeps/.schema.tmp
+	@mv experiments/sweeps/.schema.tmp experiments/sweeps/sweep.schema.json
 
 ci: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory lint
@@ -64,8 +72,8 @@ ci: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory test-slow
 	@$(MAKE) --no-print-directory test
 
-clean: ## Remove .venv, caches, compiled loops and all results in runs
-	rm -rf $(VENV) runs build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
+clean: ## Remove .venv, caches, compiled loops and all results in runs and sweeps
+	rm -rf $(VENV) runs sweeps build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
 	find $(PACKAGES) tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(STAMP): pyproject.toml constraints.txt

@@ -1,4 +1,4 @@
-"""The command line: `rearview run | figure | list | schema`.
+"""The command line: `rearview run | figure | sweep | results | ...`.
 
 Exit status: 0 arrived (or done), 1 any other outcome of an episode, 2 bad input, 3 a
 mistake of ours, 130 Ctrl-C. Heavy modules are imported where they are needed, so that
@@ -17,14 +17,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from experiments.errors import ConfigError, ExperimentError
+from experiments.commands import evaluating, sweeping
+from experiments.commands.one_line import (
+    ARRIVED,
+    BAD_INPUT,
+    INTERRUPTED,
+    OTHER_OUTCOME,
+    one_line_errors,
+)
+from experiments.errors import ConfigError
 
 if TYPE_CHECKING:
     from experiments.config import Scenario
     from experiments.cosim.records import StepRecord
     from experiments.episode import Outcome
-
-ARRIVED, OTHER_OUTCOME, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 # typer brings its own copy of click and hands out only some of its exceptions
 _UsageError: type[Exception] = typer.BadParameter.__bases__[0]
@@ -36,6 +42,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+sweeping.add_to(app)
+evaluating.add_to(app)
 
 
 def main() -> None:
@@ -82,7 +90,7 @@ def run(  # noqa: PLR0913, one parameter an option
     logging.basicConfig(level=logging.DEBUG if verbose else logging.CRITICAL)
     for noisy in ("numba", "matplotlib"):
         logging.getLogger(noisy).setLevel(logging.WARNING)
-    with _one_line_errors():
+    with one_line_errors():
         from experiments.scenario_file import load_scenario
 
         if gui:
@@ -106,16 +114,18 @@ def run(  # noqa: PLR0913, one parameter an option
 
 @app.command("list")
 def list_() -> None:
-    """List scenarios, networks and planners."""
-    with _one_line_errors():
+    """List scenarios, networks, sweeps and planners."""
+    with one_line_errors():
         from experiments.planners import PLANNERS
         from experiments.scenario_file import load_scenario, scenario_names
+        from experiments.sweep_file import load_sweep, sweep_names
         from sumo_nets.catalogue import networks
 
         _print_list(
             "scenarios", {n: load_scenario(n).purpose for n in scenario_names()}
         )
         _print_list("networks", {n: r.description for n, r in networks().items()})
+        _print_list("sweeps", {n: load_sweep(n)[0].purpose for n in sweep_names()})
         _print_list("planners", {n: known.purpose for n, known in PLANNERS.items()})
 
 
@@ -131,18 +141,24 @@ def figure(
     ] = None,
 ) -> None:
     """Draw a run: the view from above, and speed, offset, clearance over time."""
-    with _one_line_errors():
+    with one_line_errors():
         from experiments.report.figures import save_figure
 
         sys.stdout.write(f"{save_figure(run_folder, output)}\n")
 
 
 @app.command()
-def schema() -> None:
-    """Print the JSON Schema of scenario files, for editors."""
+def schema(
+    *,
+    sweep: Annotated[
+        bool, typer.Option("--sweep", help="Of sweep files instead of scenarios.")
+    ] = False,
+) -> None:
+    """Print the JSON Schema of scenario or sweep files, for editors."""
     from experiments.scenario_file import schema_text
+    from experiments.sweep_file import sweep_schema
 
-    sys.stdout.write(schema_text())
+    sys.stdout.write(schema_text(sweep_schema() if sweep else None))
 
 
 def _show_usage_error(error: Any) -> None:
@@ -157,7 +173,7 @@ def _show_usage_error(error: Any) -> None:
 
 def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> int:
     """Run, show, and give the exit status."""
-    with _one_line_errors():
+    with one_line_errors():
         from experiments.crash_guard import interrupts_between_steps
         from experiments.episode import run_episode
         from experiments.progress import progress
@@ -181,7 +197,7 @@ def _crashed(
     scenario: "Scenario", out: Path, process: int, death: str, *, as_json: bool
 ) -> int:
     """Record an episode whose process died."""
-    with _one_line_errors():
+    with one_line_errors():
         from experiments.episode import record_crash
         from experiments.run_folder import remove_unfinished
 
@@ -228,25 +244,6 @@ def _require_display() -> None:
             "--gui: there is no display (DISPLAY is not set); allowed: a desktop "
             "session, or xvfb-run -a rearview run ..."
         )
-
-
-@contextmanager
-def _one_line_errors() -> Iterator[None]:
-    """Turn errors that the user can mend into one line and exit status 2."""
-    try:
-        yield
-    except _user_errors() as error:
-        line = " ".join(str(error).split())
-        sys.stderr.write(f"rearview: {line}\n")
-        raise typer.Exit(BAD_INPUT) from error
-
-
-def _user_errors() -> tuple[type[Exception], ...]:
-    """List the families of errors that say in one line what to do."""
-    from planner.errors import PlannerError
-    from sumo_nets.errors import NetworkError
-
-    return (ExperimentError, PlannerError, NetworkError, OSError)
 
 
 @contextmanager

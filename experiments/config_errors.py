@@ -11,7 +11,7 @@ from experiments.strict_yaml import Document, KeyPath, dotted
 Schema = Mapping[str, Any]
 
 # A list whose items were refused is reported as too short as well.
-_CONSEQUENCES = ("too_short",)
+_CONSEQUENCES = ("too_short", "default_factory_not_called")
 
 _TYPES = {
     "string": "text",

@@ -2,35 +2,40 @@
 
 import json
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import yaml
-
-from experiments import manifest
 from experiments.config import Scenario
 from experiments.cosim.loop import LoopSettings, run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import Ending, EpisodeStatus, StepRecord
 from experiments.doctor import check_simulator
+from experiments.egoless import vehicles_without_ego
 from experiments.errors import ConfigError
+from experiments.identity import run_identity
 from experiments.layout import Layout, make_layout, make_vehicle
 from experiments.metrics.row import Cell, metric_row
-from experiments.planners import make_planner, planner_source
+from experiments.planners import make_planner
 from experiments.recording import Setting, build_trace
 from experiments.road_map import RoadMap, map_around, write_map
 from experiments.run_folder import whole_folder
-from experiments.scenario_file import CONFIG_FILE, config_hash
-from experiments.trace import SCHEMA_VERSION, Trace, trace_hash
-from experiments.trace_files import write_trace
-from experiments.worlds import make_world
+from experiments.scenario_file import CONFIG_FILE, config_text
+from experiments.trace import SCHEMA_VERSION, TABLES, Table, Trace, trace_hash
+from experiments.trace_files import write_tables, write_trace
+from experiments.worlds import TRAFFIC_FILE, make_world
 from planner.interface import Planner
+from planner.motion.prediction import Predictor, constant_speed, held_braking
 from planner.scene import Lanes
 
 RUNS = Path("runs")
+WITHOUT_EGO_FILE = "vehicles_without_ego.parquet"
+PREDICTORS: Mapping[str, Predictor] = {
+    "constant_speed": constant_speed,
+    "held_braking": held_braking,
+}
 ID_LENGTH = 8  # characters of the run's hash in the folder's name
 
 OnStep = Callable[[StepRecord], None]
@@ -48,11 +53,22 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
+class RunFolder:
+    """What the run folder of an episode is: its place, and what is in it."""
+
+    target: Path | None = None  # instead of the usual name
+    keeps_trace: Callable[[Ending], bool] = lambda _: True
+    facts: Mapping[str, Any] = field(default_factory=dict)  # for the manifest
+
+
+@dataclass(frozen=True, slots=True)
 class Place:
-    """Where a run folder is filled, and where it will be."""
+    """Where a run folder is filled, where it will be, and since when."""
 
     aside: Path
     target: Path
+    choice: RunFolder
+    started: float  # [s], of perf_counter
 
 
 @dataclass(slots=True)
@@ -80,6 +96,7 @@ def run_episode(
     out: Path = RUNS,
     gui: bool = False,
     on_step: OnStep | None = None,
+    choice: RunFolder | None = None,
 ) -> Outcome:
     """Run a scenario and leave its run folder `<scenario>-<planner>-<seed>-<hash>`.
 
@@ -88,6 +105,7 @@ def run_episode(
         out: Where run folders go.
         gui: Show SUMO's window.
         on_step: Gets every step, for a progress display.
+        choice: Another place or content of the run folder.
 
     Returns:
         The outcome; failures of planner and simulator are outcomes too.
@@ -97,14 +115,15 @@ def run_episode(
         SimulationError: If the simulator cannot be loaded.
         ResultsError: If the run folder cannot be written.
     """
+    started = perf_counter()
+    choice = choice or RunFolder()
     layout = make_layout(scenario)
     if layout.network is not None:
         check_simulator()
     planner = make_scenario_planner(scenario)
-    road_map = _road_map(layout)
     recorder = _Recorder(on_step)
-    identity = _identity(scenario, layout)
-    target = out / _folder_name(scenario, identity["run_hash"])
+    identity = run_identity(scenario, _net_file(layout))
+    target = choice.target or out / _folder_name(scenario, identity["run_hash"])
     with whole_folder(target) as folder:
         world = make_world(scenario, layout, folder, gui=gui)
         try:
@@ -120,8 +139,14 @@ def run_episode(
         trace = build_trace(
             _setting(scenario, layout), recorder.records, ending, recorder.elapsed
         )
-        write_map(road_map, folder)
-        return _leave(scenario, identity, ending, trace, Place(folder, target))
+        place = Place(folder, target, choice, started)
+        if choice.keeps_trace(ending):
+            write_map(_road_map(layout), folder)
+        without = vehicles_without_ego(scenario, layout, trace, world, folder)
+        if without is not None and choice.keeps_trace(ending):
+            file = folder / WITHOUT_EGO_FILE
+            write_tables([(without, TABLES["vehicles"], file)])
+        return _leave(scenario, identity, ending, trace, place, without)
 
 
 def record_crash(scenario: Scenario, reason: str, out: Path = RUNS) -> Outcome:
@@ -129,15 +154,17 @@ def record_crash(scenario: Scenario, reason: str, out: Path = RUNS) -> Outcome:
 
     Its trace holds no steps: they died with the process.
     """
+    started = perf_counter()
     layout = make_layout(scenario)
     ending = Ending(EpisodeStatus.CRASHED, reason)
-    identity = _identity(scenario, layout)
+    identity = run_identity(scenario, _net_file(layout))
     target = out / _folder_name(scenario, identity["run_hash"])
     trace = build_trace(_setting(scenario, layout), [], ending, [])
     road_map = _road_map(layout)
     with whole_folder(target) as folder:
         write_map(road_map, folder)
-        return _leave(scenario, identity, ending, trace, Place(folder, target))
+        place = Place(folder, target, RunFolder(), started)
+        return _leave(scenario, identity, ending, trace, place)
 
 
 def make_scenario_planner(scenario: Scenario) -> Planner:
@@ -156,11 +183,16 @@ def _leave(
     ending: Ending,
     trace: Trace,
     place: Place,
+    without_ego: Table | None = None,
 ) -> Outcome:
     """Measure an episode and write everything about it."""
-    row = metric_row(trace)
+    row = metric_row(trace, without_ego)
     hashed = trace_hash(trace)
-    write_trace(trace, place.aside)
+    kept = place.choice.keeps_trace(ending)
+    if kept:
+        write_trace(trace, place.aside)
+    else:
+        (place.aside / TRAFFIC_FILE).unlink(missing_ok=True)
     _write_json(place.aside / "metrics.json", row)
     command = ["rearview", "run", f"{place.target}/{CONFIG_FILE}"]
     about = {
@@ -169,16 +201,24 @@ def _leave(
         "trace_hash": hashed,
         "status": str(ending.status),
         "reason": ending.reason,
+        "trace_kept": kept,
+        "wall_s": perf_counter() - place.started,
         "command": shlex.join([*command, "--out", str(place.target.parent)]),
+        **place.choice.facts,
     }
     _write_json(place.aside / "manifest.json", about)
     _write_config(place.aside / CONFIG_FILE, scenario)
     return Outcome(ending, row, trace, hashed, place.target)
 
 
+def _net_file(layout: Layout) -> Path | None:
+    """Give the network's file, None in the world without a simulator."""
+    return layout.network.net_file if layout.network else None
+
+
 def _road_map(layout: Layout) -> RoadMap:
     """Collect the lanes about the ego's route for pictures."""
-    return map_around(layout.path, layout.network.net_file if layout.network else None)
+    return map_around(layout.path, _net_file(layout))
 
 
 def _loop_settings(scenario: Scenario, lanes: Lanes) -> LoopSettings:
@@ -191,6 +231,7 @@ def _loop_settings(scenario: Scenario, lanes: Lanes) -> LoopSettings:
         duration=simulation.duration_s,
         horizon=simulation.horizon_s,
         blocked_after=simulation.blocked_after_s,
+        predictor=PREDICTORS[simulation.predictor],
         lanes=lanes,
     )
 
@@ -212,28 +253,6 @@ def _setting(scenario: Scenario, layout: Layout) -> Setting:
     )
 
 
-def _identity(scenario: Scenario, layout: Layout) -> dict[str, Any]:
-    """Say what the run is made from, and hash that."""
-    configuration = config_hash(scenario.resolved())
-    network = manifest.file_hash(layout.network.net_file) if layout.network else None
-    code = manifest.code_hash()
-    source = planner_source(scenario.planner.name)
-    planner = manifest.file_hash(source) if source else None
-    parts = f"{configuration} {network} {code} {planner}"
-    return {
-        "run_hash": manifest.text_hash(parts),
-        "config_hash": configuration,
-        "network_hash": network,
-        "code_hash": code,
-        "planner_hash": planner,
-        "scenario": scenario.name,
-        "planner": scenario.planner.name,
-        "seed": scenario.simulation.seed,
-        "versions": manifest.versions(),
-        "git": manifest.git_state(),
-    }
-
-
 def _folder_name(scenario: Scenario, run_hash: str) -> str:
     """Name the run folder."""
     planner = "".join(
@@ -250,5 +269,4 @@ def _write_json(path: Path, content: dict[str, Any]) -> None:
 
 def _write_config(path: Path, scenario: Scenario) -> None:
     """Write the resolved configuration."""
-    text = yaml.safe_dump(scenario.resolved(), sort_keys=False, allow_unicode=True)
-    path.write_text(text, encoding="utf-8")
+    path.write_text(config_text(scenario.resolved()), encoding="utf-8")

@@ -15,3 +15,7 @@ class SimulationError(ExperimentError):
 
 class ResultsError(ExperimentError):
     """A result could not be written or read."""
+
+
+class ExecutorError(ExperimentError):
+    """Those who drive the runs of a sweep cannot be reached or are lost."""

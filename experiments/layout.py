@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.config import Ego, Obstacle, RandomObstacles, Scenario
+from experiments.config.road import Road
 from experiments.cosim.kinematic_world import constant_road
 from experiments.cosim.obstacles import PlacedBody, obstacles_on_path
 from experiments.cosim.projection import state_on_path
@@ -207,7 +208,17 @@ def _plain(scenario: Scenario) -> Layout:
         raise scenario.error(("road",), "is missing")
     segments = [_SEGMENTS[kind](*numbers) for kind, *numbers in road.segments]
     path = ReferencePath.from_segments(segments)
-    return Layout(path, constant_road(path, road.half_width_m), Obstacles.none())
+    bounds = constant_road(path, road.half_width_m)
+    return Layout(path, bounds, Obstacles.none(), lanes=_plain_lanes(road))
+
+
+def _plain_lanes(road: Road) -> Lanes:
+    """Put the lanes of a kinematic road side by side about its path."""
+    if road.lanes is None:
+        return Lanes.none()
+    count, width = road.lanes.count, road.lanes.width_m
+    centres = width * (np.arange(count, dtype=np.float64) - (count - 1) / 2.0)
+    return Lanes(np.zeros(1), centres[:, None], np.full((count, 1), width))
 
 
 def _sumo_road(scenario: Scenario) -> Layout:

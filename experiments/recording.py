@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.cosim.records import Ending, StepRecord
+from experiments.cosim.records import Ending, StepRecord, TrafficState
 from experiments.trace import TABLES, TIMING, Column, Table, Trace, column
 from planner.geometry.reference_path import ReferencePath
 from planner.scene import Obstacles, RoadBounds
@@ -56,7 +56,7 @@ def build_trace(
     return Trace(
         episode=_episode(setting, ending),
         steps=_steps(setting, records),
-        vehicles=_vehicles(setting.path, records),
+        vehicles=vehicle_table(setting.path, [(r.index, r.traffic) for r in records]),
         plans=_plans(records),
         obstacles=_obstacles(setting.obstacles),
         signals=_signals(records),
@@ -186,10 +186,12 @@ def _plan_cells(record: StepRecord) -> tuple[object, ...]:
     )
 
 
-def _vehicles(path: ReferencePath, records: Sequence[StepRecord]) -> Table:
+def vehicle_table(
+    path: ReferencePath, moments: Sequence[tuple[int, TrafficState]]
+) -> Table:
     """Make one row for each vehicle in each step."""
-    traffic = [r.traffic for r in records]
-    index = np.repeat([r.index for r in records], [len(t.ids) for t in traffic])
+    traffic = [state for _, state in moments]
+    index = np.repeat([number for number, _ in moments], [len(t.ids) for t in traffic])
     ids = [name for t in traffic for name in t.ids]
     names = ("x", "y", "heading", "speed", "acceleration", "length", "width")
     columns = {

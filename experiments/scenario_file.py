@@ -3,11 +3,13 @@
 import hashlib
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import yaml
 from pydantic import ValidationError
 
 from experiments.config import DEFAULT_PLANNER, Scenario
@@ -24,6 +26,8 @@ from experiments.strict_yaml import (
 SCENARIO_FOLDER = Path(__file__).parent / "scenarios"
 CONFIG_FILE = "config.yaml"  # the scenario in a run folder
 SCHEMA_FILE = SCENARIO_FOLDER / "scenario.schema.json"
+
+Change = tuple[KeyPath, Plain, str]  # key path, value, where it was written
 
 _KEY_PART = re.compile(r"\.?([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]+)\]")
 
@@ -77,24 +81,55 @@ def load_scenario(
     Raises:
         ConfigError: One line that names the file, the key and what is allowed.
     """
-    path = find_scenario(name)
-    document = read_document(path)
-    if not isinstance(document.data, dict):
-        raise ConfigError(f"{path}: holds no keys; allowed: a scenario, see the schema")
+    document = scenario_document(name)
     if planner is not None:
         _choose_planner(document, planner)
     if seed is not None:
         _override(document, ("simulation", "seed"), seed, f"--seed {seed}")
     for override in overrides:
         _override(document, *_parse_override(override))
-    _anchor_network(document, path.parent)
+    _anchor_network(document)
     return check_scenario(document)
+
+
+def scenario_document(name: str) -> Document:
+    """Read a scenario, a shipped name or a file, without checking it yet."""
+    path = find_scenario(name)
+    document = read_document(path)
+    if not isinstance(document.data, dict):
+        raise ConfigError(f"{path}: holds no keys; allowed: a scenario, see the schema")
+    return document
+
+
+def changed(document: Document, changes: Sequence[Change]) -> Document:
+    """Copy a scenario's document with other values in it.
+
+    Args:
+        document: What `scenario_document` gave; stays as it is.
+        changes: Key path, value, and the words that messages name the place with;
+            the path ("planner",) takes another planner and drops the settings of the
+            one before.
+
+    Returns:
+        The changed copy.
+
+    Raises:
+        ConfigError: If a path leads nowhere.
+    """
+    copy = Document(document.name, deepcopy(document.data), dict(document.places))
+    for path, value, option in changes:
+        if path == ("planner",):
+            _choose_planner(copy, str(value))
+        else:
+            _override(copy, path, deepcopy(value), option)
+    _anchor_network(copy)
+    return copy
 
 
 def check_scenario(document: Document) -> Scenario:
     """Check plain data against the schema; raises ConfigError."""
     try:
-        scenario = Scenario.model_validate(_tuples(document.data))
+        scenario = Scenario.model_validate(tuples(document.data))
     except ValidationError as error:
         raise ConfigError(describe(error, document, scenario_schema())) from error
     return scenario.from_document(document)
@@ -106,9 +141,18 @@ def scenario_schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
-def schema_text() -> str:
-    """Write the JSON Schema as the committed file holds it."""
-    return json.dumps(scenario_schema(), indent=2, ensure_ascii=False) + "\n"
+def schema_text(schema: dict[str, Any] | None = None) -> str:
+    """Write a JSON Schema, of scenarios if none, as the committed file holds it."""
+    return json.dumps(schema or scenario_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def config_text(resolved: Mapping[str, Any]) -> str:
+    """Write a resolved configuration as YAML, by libyaml where it is there."""
+    dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+    text: str = yaml.dump(
+        dict(resolved), Dumper=dumper, sort_keys=False, allow_unicode=True
+    )
+    return text
 
 
 def config_hash(resolved: dict[str, Any]) -> str:
@@ -124,31 +168,37 @@ def config_hash(resolved: dict[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _tuples(value: Any) -> Any:
+def tuples(value: Any) -> Any:
     """Turn lists into tuples, which is what strict, frozen sections hold."""
     if isinstance(value, list):
-        return tuple(_tuples(item) for item in value)
+        return tuple(tuples(item) for item in value)
     if isinstance(value, dict):
-        return {key: _tuples(item) for key, item in value.items()}
+        return {key: tuples(item) for key, item in value.items()}
     return value
+
+
+def parse_key(text: str) -> KeyPath | None:
+    """Split `a.b[0]` into a key path; None if it is none."""
+    path: list[str | int] = []
+    position = 0
+    while position < len(text):
+        match = _KEY_PART.match(text, position)
+        if match is None or (position == 0 and match[0].startswith(".")):
+            return None
+        path.append(match[1] or int(match[2]))
+        position = match.end()
+    return tuple(path) or None
 
 
 def _parse_override(text: str) -> tuple[KeyPath, Plain, str]:
     """Split `a.b[0]=c` into key path, value and the words for messages."""
     key, equals, value = text.partition("=")
     option = f"--set {text}"
-    path: list[str | int] = []
-    position = 0
-    while position < len(key):
-        match = _KEY_PART.match(key, position)
-        if match is None or (position == 0 and match[0].startswith(".")):
-            break
-        path.append(match[1] or int(match[2]))
-        position = match.end()
-    if not equals or not path or position < len(key):
+    path = parse_key(key)
+    if not equals or path is None:
         raise ConfigError(f"{option}: is not understood; allowed: key.path=value")
     try:
-        return tuple(path), parse_scalar(value), option
+        return path, parse_scalar(value), option
     except ConfigError as error:
         problem = str(error).removeprefix("value:1: ").removeprefix("the file: ")
         raise ConfigError(f"{option}: {problem}") from error
@@ -198,8 +248,9 @@ def _choose_planner(document: Document, name: str) -> None:
     _override(document, ("planner",), {"name": name}, f"--planner {name}")
 
 
-def _anchor_network(document: Document, folder: Path) -> None:
+def _anchor_network(document: Document) -> None:
     """Make a network file's path absolute; it is written relative to the scenario."""
+    folder = Path(document.name).parent
     network = document.data.get("network") if isinstance(document.data, dict) else None
     if isinstance(network, dict):
         file = network.get("file")

@@ -6,7 +6,7 @@ stamps: the same trace gives the same bytes.
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import duckdb
@@ -39,15 +39,25 @@ def write_trace(trace: Trace, folder: Path) -> None:
     Raises:
         ResultsError: If a file cannot be written, for example on a full disk.
     """
+    write_tables(
+        (getattr(trace, name), kinds, folder / file_name(name))
+        for name, kinds in {**TABLES, "timing": TIMING}.items()
+    )
+
+
+def write_tables(tables: Iterable[tuple[Table, Mapping[str, Kind], Path]]) -> None:
+    """Write tables, each with its kinds to its file.
+
+    Raises:
+        ResultsError: If a file cannot be written.
+    """
     with duckdb.connect(config={"threads": 1}) as database:
-        for name, kinds in {**TABLES, "timing": TIMING}.items():
-            path = folder / file_name(name)
+        for table, kinds, path in tables:
             try:
-                _write(database, getattr(trace, name), kinds, path)
+                _write(database, table, kinds, path)
             except duckdb.Error as error:
-                raise ResultsError(f"{path}: cannot be written: {_short(error)}") from (
-                    error
-                )
+                problem = f"{path}: cannot be written: {_short(error)}"
+                raise ResultsError(problem) from error
 
 
 def read_trace(folder: Path) -> Trace:

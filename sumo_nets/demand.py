@@ -5,6 +5,7 @@ could not be continued from a saved state, and would mix our randomness with its
 """
 
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -17,6 +18,7 @@ from sumo_nets.errors import NetworkError
 from sumo_nets.vehicle_types import (
     MODELS,
     EgoType,
+    LeaderType,
     VehicleType,
     speed_factor,
     type_attributes,
@@ -24,6 +26,9 @@ from sumo_nets.vehicle_types import (
 
 # More than three saturated lanes can take.
 MAX_FLOW = 9000.0
+
+OWN = "own"  # the stream of the ego's carriageway
+EGO_LANE = "ego_lane"  # a second one there, which departs in the ego's lane
 
 # Relative shares of the car-following models unless the demand says otherwise. ACC is
 # rare: SUMO's brakes with 6 m/s² and more before red lights, the others seldom do.
@@ -48,6 +53,8 @@ class Demand:
     models: tuple[tuple[str, float], ...] = COMMON_MODELS
     own_lane: int | None = None  # in which the ego's carriageway is fed; None: any
     keep_right: bool = True  # whether drivers go back to the right when they can
+    ego_lane_veh_per_h: float = 0.0  # more of the ego's carriageway, in the ego's lane
+    leader: LeaderType | None = None  # its type is written; it enters with the ego
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -55,7 +62,12 @@ class Demand:
         Raises:
             NetworkError: If a field is outside its range; the message names both.
         """
-        for name in ("own_veh_per_h", "oncoming_veh_per_h", "cross_veh_per_h"):
+        for name in (
+            "own_veh_per_h",
+            "ego_lane_veh_per_h",
+            "oncoming_veh_per_h",
+            "cross_veh_per_h",
+        ):
             self._check(name, MAX_FLOW)
         for name in ("van_share", "truck_share", "cautious_share", "aggressive_share"):
             self._check(name, 1.0)
@@ -78,10 +90,11 @@ class Demand:
         """Say how many vehicles per hour the stream of this name gets."""
         flows = {
             "own": self.own_veh_per_h,
+            EGO_LANE: self.ego_lane_veh_per_h,
             "oncoming": self.oncoming_veh_per_h,
             "cross": self.cross_veh_per_h,
         }
-        family = stream.split("_", maxsplit=1)[0]
+        family = stream if stream in flows else stream.split("_", maxsplit=1)[0]
         if family not in flows:
             raise NetworkError(
                 f'no flow for stream "{stream}"; its name must begin with own, '
@@ -130,8 +143,8 @@ def vehicles_for(
         raise NetworkError(f"begin = {begin:g}, end = {end:g}: 0 <= begin <= end < inf")
     drawn = [
         vehicle
-        for stream in network.streams
-        for vehicle in _draw_stream(stream, demand, seed, begin, end)
+        for stream, lane in _fed(network, demand)
+        for vehicle in _draw_stream(stream, lane, demand, seed, (begin, end))
     ]
     return tuple(sorted(drawn, key=lambda vehicle: (vehicle.depart, vehicle.id)))
 
@@ -165,7 +178,7 @@ def write_demand(
         NetworkError: As `vehicles_for`, or if the file cannot be written.
     """
     vehicles = vehicles_for(network, demand, seed, begin, end)
-    text = routes_text(network, vehicles, ego)
+    text = routes_text(network, vehicles, ego, demand.leader)
     target = Path(path)
     aside = target.with_name(f".{target.name}.{os.getpid()}")
     try:
@@ -177,12 +190,16 @@ def write_demand(
 
 
 def routes_text(
-    network: Network, vehicles: tuple[DemandVehicle, ...], ego: EgoType | None = None
+    network: Network,
+    vehicles: tuple[DemandVehicle, ...],
+    ego: EgoType | None = None,
+    leader: LeaderType | None = None,
 ) -> str:
     """Give the text of a route file with the types that are used."""
     root = ElementTree.Element("routes")
-    if ego is not None:
-        ElementTree.SubElement(root, "vType", ego.attributes())
+    for entering in (ego, leader):
+        if entering is not None:
+            ElementTree.SubElement(root, "vType", entering.attributes())
     for kind in sorted({vehicle.type for vehicle in vehicles}):
         attributes = type_attributes(kind)
         if vehicles and not vehicles[0].keep_right:
@@ -206,10 +223,23 @@ def routes_text(
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{body}\n'
 
 
+def _fed(network: Network, demand: Demand) -> Iterator[tuple[Stream, int | None]]:
+    """Give the streams, and the lane in which each departs."""
+    for stream in network.streams:
+        yield stream, demand.own_lane if stream.name == OWN else None
+        if stream.name == OWN:
+            yield Stream(EGO_LANE, stream.turns), network.lane
+
+
 def _draw_stream(
-    stream: Stream, demand: Demand, seed: int, begin: float, end: float
+    stream: Stream,
+    lane: int | None,
+    demand: Demand,
+    seed: int,
+    interval: tuple[float, float],
 ) -> list[DemandVehicle]:
     """Draw the vehicles of one stream, arrivals apart from everything else."""
+    begin, end = interval
     rate = demand.flow(stream.name) / 3600.0
     if rate == 0.0:
         return []
@@ -229,7 +259,7 @@ def _draw_stream(
                 type=kind,
                 speed_factor=speed_factor(kind, traits),
                 route=stream.turns[turn].route,
-                lane=demand.own_lane if stream.name == "own" else None,
+                lane=lane,
                 keep_right=demand.keep_right,
             )
         )

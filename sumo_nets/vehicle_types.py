@@ -63,6 +63,8 @@ MODELS = ("Krauss", "IDM", "EIDM", "ACC")
 
 LOWEST_FACTOR = 0.7
 
+LEADER = "leader"  # vType and vehicle of the slow leader
+
 
 @dataclass(frozen=True, slots=True, order=True)
 class VehicleType:
@@ -115,6 +117,43 @@ def speed_factor(vehicle_type: VehicleType, rng: np.random.Generator) -> float:
     drawn = rng.normal(temper.factor_mean, temper.factor_deviation)
     highest = KINDS[vehicle_type.kind].highest_factor
     return float(np.clip(drawn, LOWEST_FACTOR, highest))
+
+
+@dataclass(frozen=True, slots=True)
+class LeaderType:
+    """A steady driver who goes no faster than so; its vType has the id "leader"."""
+
+    kind: str
+    max_speed: float  # [m/s]
+
+    def __post_init__(self) -> None:
+        """Check the fields.
+
+        Raises:
+            NetworkError: If there is no such kind or the speed is not positive.
+        """
+        if self.kind not in KINDS:
+            known = ", ".join(KINDS)
+            raise NetworkError(f'leader kind "{self.kind}" is none of {known}')
+        if not 0.0 < self.max_speed < np.inf:
+            raise NetworkError(
+                f"leader max_speed = {self.max_speed:g} must be > 0 and finite"
+            )
+
+    @property
+    def length(self) -> float:
+        """Length of the vehicle [m]."""
+        return KINDS[self.kind].length
+
+    def attributes(self) -> dict[str, str]:
+        """Give the attributes of the vType element."""
+        highest = min(self.max_speed, KINDS[self.kind].max_speed)
+        return {
+            **type_attributes(VehicleType(self.kind, "normal", "Krauss")),
+            "id": LEADER,
+            "maxSpeed": f"{highest:g}",
+            "sigma": "0",
+        }
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,6 +48,13 @@ Segment = Annotated[
 ]
 
 
+class RoadLanes(Strict):
+    """Lanes of the same width, side by side about the reference path."""
+
+    count: Annotated[int, Field(ge=1, le=20)]
+    width_m: Size = 3.5
+
+
 class Road(Strict):
     """A road made of segments, for the kinematic world."""
 
@@ -59,6 +66,22 @@ class Road(Strict):
     half_width_m: Size = Field(
         default=5.0, description="road edge from the reference path"
     )
+    lanes: RoadLanes | None = Field(
+        default=None, description="marked lanes, their middle on the reference path"
+    )
+
+    @model_validator(mode="after")
+    def _lanes_on_the_road(self) -> Self:
+        """Refuse lanes that are wider than the road."""
+        if self.lanes is not None:
+            widest = 2.0 * self.half_width_m / self.lanes.count
+            if self.lanes.width_m > widest:
+                raise mismatch(
+                    "lanes.width_m",
+                    f"is {self.lanes.width_m:g}; allowed: at most {widest:g}, "
+                    f"2 half_width_m / count",
+                )
+        return self
 
     @model_validator(mode="after")
     def _edges_inside_bends(self) -> Self:

@@ -42,6 +42,16 @@ class Simulation(Strict):
     blocked_after_s: Annotated[float, Field(gt=0.0, le=3600.0)] = Field(
         default=20.0, description="standing this long without a way on ends the episode"
     )
+    predictor: Literal["constant_speed", "held_braking"] = Field(
+        default="constant_speed",
+        description="where vehicles are expected: on at their speed, or who brakes "
+        "goes on braking until it stands",
+    )
+    without_ego: bool = Field(
+        default=False,
+        description="world sumo: drive the same seed without the ego too, to measure "
+        "what it costs those behind",
+    )
 
 
 class Scenario(Strict):
@@ -97,6 +107,9 @@ class Scenario(Strict):
             raise mismatch("vehicles", "is not for world sumo; allowed: traffic")
         if not sumo and self.traffic is not None:
             raise mismatch("traffic", "is not for world kinematic; allowed: vehicles")
+        if not sumo and self.simulation.without_ego:
+            problem = "is for world sumo, where vehicles react; allowed: false"
+            raise mismatch("simulation.without_ego", problem)
         beyond = self.beyond(self.road.length) if self.road else None
         if beyond is not None:
             raise mismatch(dotted(beyond[0]), beyond[1])

@@ -1,6 +1,8 @@
 """Who else drives."""
 
-from typing import Annotated, Any, Self
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -14,17 +16,77 @@ from experiments.config.base import (
     mismatch,
 )
 
+# What `density` means, in each lane that is fed [vehicles/h].
+DENSITIES: Mapping[str, float] = MappingProxyType(
+    {"light": 350.0, "medium": 700.0, "dense": 1200.0}
+)
+USUAL_FLOW = 900.0  # [vehicles/h]
+
+# What `temper` means: shares of cautious and of aggressive drivers.
+TEMPERS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "cautious": (1.0, 0.0),
+        "normal": (0.0, 0.0),
+        "aggressive": (0.0, 1.0),
+        "mixed": (0.25, 0.2),
+    }
+)
+USUAL_TEMPER = "mixed"
+
+
+class SlowLeader(Strict):
+    """A vehicle ahead in the ego's lane that enters together with the ego."""
+
+    gap_m: Annotated[float, Field(ge=5.0, le=500.0)] = Field(
+        default=60.0, description="from the ego's front to its rear when both enter"
+    )
+    speed_mps: Annotated[float, Field(gt=0.0, le=70.0)] = Field(
+        description="its highest speed"
+    )
+    kind: Literal["car", "van", "truck"] = "truck"
+
+
+def _flow(data: dict[str, Any]) -> float | None:
+    """Give the flow where none is written: none beside a density."""
+    return USUAL_FLOW if data["density"] is None else None
+
+
+def _share(place: int) -> Callable[[dict[str, Any]], float]:
+    """Make the default of a share of drivers, which follows from their temper."""
+    return lambda data: TEMPERS[data["temper"] or USUAL_TEMPER][place]
+
 
 class Traffic(Strict):
     """Background traffic: vehicles per hour and their mix."""
 
-    own_veh_per_h: Flow = Field(default=900.0, description="on the ego's carriageway")
+    density: Literal["light", "medium", "dense"] | None = Field(
+        default=None,
+        description="in place of own_veh_per_h: 350, 700 or 1200 vehicles an hour in "
+        "each lane that is fed",
+    )
+    own_veh_per_h: Flow | None = Field(
+        default_factory=_flow,
+        description="on the ego's carriageway; 900 unless density is given",
+    )
+    ego_lane_veh_per_h: Flow = Field(
+        default=0.0, description="more of them, in the ego's lane"
+    )
+    slow_leader: SlowLeader | None = None
     oncoming_veh_per_h: Flow = 600.0
     cross_veh_per_h: Flow = Field(default=300.0, description="on each crossing arm")
     van_share: Share = 0.1
     truck_share: Share = 0.08
-    cautious_share: Share = 0.25
-    aggressive_share: Share = 0.2
+    temper: Literal["cautious", "normal", "aggressive", "mixed"] | None = Field(
+        default=None,
+        description="of the drivers: all of one temper, or a mix; in place of the two "
+        "shares below",
+    )
+    cautious_share: Share = Field(
+        default_factory=_share(0), description="0.25 unless temper is given"
+    )
+    aggressive_share: Share = Field(
+        default_factory=_share(1), description="0.2 unless temper is given"
+    )
     own_lane: Annotated[int, Field(ge=0, le=20)] | None = Field(
         default=None, description="lane that feeds the ego's carriageway; any if none"
     )
@@ -49,6 +111,30 @@ class Traffic(Strict):
                 raise mismatch(
                     other, f"{one} + {other} = {total:g}; allowed: at most 1"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _said_once(self) -> Self:
+        """Refuse a preset and numbers that say something else, or nothing at all."""
+        flow = self.own_veh_per_h
+        if self.density is None and flow is None:
+            raise mismatch("own_veh_per_h", "is null; allowed: a number, or density")
+        if self.density is not None and flow is not None:
+            problem = f"is {flow:g} beside density = {self.density}; allowed: one"
+            raise mismatch("own_veh_per_h", problem)
+        if self.temper is not None:
+            shares = zip(
+                ("cautious_share", "aggressive_share"),
+                TEMPERS[self.temper],
+                strict=True,
+            )
+            for key, expected in shares:
+                if getattr(self, key) != expected:
+                    problem = (
+                        f"is {getattr(self, key):g} beside temper = {self.temper}, "
+                        f"which makes it {expected:g}; allowed: one of them"
+                    )
+                    raise mismatch(key, problem)
         return self
 
 

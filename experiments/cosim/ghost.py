@@ -7,6 +7,12 @@ in the centre of the lane that the ego reaches into but is not counted in. When 
 front bumper crosses the line the two lanes change their roles, and so does the ghost.
 It never leaves the ego's edge: oncoming traffic is on another one. Inside junctions it
 works between the parallel lanes of one internal edge.
+
+SUMO itself notes, too, that the ego is over a line, but only in the step in which it
+moves the ego from one lane object to another, and with a duration of lane changes it
+forgets to take that back: long after, cars in the lane that the ego has left brake with
+all they have when it passes them. Once the body is inside its lane, the ego is put into
+the lane beside and back, which happens between two steps and clears the note.
 """
 
 from collections.abc import Sequence
@@ -16,7 +22,7 @@ from types import ModuleType
 import numpy as np
 
 from experiments.cosim import frames
-from experiments.cosim.lanes import Lane
+from experiments.cosim.lanes import Lane, edge_of
 from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
 
@@ -26,6 +32,7 @@ NO_LIMIT = 100.0  # [m/s], and as a factor of a lane's limit
 KEEP_ROUTE_EXACT = 3  # moveToXY: exact position, route kept
 NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
 LOOK_AHEAD = 4  # strips in which the ego may turn up next
+INSIDE_JUNCTION = ":"  # how the names of lanes there begin
 STRIP_MARGIN = 1.0  # a front bumper farther outside its edge is not on it [m]
 
 
@@ -100,6 +107,7 @@ class Ghost:
 
     Args:
         sumo: The running libsumo module.
+        ego_id: The ego.
         route_id: The ego's route, which the ghost shares.
         type_id: The ego's vehicle type.
         strips: All lanes of each edge on the ego's way, also inside junctions, in the
@@ -109,11 +117,13 @@ class Ghost:
     def __init__(
         self,
         sumo: ModuleType,
+        ego_id: str,
         route_id: str,
         type_id: str,
         strips: Sequence[Sequence[Lane]],
     ) -> None:
         self._sumo = sumo
+        self._ego_id = ego_id
         self._route_id = route_id
         # SUMO refuses a departure above the lane's limit or the type's own; the ghost
         # has to keep up with the ego whatever it does.
@@ -122,6 +132,7 @@ class Ghost:
         sumo.vehicletype.setMaxSpeed(GHOST_TYPE, NO_LIMIT)
         self._strips = tuple(tuple(strip) for strip in strips)
         self._strip = 0  # where the ego was last seen
+        self._noted = False  # SUMO may think that the ego is over a line
         self.pose: GhostPose | None = None
 
     def update(self, ego: CartesianState, vehicle: Vehicle) -> None:
@@ -134,8 +145,11 @@ class Ghost:
         self.pose = ghost_pose(self._strips[self._locate(ego, vehicle)], ego, vehicle)
         if self.pose is not None:
             self._place(self.pose, max(ego.speed, 0.0), alive=alive)
+            self._noted = True
         elif alive:
             self._sumo.vehicle.remove(GHOST_ID)
+        elif self._noted:  # a step later: SUMO has the ego inside its lane too
+            self._noted = not _clear_note(self._sumo, self._ego_id)
 
     def _locate(self, ego: CartesianState, vehicle: Vehicle) -> int:
         """Follow the ego along its route: on this edge, or already on the next?"""
@@ -170,3 +184,20 @@ class Ghost:
             frames.angle_from_heading(pose.heading),
             KEEP_ROUTE_EXACT,
         )
+
+
+def _clear_note(sumo: ModuleType, ego_id: str) -> bool:
+    """Make SUMO look again which lanes the ego occupies; tell whether it did."""
+    name = str(sumo.vehicle.getLaneID(ego_id))
+    if not name or name.startswith(INSIDE_JUNCTION):
+        return False
+    edge, index = edge_of(name), sumo.vehicle.getLaneIndex(ego_id)
+    beside = index + 1 if index + 1 < sumo.edge.getLaneNumber(edge) else index - 1
+    if beside >= 0:
+        position = sumo.vehicle.getLanePosition(ego_id)
+        other = f"{edge}_{beside}"
+        # in a bend the lane beside may be shorter
+        there = min(position, sumo.lane.getLength(other))
+        sumo.vehicle.moveTo(ego_id, other, there)
+        sumo.vehicle.moveTo(ego_id, name, position)
+    return True

@@ -11,7 +11,10 @@ from types import ModuleType
 import numpy as np
 
 from experiments.cosim import frames
-from experiments.cosim.session import EGO_ID, SumoWorld, sumo_errors
+from experiments.cosim.entry import EGO_ID
+from experiments.cosim.ghost import NO_LIMIT
+from experiments.cosim.session import SumoWorld, sumo_errors
+from experiments.cosim.sumo_settings import SumoSettings
 from experiments.errors import SimulationError
 from planner.interface import PlanResult, PlanStatus
 from planner.scene import Scene
@@ -21,7 +24,16 @@ STANDING = 0.05  # a step this short has no curvature [m]
 
 
 class SelfDrivenWorld(SumoWorld):
-    """A SUMO world whose ego is driven by SUMO."""
+    """A SUMO world whose ego is driven by SUMO.
+
+    Args:
+        settings: As of every SUMO world.
+        target_speed: That the driver wishes for, as a planner does [m/s].
+    """
+
+    def __init__(self, settings: SumoSettings, target_speed: float) -> None:
+        super().__init__(settings)
+        self._target_speed = target_speed
 
     def advance(self, ego: CartesianState) -> CartesianState:
         """Let SUMO move everyone, the ego too.
@@ -55,10 +67,15 @@ class SelfDrivenWorld(SumoWorld):
         return CartesianState(rear_x, rear_y, heading, curvature, speed, acceleration)
 
     def _take_over(self, sumo: ModuleType) -> None:
-        """Leave SUMO's driver at the wheel, with the ego's limits."""
+        """Leave SUMO's driver at the wheel, with the ego's limits and wish.
+
+        The limits of lanes bind SUMO's driver no more than they do a planner.
+        """
         limits = self._settings.vehicle.limits
+        wish = min(limits.max_speed, self._target_speed)
         sumo.vehicle.setAccel(EGO_ID, limits.max_acceleration)
-        sumo.vehicle.setMaxSpeed(EGO_ID, limits.max_speed)
+        sumo.vehicle.setMaxSpeed(EGO_ID, wish)
+        sumo.vehicle.setSpeedFactor(EGO_ID, NO_LIMIT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,12 +1,11 @@
 """SUMO as a world: the only module that imports libsumo.
 
 One simulation per process: libsumo holds a single one, and a second start would
-silently take the place of the first. Vehicles are read with plain getters, which in
-libsumo are faster than subscriptions.
+silently take the place of the first.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import ModuleType
 
@@ -14,30 +13,26 @@ import numpy as np
 
 from experiments.cosim import frames, obstacles
 from experiments.cosim.abreast import LaneChangeHold, abreast
-from experiments.cosim.ghost import (
-    GHOST_ID,
-    KEEP_ROUTE_EXACT,
-    NO_CHECKS,
-    Ghost,
-    lane_of,
+from experiments.cosim.entry import (
+    EGO_ID,
+    EGO_ROUTE,
+    Departure,
+    departures,
+    stands_free,
+    start_state,
 )
-from experiments.cosim.lanes import Lane, all_lanes, edge_lanes, route_strips
-from experiments.cosim.projection import state_on_path
+from experiments.cosim.ghost import GHOST_ID, KEEP_ROUTE_EXACT, NO_CHECKS, Ghost
+from experiments.cosim.lanes import all_lanes, edge_lanes, route_strips
 from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.sumo_settings import SumoSettings, command_line
+from experiments.cosim.vehicle_reader import VehicleReader, traffic_state
 from experiments.errors import SimulationError
-from planner.geometry.rectangles import Rectangle, distance
 from planner.geometry.reference_path import ReferencePath
 from planner.scene import Obstacles, RoadBounds
 from planner.states import CartesianState
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
 
-EGO_ID = "ego"
-EGO_ROUTE = "route@ego"
-ENTRY_CLEARANCE = 0.5  # between the ego and anybody where it enters [m]
-ENTRY_TIMES = tuple(0.2 * k for k in range(11))  # a lane changer is followed for [s]
-DRIFTING = 0.05  # a lateral speed from here on is a lane change [m/s]
 SYSTEM_LIBRARIES = "libgl1 libx11-6 libxext6 libxrender1 libatomic1 libexpat1"
 
 
@@ -55,9 +50,9 @@ class SumoWorld:
         self._hold: LaneChangeHold | None = None
         self._traffic: TrafficState | None = None  # as last observed
         self._ego_front = (math.nan, math.nan)
-        self._twins: frozenset[str] = frozenset()
-        self._sizes: dict[str, tuple[float, float]] = {}
+        self._reader: VehicleReader | None = None
         self._steps = 0
+        self._entry_steps = 0
         self._reported_collisions = 0
 
     @property
@@ -81,6 +76,11 @@ class SumoWorld:
         return self._settings.obstacles
 
     @property
+    def entry_steps(self) -> int:
+        """Steps after the warm-up in the last of which the ego entered."""
+        return self._entry_steps
+
+    @property
     def reported_collisions(self) -> int:
         """Steps in which SUMO itself saw the ego collide: a cross-check, no truth.
 
@@ -98,26 +98,17 @@ class SumoWorld:
             SimulationError: If SUMO does not start, or finds no gap in time.
         """
         settings = self._settings
-        sumo = self._start()
-        with sumo_errors(sumo, "setting up"):
-            route_lanes = [edge_lanes(sumo, edge) for edge in settings.route]
-            edge, lane, position = self._departure(sumo, route_lanes)
-            sumo.route.add(EGO_ROUTE, list(settings.route[edge:]))
-            self._place_obstacles(sumo)
-            self._check_ego_type(sumo)
-            self._check_stop_lines(sumo)
-        with sumo_errors(sumo, "warming up"):
-            if settings.warm_up > 0.0:
-                sumo.simulationStep(settings.begin + settings.warm_up)
+        sumo, entering = self._set_up()
         with sumo_errors(sumo, "inserting the ego"):
-            self._insert(sumo, lane, position)
+            self._insert(sumo, entering)
             speed = float(sumo.vehicle.getSpeed(EGO_ID))
+        edge = entering[0].edge
         if settings.ghost:
             with sumo_errors(sumo, "reading the lanes"):
                 strips = route_strips(sumo, settings.route[edge:])
-                self._ghost = Ghost(sumo, EGO_ROUTE, settings.ego_type, strips)
+                self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, settings.ego_type, strips)
         self._hold = LaneChangeHold(sumo)
-        ego = self._start_state(speed)
+        ego = start_state(settings, speed)
         self._ego_front = frames.front_from_rear_axle(ego, settings.vehicle)[:2]
         return ego
 
@@ -127,29 +118,12 @@ class SumoWorld:
         Raises:
             SimulationError: If SUMO fails.
         """
-        sumo = self._running()
+        sumo, reader = self._running(), self._reading()
         with sumo_errors(sumo, "reading the traffic"):
-            ids, rows = self._read_vehicles(sumo)
+            ids, rows = reader.near(self._ego_front, self._settings.view_radius)
             signals = self._read_signals(sumo)
-        x, y, angle, speed, acceleration, lateral, length, width = (
-            np.array(rows, dtype=np.float64).reshape(-1, 8).T
-        )
-        heading = frames.heading_from_angle(angle)
-        centre_x, centre_y = frames.centre_from_front(x, y, heading, length)
-        self._traffic = TrafficState(
-            self._steps * self.step,
-            tuple(ids),
-            centre_x,
-            centre_y,
-            heading,
-            speed,
-            acceleration,
-            length,
-            width,
-            signals,
-            self._ghost_state(),
-            lateral,
-        )
+        time = self._steps * self.step
+        self._traffic = traffic_state(time, ids, rows, signals, self._ghost_state())
         return self._traffic
 
     def advance(self, ego: CartesianState) -> CartesianState:
@@ -188,6 +162,7 @@ class SumoWorld:
     def close(self) -> None:
         """End the simulation; allowed at any time and more than once."""
         sumo, self._sumo, self._ghost = self._sumo, None, None
+        self._reader = None
         if sumo is not None and sumo.isLoaded():
             with sumo_errors(sumo, "closing"):
                 sumo.close()
@@ -197,6 +172,30 @@ class SumoWorld:
         if self._sumo is None:
             raise SimulationError("the simulation is not running: call enter() first")
         return self._sumo
+
+    def _reading(self) -> VehicleReader:
+        """Give the reader of a simulation that is set up."""
+        if self._reader is None:
+            raise SimulationError("the simulation is not set up: call enter() first")
+        return self._reader
+
+    def _set_up(self) -> tuple[ModuleType, list[Departure]]:
+        """Start SUMO, place the obstacles, run the warm-up, say who is to enter."""
+        settings = self._settings
+        sumo = self._start()
+        with sumo_errors(sumo, "setting up"):
+            route_lanes = [edge_lanes(sumo, edge) for edge in settings.route]
+            entering = departures(sumo, settings, route_lanes)
+            for one in entering:
+                sumo.route.add(one.route, list(settings.route[one.edge :]))
+            hidden = {EGO_ID, GHOST_ID, *self._place_obstacles(sumo)}
+            self._reader = VehicleReader(sumo, hidden)
+            self._check_ego_type(sumo)
+            self._check_stop_lines(sumo)
+        with sumo_errors(sumo, "warming up"):
+            if settings.warm_up > 0.0:
+                sumo.simulationStep(settings.begin + settings.warm_up)
+        return sumo, entering
 
     def _start(self) -> ModuleType:
         """Start SUMO on the settings' files."""
@@ -213,38 +212,12 @@ class SumoWorld:
             sumo.start(command_line(self._settings))
         return sumo
 
-    def _departure(
-        self, sumo: ModuleType, route_lanes: list[list[Lane]]
-    ) -> tuple[int, Lane, float]:
-        """Find edge, lane and SUMO's lane position of the ego's front bumper."""
-        settings = self._settings
-        start = self._start_state(0.0)
-        x, y, _ = frames.front_from_rear_axle(start, settings.vehicle)
-        for index, lanes in enumerate(route_lanes):
-            number = lane_of(lanes, x, y)
-            if number is not None:
-                lane = lanes[number]
-                # SUMO may count a lane longer or shorter than it is drawn.
-                scale = float(sumo.lane.getLength(lane.id)) / lane.length
-                return index, lane, lane.project(x, y)[0] * scale
-        raise SimulationError(
-            f"at start_s = {settings.start_s:g} m, start_offset = "
-            f"{settings.start_offset:g} m the ego's front bumper is on none of the "
-            f"edges {', '.join(settings.route)}"
-        )
-
-    def _start_state(self, speed: float) -> CartesianState:
-        """Give the ego's state where it starts."""
-        settings = self._settings
-        return state_on_path(
-            settings.path, settings.start_s, settings.start_offset, speed
-        )
-
-    def _place_obstacles(self, sumo: ModuleType) -> None:
-        """Make the obstacles visible to SUMO's traffic."""
-        if self.obstacles.ids:
-            found = obstacles.twins(self.obstacles, all_lanes(sumo))
-            self._twins = obstacles.place(sumo, found, EGO_ROUTE)
+    def _place_obstacles(self, sumo: ModuleType) -> frozenset[str]:
+        """Make the obstacles visible to SUMO's traffic; gives the names they get."""
+        if not self.obstacles.ids:
+            return frozenset()
+        found = obstacles.twins(self.obstacles, all_lanes(sumo))
+        return obstacles.place(sumo, found, EGO_ROUTE)
 
     def _check_ego_type(self, sumo: ModuleType) -> None:
         """Refuse an ego whose SUMO type has another size."""
@@ -267,121 +240,55 @@ class SumoWorld:
                     f"no {line.link}"
                 )
 
-    def _insert(self, sumo: ModuleType, lane: Lane, position: float) -> None:
-        """Wait for SUMO to find a safe gap for the ego, then take it over."""
-        settings = self._settings
-        wanted = settings.start_speed
-        if wanted is not None:
+    def _insert(self, sumo: ModuleType, entering: Sequence[Departure]) -> None:
+        """Wait for SUMO to find safe gaps for all of them, then take the ego over."""
+        settings, ego = self._settings, entering[0]
+        if ego.speed is not None:
             # How fast the ego enters is the scenario's business, not the limit's.
-            limit = float(sumo.lane.getMaxSpeed(lane.id))
-            factor = max(1.0, 1.001 * wanted / limit)
+            limit = float(sumo.lane.getMaxSpeed(ego.lane.id))
+            factor = max(1.0, 1.001 * ego.speed / limit)
             sumo.vehicletype.setSpeedFactor(settings.ego_type, factor)
         self._ego_front = frames.front_from_rear_axle(
-            self._start_state(0.0), settings.vehicle
+            start_state(settings, 0.0), settings.vehicle
         )[:2]
-        self._ask_to_enter(sumo, lane, position)
-        for _ in range(max(round(settings.entry_patience / settings.step), 1)):
+        ahead_first = entering[::-1]  # who enters behind someone adapts to them
+        for one in ahead_first:
+            one.ask(sumo)
+        for step in range(max(round(settings.entry_patience / settings.step), 1)):
             sumo.simulationStep()
-            if EGO_ID not in sumo.vehicle.getIDList():
+            arrived = {one.id for one in entering} & set(sumo.vehicle.getIDList())
+            if not arrived:
                 continue
-            if self._stands_free(sumo):
+            if len(arrived) == len(entering) and self._stands_free(sumo):
+                self._entry_steps = step + 1
                 break
-            # SUMO looks at the lane alone; someone reaches into it from the next one.
-            sumo.vehicle.remove(EGO_ID)
-            self._ask_to_enter(sumo, lane, position)
+            # All at once or nobody; SUMO looks at the lane alone, and someone may
+            # reach into it from the next one.
+            for one in ahead_first:
+                sumo.vehicle.remove(one.id)
+                one.ask(sumo)
         else:
             raise SimulationError(
                 f"no room to enter within {settings.entry_patience:g} s on lane "
-                f"{lane.id} at {position:.1f} m with "
-                f"{'any speed' if wanted is None else f'{wanted:g} m/s'}"
+                f"{ego.lane.id} at {ego.position:.1f} m with "
+                f"{'any speed' if ego.speed is None else f'{ego.speed:g} m/s'}"
             )
         self._take_over(sumo)
         if settings.gui:
             sumo.gui.trackVehicle("View #0", EGO_ID)
             sumo.gui.setZoom("View #0", 1200)
 
-    def _ask_to_enter(self, sumo: ModuleType, lane: Lane, position: float) -> None:
-        """Hand the ego to SUMO, which inserts it as soon as there is a gap."""
-        wanted = self._settings.start_speed
-        sumo.vehicle.add(
-            EGO_ID,
-            EGO_ROUTE,
-            typeID=self._settings.ego_type,
-            departLane=str(lane.index),
-            departPos=repr(float(position)),
-            departSpeed="max" if wanted is None else repr(float(wanted)),
-        )
-
     def _stands_free(self, sumo: ModuleType) -> bool:
-        """Tell whether nobody is at the ego's place, or about to move into it.
-
-        Someone in mid lane change is followed for a while, as is the ego.
-        """
-        vehicle = self._settings.vehicle
-        start = self._start_state(float(sumo.vehicle.getSpeed(EGO_ID)))
-        x, y = frames.centre_from_rear_axle(start, vehicle)
-        own = (
-            start.speed * math.cos(start.heading),
-            start.speed * math.sin(start.heading),
-        )
-        _, rows = self._read_vehicles(sumo)
-        for front_x, front_y, angle, speed, _, lateral, length, width in rows:
-            heading = float(frames.heading_from_angle(angle))
-            centre = frames.centre_from_front(
-                front_x, front_y, np.array(heading), np.array(length)
-            )
-            cos, sin = math.cos(heading), math.sin(heading)
-            other = speed * cos - lateral * sin, speed * sin + lateral * cos
-            for time in ENTRY_TIMES if abs(lateral) > DRIFTING else ENTRY_TIMES[:1]:
-                here = Rectangle(
-                    x + own[0] * time,
-                    y + own[1] * time,
-                    start.heading,
-                    vehicle.length,
-                    vehicle.width,
-                )
-                there = Rectangle(
-                    float(centre[0]) + other[0] * time,
-                    float(centre[1]) + other[1] * time,
-                    heading,
-                    length,
-                    width,
-                )
-                if distance(here, there) < ENTRY_CLEARANCE:
-                    return False
-        return True
+        """Tell whether nobody is in the way of the ego that SUMO has inserted."""
+        settings = self._settings
+        start = start_state(settings, float(sumo.vehicle.getSpeed(EGO_ID)))
+        _, rows = self._reading().near(self._ego_front, settings.view_radius)
+        return stands_free(settings.vehicle, start, rows)
 
     def _take_over(self, sumo: ModuleType) -> None:
         """Switch SUMO's own driver off."""
         sumo.vehicle.setSpeedMode(EGO_ID, NO_CHECKS)
         sumo.vehicle.setLaneChangeMode(EGO_ID, 0)
-
-    def _read_vehicles(
-        self, sumo: ModuleType
-    ) -> tuple[list[str], list[tuple[float, ...]]]:
-        """Read ids and (x, y, angle, three rates, length, width) of each vehicle."""
-        vehicles = sumo.vehicle
-        position, angle = vehicles.getPosition, vehicles.getAngle
-        speed, acceleration = vehicles.getSpeed, vehicles.getAcceleration
-        lateral = vehicles.getLateralSpeed
-        ego_x, ego_y = self._ego_front
-        square = self._settings.view_radius**2
-        ids: list[str] = []
-        rows: list[tuple[float, ...]] = []
-        for name in sorted(vehicles.getIDList()):
-            if name in (EGO_ID, GHOST_ID) or name in self._twins:
-                continue
-            x, y = position(name)
-            if (x - ego_x) ** 2 + (y - ego_y) ** 2 > square:
-                continue
-            size = self._sizes.get(name)
-            if size is None:
-                size = (vehicles.getLength(name), vehicles.getWidth(name))
-                self._sizes[name] = size
-            ids.append(name)
-            motion = (speed(name), acceleration(name), lateral(name))
-            rows.append((x, y, angle(name), *motion, *size))
-        return ids, rows
 
     def _read_signals(self, sumo: ModuleType) -> tuple[Signal, ...]:
         """Read the ego's letter of every traffic light on its route."""

@@ -9,6 +9,15 @@ from planner.vehicle import Vehicle
 from sumo_nets.route_path import StopLine
 
 
+@dataclass(frozen=True, slots=True)
+class SlowLeader:
+    """A vehicle that enters with the ego, ahead of it in its lane."""
+
+    id: str  # and its vehicle type in the route file
+    gap: float  # from the ego's front bumper to its rear one [m]
+    speed: float  # [m/s]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SumoSettings:
     """All that a SUMO world is made of."""
@@ -23,6 +32,7 @@ class SumoSettings:
     start_offset: float = 0.0  # of the ego, positive to the left [m]
     start_speed: float | None = None  # None: as fast as the gap allows [m/s]
     ego_type: str = "ego"  # vehicle type in the route file
+    leader: SlowLeader | None = None
     obstacles: Obstacles = field(default_factory=Obstacles.none)
     stop_lines: tuple[StopLine, ...] = ()
     step: float = 0.1  # [s]

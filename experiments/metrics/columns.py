@@ -34,6 +34,13 @@ STEPS_PER_SECOND: Final = "steps_per_s"
 REAR_MAX_DECELERATION: Final = "rear_max_deceleration_mps2"
 REAR_SPEED_LOSS: Final = "rear_speed_loss_mps"
 LANE_CHANGE_TIME: Final = "lane_change_s"
+LANE_CHANGE_DONE: Final = "lane_change_done_s"
+BEFORE_BLOCKAGE: Final = "changed_before_blockage"
+BEHIND_COMPARED: Final = "behind_compared"
+BEHIND_DELAY_MEAN: Final = "behind_delay_mean_s"
+BEHIND_DELAY_MAX: Final = "behind_delay_max_s"
+BEHIND_SPEED_LOSS: Final = "behind_speed_loss_mps"
+BEHIND_DECELERATION: Final = "behind_added_deceleration_mps2"
 
 # Wall-clock columns: left out of every comparison of results.
 TIMING_COLUMNS: Final = (
@@ -42,4 +49,11 @@ TIMING_COLUMNS: Final = (
     PLANNING_P99,
     PLANNING_MAX,
     STEPS_PER_SECOND,
+)
+
+# Every column above, in its order.
+ALL_COLUMNS: Final = tuple(
+    value
+    for name, value in tuple(globals().items())
+    if name.isupper() and isinstance(value, str)
 )

@@ -4,20 +4,23 @@ from experiments.metrics import (
     columns,
     comfort,
     computation,
+    counterfactual,
     efficiency,
+    lane_change,
     safety,
     traffic_impact,
 )
-from experiments.trace import Trace
+from experiments.trace import Table, Trace
 
 Cell = str | int | float | bool | None
 
 
-def metric_row(trace: Trace) -> dict[str, Cell]:
+def metric_row(trace: Trace, without_ego: Table | None = None) -> dict[str, Cell]:
     """Measure an episode.
 
     Args:
         trace: What was recorded; at least one step.
+        without_ego: The vehicles of the same seed without the ego, if that was run.
 
     Returns:
         Column name to value, in the order of the results; None where a metric does
@@ -37,7 +40,10 @@ def metric_row(trace: Trace) -> dict[str, Cell]:
         **_computation(trace),
         columns.REAR_MAX_DECELERATION: traffic_impact.rear_max_deceleration(trace),
         columns.REAR_SPEED_LOSS: traffic_impact.rear_speed_loss(trace),
-        columns.LANE_CHANGE_TIME: efficiency.lane_change_time(trace),
+        columns.LANE_CHANGE_TIME: lane_change.lane_change_time(trace),
+        columns.LANE_CHANGE_DONE: lane_change.lane_change_done(trace),
+        columns.BEFORE_BLOCKAGE: lane_change.changed_before_blockage(trace),
+        **_costs(trace, without_ego),
     }
 
 
@@ -80,3 +86,47 @@ def _computation(trace: Trace) -> dict[str, Cell]:
         columns.PLANNING_MAX: largest,
         columns.STEPS_PER_SECOND: computation.steps_per_second(trace),
     }
+
+
+def _costs(trace: Trace, without_ego: Table | None) -> dict[str, Cell]:
+    """Measure what the ego cost those behind; None without anyone to compare."""
+    found = None if without_ego is None else counterfactual.costs(trace, without_ego)
+    if not found:
+        return {
+            columns.BEHIND_COMPARED: None if found is None else 0,
+            columns.BEHIND_DELAY_MEAN: None,
+            columns.BEHIND_DELAY_MAX: None,
+            columns.BEHIND_SPEED_LOSS: None,
+            columns.BEHIND_DECELERATION: None,
+        }
+    return {
+        columns.BEHIND_COMPARED: len(found),
+        columns.BEHIND_DELAY_MEAN: sum(cost.delay for cost in found) / len(found),
+        columns.BEHIND_DELAY_MAX: max(cost.delay for cost in found),
+        columns.BEHIND_SPEED_LOSS: max(cost.speed_loss for cost in found),
+        columns.BEHIND_DECELERATION: max(cost.added_deceleration for cost in found),
+    }
+
+
+def row_without_episode(
+    scenario: str, planner: str, seed: int, status: str
+) -> dict[str, Cell]:
+    """Give the row of a run whose process was lost: nothing was measured.
+
+    Args:
+        scenario: Name.
+        planner: Name.
+        seed: Of the run.
+        status: How it ended.
+
+    Returns:
+        All columns; null where nothing is known.
+    """
+    known: dict[str, Cell] = {
+        columns.SCENARIO: scenario,
+        columns.PLANNER: planner,
+        columns.SEED: seed,
+        columns.STATUS: status,
+        columns.ARRIVED: False,
+    }
+    return {column: known.get(column) for column in columns.ALL_COLUMNS}

@@ -5,15 +5,16 @@ full set and prints a line for each density and driver.
 """
 
 from concurrent.futures import ProcessPoolExecutor
+from typing import get_args
 
 import numpy as np
 import pytest
 
-from experiments.episode import run_episode
+from experiments.config.scenario import Simulation
+from experiments.episode import PREDICTORS, run_episode
 from experiments.layout import make_layout
 from experiments.scenario_file import load_scenario
 
-FLOWS = {"light": 350, "medium": 700, "dense": 1200}  # in the lane to change to [1/h]
 DONE = {"light": 0.98, "medium": 0.95, "dense": 0.85}  # least share of arrivals
 HARD = 3.0  # braking that nobody likes to be made to do [m/s²]
 
@@ -24,8 +25,8 @@ def episode(job):
     return run_episode(checked, out=out).row
 
 
-def episodes(scenario, planner, flow, n_seeds, out):
-    overrides = [f"traffic.own_veh_per_h={flow}"]
+def episodes(scenario, planner, density, n_seeds, out):
+    overrides = [f"traffic.density={density}"]
     jobs = [(scenario, planner, s, overrides, out) for s in range(1, n_seeds + 1)]
     with ProcessPoolExecutor(2) as pool:
         rows = list(pool.map(episode, jobs))
@@ -33,7 +34,7 @@ def episodes(scenario, planner, flow, n_seeds, out):
     brakes = np.array([b for b in brakes if b is not None] or [0.0])
     times = [row["travel_time_s"] for row in rows if row["arrived"]]
     print(  # noqa: T201 - the table that this test is run for
-        f"\n{scenario} {planner} {flow}/h: arrived {sum(r['arrived'] for r in rows)} "
+        f"\n{scenario} {planner} {density}: arrived {sum(r['arrived'] for r in rows)} "
         f"of {len(rows)}, collisions {sum(r['collisions'] for r in rows)}, off road "
         f"{sum(r['off_road_steps'] for r in rows)} steps, travel time "
         f"{np.mean(times):.1f} s, braking behind above {HARD:g} m/s² in "
@@ -44,25 +45,26 @@ def episodes(scenario, planner, flow, n_seeds, out):
 
 @pytest.mark.slow
 @pytest.mark.sumo
-@pytest.mark.parametrize("density", FLOWS)
+@pytest.mark.parametrize("density", DONE)
 def test_lane_changes_harm_nobody(density, tmp_path, request):
     n_seeds = request.config.getoption("--seeds")
-    rows = episodes("lane_change", "lane_change", FLOWS[density], n_seeds, tmp_path)
+    rows = episodes("lane_change", "lane_change", density, n_seeds, tmp_path)
     assert sum(row["collisions"] + row["off_road_steps"] for row in rows) == 0
     arrived = sum(row["arrived"] for row in rows)
     assert arrived >= DONE[density] * n_seeds
     waiting = [row["status"] for row in rows if not row["arrived"]]
     assert set(waiting) <= {"blocked", "timeout"}
-    episodes("lane_change", "sumo", FLOWS[density], n_seeds, tmp_path)
+    episodes("lane_change", "sumo", density, n_seeds, tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.sumo
-@pytest.mark.parametrize("scenario", ["lane_change_curved", "lane_change_three"])
+@pytest.mark.parametrize(
+    "scenario", ["lane_change_curved", "lane_change_three", "lane_change_leader"]
+)
 def test_other_roads_too(scenario, tmp_path, request):
     n_seeds = request.config.getoption("--seeds")
-    flow = 1800 if "three" in scenario else 700
-    rows = episodes(scenario, "lane_change", flow, n_seeds, tmp_path)
+    rows = episodes(scenario, "lane_change", "medium", n_seeds, tmp_path)
     assert sum(row["collisions"] + row["off_road_steps"] for row in rows) == 0
     assert sum(row["arrived"] for row in rows) >= 0.95 * n_seeds
 
@@ -82,6 +84,42 @@ def test_sumo_drives_the_same_vehicle_to_the_same_goal(tmp_path):
 
 
 @pytest.mark.sumo
+def test_sumo_drives_at_the_speed_that_is_asked_for(tmp_path):
+    asked = 12.0  # the limit is 16.67 m/s
+    scenario = load_scenario(
+        "lane_change",
+        planner="sumo",
+        overrides=("traffic=none", "obstacles=none", f"ego.target_speed_mps={asked}"),
+    )
+    speed = run_episode(scenario, out=tmp_path).trace.steps["speed_mps"]
+    assert speed[-1] == pytest.approx(asked, abs=0.05)
+    faster = load_scenario(
+        "lane_change",
+        planner="sumo",
+        overrides=("traffic=none", "obstacles=none", "ego.target_speed_mps=19"),
+    )
+    speed = run_episode(faster, out=tmp_path).trace.steps["speed_mps"]
+    assert speed[-1] == pytest.approx(19.0, abs=0.05)
+
+
+@pytest.mark.sumo
+def test_the_scenario_chooses_the_predictor(tmp_path):
+    names = get_args(Simulation.model_fields["predictor"].annotation)
+    assert set(names) == set(PREDICTORS)
+    hashes = set()
+    for name in names:
+        overrides = (
+            f"simulation.predictor={name}",
+            "simulation.duration_s=25",
+            "traffic.density=dense",
+            "traffic.ego_lane_veh_per_h=600",
+        )
+        scenario = load_scenario("lane_change", seed=3, overrides=overrides)
+        hashes.add(run_episode(scenario, out=tmp_path / name).trace_hash)
+    assert len(hashes) == len(names)  # someone ahead brakes
+
+
+@pytest.mark.sumo
 def test_nobody_is_met_where_someone_moves_into_the_lane(tmp_path):
     # in this traffic a car in mid lane change reaches over the line at the start
     scenario = load_scenario(
@@ -90,6 +128,38 @@ def test_nobody_is_met_where_someone_moves_into_the_lane(tmp_path):
     row = run_episode(scenario, out=tmp_path).row
     assert row["collisions"] == 0
     assert row["min_clearance_m"] > 0.2
+
+
+def test_a_kinematic_road_has_the_lanes_that_it_says(tmp_path):
+    file = tmp_path / "road.yaml"
+    file.write_text(
+        "name: road\nworld: kinematic\nego: {goal_m: 90, target_speed_mps: 9}\n"
+        "road:\n  segments: [[line, 100]]\n  half_width_m: 6\n"
+        "  lanes: {count: 3, width_m: 3.5}\n"
+    )
+    lanes = make_layout(load_scenario(str(file))).lanes
+    for s in (0.0, 60.0):
+        centres, widths = lanes.at(s)
+        assert centres.tolist() == [-3.5, 0.0, 3.5]
+        assert widths.tolist() == [3.5, 3.5, 3.5]
+    bare = load_scenario(str(file), overrides=("road.lanes=null",))
+    assert make_layout(bare).lanes.at(0.0)[0].size == 0
+
+
+def test_a_lane_change_in_the_kinematic_world(tmp_path):
+    file = tmp_path / "road.yaml"
+    file.write_text(
+        "name: road\nworld: kinematic\n"
+        "ego: {start_offset_m: -1.75, goal_m: 300, target_speed_mps: 12}\n"
+        "road: {segments: [[line, 400]], half_width_m: 3.5, lanes: {count: 2}}\n"
+        "obstacles: [{s_m: 200, l_m: -1.75, length_m: 10, width_m: 2.6}]\n"
+        "vehicles: [{s_m: 20, l_m: 1.75, speed_mps: 12}]\n"
+        "planner: lane_change\nsimulation: {horizon_s: 10.0}\n"
+    )
+    row = run_episode(load_scenario(str(file)), out=tmp_path).row
+    assert row["status"] == "arrived"
+    assert row["changed_before_blockage"] is True
+    assert row["min_clearance_m"] > 0.3
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,7 @@ from hypothesis import strategies as st
 
 from experiments.cosim import loop
 from experiments.cosim.records import (
-    Ending,
     EpisodeStatus,
-    StepRecord,
-    TrafficState,
 )
 from experiments.metrics import columns, comfort, computation, efficiency, safety
 from experiments.metrics.neighbours import Neighbours
@@ -22,77 +19,12 @@ from experiments.metrics.traffic_impact import (
     rear_max_deceleration,
     rear_speed_loss,
 )
-from experiments.recording import Setting, build_trace
-from experiments.trace import Trace
-from planner.geometry.frenet import cartesian_to_frenet_one
 from planner.geometry.rectangles import Rectangle, Rectangles, distance, distances
 from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc, line
+from planner.geometry.segments import arc
 from planner.interface import PlanResult, PlanStats, PlanStatus
-from planner.scene import Obstacles, RoadBounds
 from planner.states import CartesianState
-from planner.vehicle import Vehicle
-
-STEP = 0.1
-CAR = Vehicle()
-STRAIGHT = ReferencePath.from_segments([line(1000.0)])
-NOBODY = ("x", "y", "heading", "speed", "acceleration", "length", "width")
-
-
-def traffic(time: float, cars=()) -> TrafficState:
-    """Cars are (id, x, y, heading, speed, acceleration)."""
-    ids = tuple(car[0] for car in cars)
-    rows = np.array([car[1:] for car in cars], dtype=float).reshape(-1, 5).T
-    size = np.ones(len(ids))
-    return TrafficState(time, ids, *rows, 4.0 * size, 2.0 * size)
-
-
-def record(
-    index: int,
-    ego: CartesianState,
-    *,
-    path: ReferencePath = STRAIGHT,
-    cars=(),
-    plan: PlanResult | None = None,
-    contacts=(),
-    clearance: float = math.inf,
-    off_road: float = 0.0,
-) -> StepRecord:
-    time = index * STEP
-    frenet = cartesian_to_frenet_one(path, ego, None)
-    return StepRecord(
-        index,
-        time,
-        ego,
-        frenet,
-        traffic(time, cars),
-        (),
-        plan,
-        None if plan is None else 1.0 + index,
-        contacts,
-        clearance,
-        None,
-        off_road,
-    )
-
-
-def trace_of(
-    records, status=EpisodeStatus.ARRIVED, path=STRAIGHT, elapsed=None
-) -> Trace:
-    road = RoadBounds(np.array([0.0]), np.array([5.0]), np.array([-5.0]))
-    setting = Setting("s", "p", 0, STEP, 100.0, 10.0, CAR, path, road, Obstacles.none())
-    return build_trace(
-        setting, records, Ending(status, ""), elapsed or [0.0] * len(records)
-    )
-
-
-def cruising(n: int, speed: float = 10.0, **fields) -> Trace:
-    return trace_of(
-        [
-            record(k, CartesianState(speed * STEP * k, 0, 0, 0, speed, 0), **fields)
-            for k in range(n)
-        ]
-    )
+from tests.experiments.traces import CAR, STEP, cruising, record, trace_of
 
 
 def test_constant_speed():
@@ -390,6 +322,13 @@ def test_row_has_the_columns_of_the_design_in_order():
         "rear_max_deceleration_mps2",
         "rear_speed_loss_mps",
         "lane_change_s",
+        "lane_change_done_s",
+        "changed_before_blockage",
+        "behind_compared",
+        "behind_delay_mean_s",
+        "behind_delay_max_s",
+        "behind_speed_loss_mps",
+        "behind_added_deceleration_mps2",
     ]
     row = metric_row(cruising(5))
     assert list(row) == expected
@@ -402,29 +341,3 @@ def test_an_episode_without_steps_has_a_row():
     assert row["distance_m"] == 0.0
     assert row["rms_jerk_mps3"] is None
     assert row["min_ttc_s"] is None
-
-
-def offsets_over_time(values) -> Trace:
-    return trace_of(
-        [
-            record(k, CartesianState(STEP * 10.0 * k, float(l), 0, 0, 10, 0))
-            for k, l in enumerate(values)
-        ]
-    )
-
-
-def test_a_lane_change_lasts_from_leaving_to_settling():
-    ramp = np.linspace(0.0, 3.5, 41)  # 4 s
-    changed = np.concatenate([np.zeros(20), ramp, np.full(30, 3.5)])
-    found = efficiency.lane_change_time(offsets_over_time(changed))
-    assert found == pytest.approx(4.0, abs=0.3)
-    other_way = efficiency.lane_change_time(offsets_over_time(-changed))
-    assert other_way == found
-
-
-def test_no_lane_change():
-    aside = np.concatenate([np.zeros(20), 3.0 * np.sin(np.linspace(0, np.pi, 60))])
-    assert efficiency.lane_change_time(offsets_over_time(aside)) is None
-    begun = np.concatenate([np.zeros(20), np.linspace(0.0, 3.5, 41)])
-    assert efficiency.lane_change_time(offsets_over_time(begun)) is None
-    assert efficiency.lane_change_time(cruising(50)) is None

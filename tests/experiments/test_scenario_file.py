@@ -9,6 +9,7 @@ import yaml
 
 from experiments.config import Scenario, Traffic
 from experiments.errors import ConfigError
+from experiments.layout import make_layout
 from experiments.scenario_file import (
     SCENARIO_FOLDER,
     SCHEMA_FILE,
@@ -17,6 +18,7 @@ from experiments.scenario_file import (
     scenario_names,
     schema_text,
 )
+from experiments.worlds import make_demand
 
 SCENARIO = """\
 name: test
@@ -130,6 +132,9 @@ def test_committed_schema_is_current():
         ("planner=[]", "planner: is a list of 0; allowed: text or a section with name"),
         ("name=no way", "name: is the text 'no way'; allowed: text of the form"),
         ("ego=3", "ego: is 3; allowed: a section with start_m"),
+        ("road.lanes={count: 3, width_m: 3.5}", "lanes.width_m: is 3.5; allowed: at m"),
+        ("simulation.without_ego=true", "is for world sumo, where vehicles react"),
+        ("simulation.predictor=x", "allowed: constant_speed, held_braking"),
         ("simulation=null", "simulation: is empty; allowed: a section with step_s"),
         ("vehicles=[{s_m: 3}]", "vehicles[0].speed_mps: is missing; allowed: a number"),
         (
@@ -199,6 +204,77 @@ def test_none_means_nothing():
     assert load_scenario("straight").traffic == Traffic(
         own_veh_per_h=600.0, oncoming_veh_per_h=600.0
     )
+
+
+def lane_change(*overrides: str) -> Traffic:
+    traffic = load_scenario("lane_change", overrides=overrides).traffic
+    assert traffic is not None
+    return traffic
+
+
+def test_tempers_are_shares_of_drivers():
+    shares = {
+        temper: (found.cautious_share, found.aggressive_share)
+        for temper in ("cautious", "normal", "aggressive", "mixed", "null")
+        for found in [lane_change(f"traffic.temper={temper}")]
+    }
+    assert shares == {
+        "cautious": (1.0, 0.0),
+        "normal": (0.0, 0.0),
+        "aggressive": (0.0, 1.0),
+        "mixed": (0.25, 0.2),
+        "null": (0.25, 0.2),
+    }
+    assert lane_change("traffic.cautious_share=0.5").aggressive_share == 0.2
+
+
+def test_a_density_stands_for_the_flow_of_each_lane_that_is_fed():
+    def flow(name: str, *overrides: str) -> float:
+        scenario = load_scenario(name, overrides=overrides)
+        return make_demand(scenario, make_layout(scenario)).own_veh_per_h
+
+    named = [
+        flow("lane_change", f"traffic.density={d}")
+        for d in ("light", "medium", "dense")
+    ]
+    assert named == [350.0, 700.0, 1200.0]
+    assert flow("lane_change", "traffic.own_lane=null") == 2 * 700.0
+    assert flow("lane_change_three") == 3 * 700.0
+    plain = ("traffic.density=null", "traffic.own_veh_per_h=80")
+    assert flow("lane_change", *plain) == 80.0
+    assert Traffic().own_veh_per_h == 900.0
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (["own_veh_per_h=9"], "own_veh_per_h: is 9 beside density = medium; allowed: "),
+        (
+            ["density=null", "own_veh_per_h=null"],
+            "own_veh_per_h: is null; allowed: a ",
+        ),
+        (["density=thick"], "density: is the text 'thick'; allowed: light, medium, "),
+        (["temper=calm"], "temper: is the text 'calm'; allowed: cautious, normal, ag"),
+        (
+            ["temper=normal", "aggressive_share=0.5"],
+            "aggressive_share: is 0.5 beside temper = normal, which makes it 0;",
+        ),
+        (
+            ["slow_leader={}"],
+            "slow_leader.speed_mps: is missing; allowed: a number",
+        ),
+        (["slow_leader={speed_mps: 0}"], "slow_leader.speed_mps: is 0; allowed: a num"),
+        (
+            ["slow_leader={speed_mps: 9, kind: cart}"],
+            "slow_leader.kind: is the text 'cart'; allowed: car, van, truck",
+        ),
+    ],
+)
+def test_mistakes_about_traffic(overrides, message):
+    with pytest.raises(ConfigError) as error:
+        lane_change(*(f"traffic.{one}" for one in overrides))
+    assert message in str(error.value)
+    assert "more)" not in str(error.value)  # one mistake is one mistake
 
 
 def test_options_come_before_overrides(file):

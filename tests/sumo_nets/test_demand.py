@@ -17,7 +17,7 @@ from scipy import stats
 from sumo_nets.catalogue import Stream, network
 from sumo_nets.demand import Demand, vehicles_for, write_demand
 from sumo_nets.errors import NetworkError
-from sumo_nets.vehicle_types import KINDS, MODELS, TEMPERS, ego_type
+from sumo_nets.vehicle_types import KINDS, MODELS, TEMPERS, LeaderType, ego_type
 
 BUSY = Demand(own_veh_per_h=700.0, oncoming_veh_per_h=500.0, cross_veh_per_h=300.0)
 EGO = ego_type(4.8, 1.9, 4.0, 8.0, 20.0)
@@ -115,6 +115,22 @@ def test_another_flow_leaves_the_own_stream_alone():
     }
 
 
+def test_the_ego_lane_is_fed_beside_the_rest():
+    record = network("lane_change")
+    demand = Demand(own_veh_per_h=700.0, own_lane=1, ego_lane_veh_per_h=300.0)
+    vehicles = vehicles_for(record, demand, 3, 0.0, 3600.0)
+    lanes = {stream: [] for stream in ("own", "ego_lane")}
+    for vehicle in vehicles:
+        lanes[vehicle.id.split(".")[0]].append(vehicle.lane)
+    assert set(lanes["own"]) == {1}
+    assert set(lanes["ego_lane"]) == {record.lane} == {0}
+    assert abs(len(lanes["ego_lane"]) - 300.0) < 4.0 * np.sqrt(300.0)
+    without = vehicles_for(
+        record, replace(demand, ego_lane_veh_per_h=0.0), 3, 0.0, 3600.0
+    )
+    assert without == tuple(v for v in vehicles if v.id.startswith("own."))
+
+
 def test_more_time_only_adds_vehicles():
     short = vehicles_for(network("straight"), BUSY, 3, 0.0, 300.0)
     longer = vehicles_for(network("straight"), BUSY, 3, 0.0, 600.0)
@@ -155,6 +171,29 @@ def test_file_says_what_was_drawn(tmp_path):
         assert row[3] == pytest.approx(vehicle.speed_factor, abs=6e-4)
         assert row[4] == vehicle.route
     assert [path.name for path in tmp_path.iterdir()] == ["a.rou.xml"]
+
+
+def test_type_of_a_slow_leader_is_written(tmp_path):
+    target = tmp_path / "a.rou.xml"
+    demand = Demand(leader=LeaderType("truck", 8.0))
+    write_demand(network("lane_change"), demand, 0, 0.0, 9.0, target, EGO)
+    ego, leader = ElementTree.parse(target).getroot().findall("vType")
+    assert (ego.get("id"), leader.get("id")) == ("ego", "leader")
+    assert (leader.get("maxSpeed"), leader.get("sigma")) == ("8", "0")
+    assert float(leader.get("length")) == LeaderType("truck", 8.0).length == 10.0
+
+
+@pytest.mark.parametrize(
+    ("kind", "speed", "message"),
+    [
+        ("tractor", 8.0, 'leader kind "tractor" is none of car, van, truck'),
+        ("car", 0.0, "leader max_speed = 0 must be > 0"),
+        ("car", nan, "leader max_speed = nan must be > 0"),
+    ],
+)
+def test_leader_outside_its_range_is_named(kind, speed, message):
+    with pytest.raises(NetworkError, match=message):
+        LeaderType(kind, speed)
 
 
 def test_drivers_differ_in_speed_as_their_tempers_say():

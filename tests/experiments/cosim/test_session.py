@@ -14,7 +14,7 @@ import pytest
 from experiments.cosim import frames
 from experiments.cosim.projection import state_on_path
 from experiments.cosim.session import SumoWorld
-from experiments.cosim.sumo_settings import SumoSettings
+from experiments.cosim.sumo_settings import SlowLeader, SumoSettings
 from experiments.errors import SimulationError
 from planner.geometry.reference_path import ReferencePath
 from planner.geometry.segments import line
@@ -108,6 +108,60 @@ def test_no_room_is_a_simulation_error(straight):
     )
     world = straight(parked, entry_patience=3.0)
     with pytest.raises(SimulationError, match=r"no room to enter within 3 s .* 12 m/s"):
+        world.enter()
+
+
+def leader_type(speed: float) -> str:
+    """Give the type of a slow leader in the fixtures' route file."""
+    return (
+        f'<vType id="leader" length="10" width="2.5" maxSpeed="{speed:g}" '
+        f'speedDev="0" sigma="0" emergencyDecel="9"/>'
+    )
+
+
+@pytest.mark.sumo
+@pytest.mark.parametrize(("gap", "start_speed"), [(60.0, None), (8.0, None), (40.0, 9)])
+def test_a_slow_leader_enters_ahead_in_the_same_step(straight, gap, start_speed):
+    leader = SlowLeader("leader", gap, 6.0)
+    world = straight(leader_type(6.0), start_speed=start_speed, leader=leader)
+    ego = world.enter()
+    traffic = world.observe()
+    assert traffic.ids == ("leader",)
+    front = ego.x + CAR.front_reach
+    assert traffic.x[0] - 5.0 - front == pytest.approx(gap, abs=0.01)
+    assert traffic.y[0] == pytest.approx(ego.y, abs=0.01)
+    # the ego comes no faster than it can stay behind the leader
+    room = gap + traffic.speed[0] ** 2 / 9.0
+    assert ego.speed**2 / 9.0 < room
+    for k in range(1, 100):
+        moved = ego.x + 6.0 * world.step * k
+        world.advance(replace(ego, x=moved, speed=6.0))
+        assert world.observe().speed[0] <= 6.0 + 1e-9
+    assert world.observe().speed[0] == pytest.approx(6.0)
+
+
+@pytest.mark.sumo
+def test_ego_and_leader_enter_together_or_not_at_all(straight):
+    # someone stands at the leader's place for 3 s; the ego would have room
+    parked = (
+        '<vehicle id="parked" type="car" route="own" depart="0" departLane="1" '
+        'departPos="130" departSpeed="0"><stop lane="own_1" endPos="130.5" '
+        'duration="3"/></vehicle>'
+    )
+    leader = SlowLeader("leader", 55.0, 6.0)
+    world = straight(leader_type(6.0) + parked, start_speed=None, leader=leader)
+    ego = world.enter()
+    assert world.entry_steps > 30
+    traffic = world.observe()
+    there = traffic.x[traffic.ids.index("leader")] - 5.0 - (ego.x + CAR.front_reach)
+    assert there == pytest.approx(55.0, abs=0.01)
+
+
+@pytest.mark.sumo
+def test_a_leader_beyond_the_road_is_named(straight):
+    leader = SlowLeader("leader", 450.0, 6.0)
+    world = straight(leader_type(6.0), leader=leader)
+    with pytest.raises(SimulationError, match="the slow leader's front bumper is on"):
         world.enter()
 
 

@@ -1,0 +1,1 @@
+"""The commands of `rearview`, apart from those of a single run."""

@@ -1,0 +1,169 @@
+"""The sweep schema: which scenarios, planners, changes and seeds make the runs."""
+
+from enum import StrEnum
+from math import prod
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+
+from experiments.config.base import Strict, as_section, mismatch
+
+Value = None | bool | int | float | str | tuple[Any, ...] | dict[str, Any]
+Values = Annotated[tuple[Value, ...], Field(min_length=1)]
+Number = int | float
+MAX_SEED = 2**31 - 1
+
+
+class KeepTraces(StrEnum):
+    """Which runs keep their trace."""
+
+    ALL = "all"
+    FAILURES = "failures"  # everything but arrived
+    NONE = "none"
+
+
+class SweptPlanner(Strict):
+    """A planner, settings laid over those of the scenario, and a name for tables."""
+
+    name: str = Field(min_length=1)
+    settings: dict[str, Any] = Field(default_factory=dict)
+    label: str | None = Field(
+        default=None, min_length=1, description="name in tables; the planner's if none"
+    )
+
+    @property
+    def shown(self) -> str:
+        """Name in tables."""
+        return self.label or self.name
+
+
+class Sample(Strict):
+    """Points spread over ranges; a range of whole numbers gives whole numbers."""
+
+    method: Literal["sobol", "latin_hypercube"] = "sobol"
+    count: Annotated[int, Field(ge=1, le=1_000_000)]
+    seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 0
+    ranges: dict[str, tuple[Number, Number]] = Field(
+        min_length=1, description="scenario key: [least, most]"
+    )
+
+    @model_validator(mode="after")
+    def _fits_method(self) -> Self:
+        """Refuse ranges that do not rise, and counts that spoil a Sobol sequence."""
+        for key, (least, most) in self.ranges.items():
+            if not least < most:
+                problem = f"is [{least}, {most}]; allowed: [least, most], rising"
+                raise mismatch(f"ranges.{key}", problem)
+        if self.method == "sobol" and self.count & (self.count - 1):
+            near = 2 ** (self.count.bit_length() - 1)
+            raise mismatch(
+                "count",
+                f"is {self.count}; allowed for sobol: a power of 2: {near}, {2 * near}",
+            )
+        return self
+
+
+class Axes(Strict):
+    """What is varied, over any key of the scenario."""
+
+    grid: dict[str, Values] = Field(
+        default_factory=dict, description="every combination of the values"
+    )
+    zip: dict[str, Values] = Field(
+        default_factory=dict, description="first with first, second with second, ..."
+    )
+    sample: Sample | None = None
+
+    @model_validator(mode="after")
+    def _keys_once(self) -> Self:
+        """Refuse lists to zip of different length, and a key on two axes."""
+        lengths = {key: len(values) for key, values in self.zip.items()}
+        if len(set(lengths.values())) > 1:
+            shown = ", ".join(f"{key} has {n}" for key, n in lengths.items())
+            raise mismatch("zip", f"{shown} values; allowed: lists of the same length")
+        ranges = self.sample.ranges if self.sample else {}
+        for key in (*self.zip, *ranges):
+            if key in self.grid or (key in self.zip and key in ranges):
+                raise mismatch(key, "is on two axes; allowed: grid, zip or sample")
+        return self
+
+    @property
+    def count(self) -> int:
+        """Number of combinations."""
+        zipped = len(next(iter(self.zip.values()))) if self.zip else 1
+        sampled = self.sample.count if self.sample else 1
+        return prod(len(values) for values in self.grid.values()) * zipped * sampled
+
+
+class SeedRange(Strict):
+    """Seeds first, first + 1, ..."""
+
+    first: Annotated[int, Field(ge=0, le=MAX_SEED)] = 0
+    count: Annotated[int, Field(ge=1, le=1_000_000)]
+
+
+Seed = Annotated[int, Field(ge=0, le=MAX_SEED)]
+
+
+class Sweep(Strict):
+    """Many runs: scenarios x planners x axes x seeds."""
+
+    model_config = ConfigDict(title="rearview sweep")
+
+    name: str = Field(pattern=r"^[A-Za-z0-9_]+$")
+    purpose: str = ""
+    scenarios: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
+        description="shipped names, or files relative to this one"
+    )
+    planners: Annotated[
+        tuple[
+            Annotated[
+                SweptPlanner,
+                BeforeValidator(
+                    as_section("name"), json_schema_input_type=str | SweptPlanner
+                ),
+            ],
+            ...,
+        ],
+        Field(min_length=1),
+    ]
+    set: dict[str, Value] = Field(
+        default_factory=dict, description="values of scenario keys in all runs"
+    )
+    axes: Axes = Axes()
+    seeds: SeedRange | Annotated[tuple[Seed, ...], Field(min_length=1)]
+    timeout_s: Annotated[float, Field(gt=0.0, le=86_400.0)] = Field(
+        default=300.0, description="wall clock of one run"
+    )
+    memory_mb: Annotated[float, Field(ge=100.0, le=1e6)] = Field(
+        default=4000.0, description="resident memory of the process of a run"
+    )
+    retries: Annotated[int, Field(ge=0, le=10)] = Field(
+        default=1, description="of a run whose process was lost"
+    )
+    keep_traces: Annotated[KeepTraces, Field(strict=False)] = KeepTraces.FAILURES
+
+    @model_validator(mode="after")
+    def _labels_differ(self) -> Self:
+        """Refuse two planners that no table could tell apart."""
+        labels = [planner.shown for planner in self.planners]
+        for index, label in enumerate(labels):
+            if label in labels[:index]:
+                raise mismatch(
+                    f"planners[{index}]",
+                    f"is the second {label}; allowed: a label of its own for each",
+                )
+        return self
+
+    @property
+    def all_seeds(self) -> range | tuple[int, ...]:
+        """Every seed, in order."""
+        if isinstance(self.seeds, SeedRange):
+            return range(self.seeds.first, self.seeds.first + self.seeds.count)
+        return self.seeds
+
+    @property
+    def count(self) -> int:
+        """Number of runs."""
+        per_seed = len(self.scenarios) * len(self.planners) * self.axes.count
+        return per_seed * len(self.all_seeds)

@@ -1,0 +1,122 @@
+"""One run of each kind before a sweep: how long will it take, and what can get warm.
+
+It also fills the cache of compiled loops before several workers would do so at once.
+"""
+
+import statistics
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from pebble import ProcessExpired
+
+from experiments.cosim.records import StepRecord
+from experiments.episode import run_episode
+from experiments.errors import ExperimentError
+from experiments.executors.executor import WorkerSettings
+from experiments.executors.isolation import IsolatedWorkers
+from experiments.planners import PLANNERS
+from experiments.scenario_file import check_scenario
+from experiments.strict_yaml import Document
+from experiments.sweep import Kind, Survey
+
+COMPILE_PATIENCE = 600.0  # for the first run of a planner with nothing compiled [s]
+LOADED = 0.5  # of its steps is what a run takes beside them once all is loaded
+MAX_KINDS = 12  # kinds that are tried; more would take longer than they tell
+
+
+@dataclass(frozen=True, slots=True)
+class Pilot:
+    """What the first runs told."""
+
+    seconds: float | None  # of all missing runs on one worker; None if unknown [s]
+    warm_up: tuple[Mapping[str, Any], ...]  # scenarios, one for each planner and world
+
+
+def fly(
+    survey: Survey, settings: WorkerSettings, timeout: float, workers: int
+) -> Pilot:
+    """Drive one missing run of each kind, in processes that may die of it.
+
+    Args:
+        survey: What is missing.
+        settings: Of the workers.
+        timeout: Of a run [s].
+        workers: Processes at a time.
+
+    Returns:
+        The estimate, and the scenarios that are safe to warm up with.
+    """
+    kinds = dict(list(survey.kinds.items())[:MAX_KINDS])
+    pool = IsolatedWorkers(min(workers, len(kinds)), replace(settings, warm_up=()))
+    try:
+        futures = {}
+        for kind, missing in kinds.items():
+            known = missing.first.scenario.planner.name in PLANNERS
+            patience = timeout + (COMPILE_PATIENCE if known else 0.0)
+            config = missing.first.scenario.resolved()
+            futures[kind] = pool.call(time_of, config, patience)
+        times: dict[Kind, float] = {}
+        for kind, future in futures.items():
+            try:
+                times[kind] = future.result()
+            except (ExperimentError, TimeoutError, ProcessExpired, RuntimeError):
+                continue  # the run itself will tell
+    finally:
+        pool.stop()
+    return Pilot(_total(survey, times), _warm_up(survey, times))
+
+
+def time_of(config: Mapping[str, Any]) -> float:
+    """Drive a run and say how long it takes once everything is loaded [s].
+
+    The first drive loads or compiles something; where that took the most of it, the
+    run is driven again.
+    """
+    first, steps = _drive(config)
+    return first if first - steps < LOADED * steps else _drive(config)[0]
+
+
+def _drive(config: Mapping[str, Any]) -> tuple[float, float]:
+    """Drive a run; give its wall clock and what the steps account for [s].
+
+    The median step stands for all: some load or compile something.
+    """
+    at: list[float] = []
+
+    def on_step(_: StepRecord) -> None:
+        at.append(perf_counter())
+
+    scenario = check_scenario(Document("pilot", dict(config)))
+    started = perf_counter()
+    with tempfile.TemporaryDirectory(prefix="rearview-") as out:
+        run_episode(scenario, out=Path(out), on_step=on_step)
+    ended = perf_counter()
+    lasted = [after - before for before, after in pairwise(at)]
+    steps = statistics.median(lasted) * len(lasted) if lasted else 0.0
+    between = at[-1] - at[0] if at else 0.0
+    return ended - started - between + steps, steps
+
+
+def _total(survey: Survey, times: Mapping[Kind, float]) -> float | None:
+    """Add up all missing runs; a kind that was not tried takes the mean."""
+    if not times:
+        return None
+    mean = statistics.mean(times.values())
+    return sum(times.get(kind, mean) * m.count for kind, m in survey.kinds.items())
+
+
+def _warm_up(
+    survey: Survey, times: Mapping[Kind, float]
+) -> tuple[Mapping[str, Any], ...]:
+    """Choose a scenario for each planner in each kind of world."""
+    chosen: dict[tuple[str, str], Mapping[str, Any]] = {}
+    for kind in times:
+        scenario = survey.kinds[kind].first.scenario
+        key = (scenario.planner.name, scenario.world)
+        chosen.setdefault(key, scenario.resolved())
+    return tuple(chosen.values())

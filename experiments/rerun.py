@@ -1,0 +1,109 @@
+"""One run of a sweep again, with its whole trace."""
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from experiments import results
+from experiments.config.sweep import KeepTraces
+from experiments.errors import ConfigError, ResultsError
+from experiments.executors.executor import WorkerSettings
+from experiments.executors.local import LocalExecutor
+from experiments.identity import run_hashes
+from experiments.run_task import RunReport, RunTask, record_failure
+from experiments.scenario_file import CONFIG_FILE, load_scenario
+from experiments.sweep_folder import LOG, load_sweep_copy, require_sweep, run_folders
+from experiments.sweep_plan import net_file_of
+
+RERUNS = "reruns"  # folder in that of the sweep
+
+
+@dataclass(frozen=True, slots=True)
+class Repeated:
+    """What came out of a run done again."""
+
+    folder: Path
+    same: bool
+    verdict: str
+
+
+def repeat(folder: Path, run_id: str) -> Repeated:
+    """Do a run of a sweep again, in a process that may die of it.
+
+    Args:
+        folder: Of the sweep.
+        run_id: Of the run, or how it begins.
+
+    Returns:
+        Where the new run folder is, and whether the trace hash is the same.
+
+    Raises:
+        ConfigError: If there is no such run, or several.
+    """
+    folder = folder.absolute()
+    require_sweep(folder)
+    run = find_run(folder, run_id)
+    before = results.manifest(run)
+    task = _task(folder, run, before)
+    sweep = load_sweep_copy(folder)
+    executor = LocalExecutor(
+        WorkerSettings(sweep.memory_mb, folder / LOG, Path.cwd()), workers=1
+    )
+    try:
+        executor.submit(task)
+        report = None
+        while report is None:
+            report = executor.next_report(1.0)
+    finally:
+        executor.stop()
+    return _judged(before, report)
+
+
+def find_run(folder: Path, run_id: str) -> Path:
+    """Find a run by the begin of its id."""
+    found = [run for run in run_folders(folder) if run.name.startswith(run_id)]
+    if len(found) == 1:
+        return found[0]
+    if not found:
+        raise ConfigError(f"{run_id}: no such run in {folder}")
+    names = ", ".join(run.name for run in found[:3])
+    raise ConfigError(f"{run_id}: begins {len(found)} ids ({names}, ...); allowed: one")
+
+
+def _task(folder: Path, run: Path, before: dict[str, Any]) -> RunTask:
+    """Make the task, which keeps its trace."""
+    scenario = load_scenario(str(run / CONFIG_FILE))
+    sweep = load_sweep_copy(folder)
+    hashes = run_hashes(scenario, net_file_of(scenario))
+    command = ["rearview", "rerun", str(folder), run.name]
+    return RunTask(
+        run_id=run.name,
+        config=scenario.resolved(),
+        folder=folder / RERUNS / run.name,
+        keep_traces=KeepTraces.ALL,
+        timeout=sweep.timeout_s,
+        facts={**hashes, "sweep": before["sweep"], "command": shlex.join(command)},
+    )
+
+
+def _judged(before: dict[str, Any], report: RunReport) -> Repeated:
+    """Compare with the run before."""
+    if report.worth_retrying:
+        report = record_failure(report)
+    if not (report.task.folder / "manifest.json").exists():
+        raise ResultsError(report.reason)
+    now = results.manifest(report.task.folder)
+    outcome = f"{now['status']}: {now['reason']}"
+    known = before["trace_hash"] is not None and now["trace_hash"] is not None
+    key = "trace_hash" if known else "failure"
+    same = now.get(key) == before.get(key)
+    if not known:
+        words = "no trace, as before" if same else f"before: {before['status']}"
+    elif same:
+        words = "identical trace"
+    elif before["code_hash"] != now["code_hash"]:
+        words = "the trace differs, and so does the version of the code"
+    else:
+        words = "the trace differs"
+    return Repeated(report.task.folder, same, f"{outcome} ({words})")

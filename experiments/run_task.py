@@ -1,0 +1,185 @@
+"""One run of a sweep, as a worker gets it: a scenario in, a run folder out."""
+
+import json
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from experiments.config import Scenario
+from experiments.config.sweep import KeepTraces
+from experiments.cosim.records import Ending, EpisodeStatus
+from experiments.episode import RunFolder, run_episode
+from experiments.errors import ConfigError, ExperimentError, ResultsError
+from experiments.metrics.row import row_without_episode
+from experiments.run_folder import whole_folder
+from experiments.scenario_file import CONFIG_FILE, check_scenario, config_text
+from experiments.strict_yaml import Document
+
+log = logging.getLogger(__name__)
+
+
+class Failure(StrEnum):
+    """Why a run has no episode, or not a whole one."""
+
+    PROCESS_DIED = "process_died"
+    WALL_CLOCK = "wall_clock"
+    MEMORY = "memory"
+    LOST_WORKER = "lost_worker"
+    INVALID = "invalid_configuration"
+    ERROR = "error"  # a mistake of ours
+    DISK = "disk"  # nothing could be written: no row, the sweep stops
+
+
+@dataclass(frozen=True, slots=True)
+class RunTask:
+    """All that a worker needs, in plain data."""
+
+    run_id: str
+    config: Mapping[str, Any]  # the resolved scenario
+    folder: Path  # of the run, absolute
+    keep_traces: KeepTraces
+    timeout: float  # [s]
+    facts: Mapping[str, Any]  # for the manifest
+    attempt: int = 1
+
+    def again(self) -> "RunTask":
+        """Give the next attempt."""
+        return replace(self, attempt=self.attempt + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class RunReport:
+    """What the sweep has to know about a run that is over."""
+
+    task: RunTask
+    status: str
+    wall: float | None  # [s]; None if it died unobserved
+    failure: Failure | None = None
+    reason: str = ""
+    exit_code: int | None = None  # of the process that died
+
+    @property
+    def failed(self) -> bool:
+        """Tell whether the ego did not arrive."""
+        return self.status != EpisodeStatus.ARRIVED
+
+    @property
+    def worth_retrying(self) -> bool:
+        """Tell whether it was the process that was lost, not the episode."""
+        return self.failure in (
+            Failure.PROCESS_DIED,
+            Failure.WALL_CLOCK,
+            Failure.MEMORY,
+            Failure.LOST_WORKER,
+        )
+
+
+def drive(task: RunTask) -> RunReport:
+    """Drive a run and leave its run folder; whatever goes wrong is a report.
+
+    A process that dies, hangs or eats the memory is its executor's business.
+    """
+    started = perf_counter()
+    try:
+        scenario = scenario_of(task)
+        outcome = run_episode(scenario, choice=_run_folder(task))
+    except ResultsError as error:
+        return failed(task, Failure.DISK, str(error))
+    except ConfigError as error:
+        report = failed(task, Failure.INVALID, str(error), wall=since(started))
+    except ExperimentError as error:
+        report = failed(task, Failure.ERROR, str(error), wall=since(started))
+    except Exception as error:  # one run must not end the sweep
+        log.exception("run %s", task.run_id)
+        words = f"{type(error).__name__}: {error}"
+        report = failed(task, Failure.ERROR, words, wall=since(started))
+    else:
+        ending = outcome.ending
+        status, wall = str(ending.status), since(started)
+        return RunReport(task, status, wall, reason=ending.reason)
+    return record_failure(report)
+
+
+def since(started: float) -> float:
+    """Give the wall clock since a time of perf_counter [s]."""
+    return perf_counter() - started
+
+
+def scenario_of(task: RunTask) -> Scenario:
+    """Read the scenario of a run."""
+    return check_scenario(Document(f"run {task.run_id}", dict(task.config)))
+
+
+def failed(
+    task: RunTask,
+    failure: Failure,
+    reason: str,
+    *,
+    wall: float | None = None,
+    exit_code: int | None = None,
+) -> RunReport:
+    """Report a run without an episode."""
+    line = " ".join(reason.split())
+    return RunReport(task, EpisodeStatus.CRASHED, wall, failure, line, exit_code)
+
+
+def record_failure(report: RunReport) -> RunReport:
+    """Leave the run folder of a run without an episode.
+
+    Returns:
+        The report, or one about the disk if the folder cannot be written.
+    """
+    task = report.task
+    row = row_without_episode(
+        str(task.config["name"]),
+        str(task.config["planner"]["name"]),
+        int(task.config["simulation"]["seed"]),
+        report.status,
+    )
+    about = {
+        **_facts(task),
+        "scenario": task.config["name"],
+        "planner": task.config["planner"]["name"],
+        "seed": task.config["simulation"]["seed"],
+        "trace_hash": None,
+        "status": report.status,
+        "reason": report.reason,
+        "failure": report.failure,
+        "exit_code": report.exit_code,
+        "trace_kept": False,
+        "wall_s": report.wall,
+    }
+    text = config_text(task.config)
+    try:
+        with whole_folder(task.folder) as folder:
+            _write_json(folder / "metrics.json", row)
+            _write_json(folder / "manifest.json", about)
+            (folder / CONFIG_FILE).write_text(text, encoding="utf-8")
+    except ResultsError as error:
+        return failed(task, Failure.DISK, str(error))
+    return report
+
+
+def _run_folder(task: RunTask) -> RunFolder:
+    """Say where the run folder is and what is in it."""
+
+    def keeps(ending: Ending) -> bool:
+        arrived = ending.status is EpisodeStatus.ARRIVED
+        only_failures = task.keep_traces is KeepTraces.FAILURES
+        return not arrived if only_failures else task.keep_traces is KeepTraces.ALL
+
+    return RunFolder(task.folder, keeps, _facts(task))
+
+
+def _facts(task: RunTask) -> dict[str, Any]:
+    """Give what the manifest of a sweep's run says beside the usual."""
+    return {**task.facts, "run_id": task.run_id, "attempts": task.attempt}
+
+
+def _write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write JSON to be read by people too."""
+    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

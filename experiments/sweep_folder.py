@@ -1,0 +1,181 @@
+"""The folder of a sweep: who works in it, what is finished, of which code.
+
+sweep.yaml       what was asked for
+code.json        hashes of the code and of a user's planners
+runs/ab/abcd.../ one folder a run, under the first two characters of its id
+results.parquet  one row a run, rebuilt from the run folders
+progress.json    how far it is
+workers.log      what SUMO and planners print
+"""
+
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from experiments.config.sweep import Sweep
+from experiments.errors import ConfigError, ResultsError
+
+SHARD = 2  # characters of the id that name the folder above the run's
+RESULTS = "results.parquet"
+PROGRESS = "progress.json"
+LOG = "workers.log"
+_SWEEP, _CODE, _LOCK = "sweep.yaml", "code.json", ".lock"
+
+
+def run_folder(folder: Path, run_id: str) -> Path:
+    """Say where the folder of a run is."""
+    return folder / "runs" / run_id[:SHARD] / run_id
+
+
+def run_folders(folder: Path) -> Iterator[Path]:
+    """Find the run folders of a sweep, sorted; a folder that is there is whole."""
+    runs = folder / "runs"
+    for shard in sorted(_folders(runs)):
+        yield from sorted(_folders(shard))
+
+
+def finished(folder: Path) -> set[str]:
+    """List the ids of the runs that are there."""
+    return {run.name for run in run_folders(folder)}
+
+
+def require_sweep(folder: Path) -> None:
+    """Refuse a folder that no sweep was in."""
+    if not (folder / "runs").is_dir():
+        raise ConfigError(f"{folder}: is no folder of a sweep: it has no runs")
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other sweeps out of a folder; a process that dies lets go of it.
+
+    Raises:
+        ConfigError: If another sweep works in it.
+        ResultsError: If the folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / _LOCK).open("a+", encoding="utf-8")
+    except OSError as error:
+        raise ResultsError(f"{folder}: {error.strerror}") from error
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            lock.seek(0)
+            owner = lock.read().strip() or "another process"
+            raise ConfigError(
+                f"{folder}: another sweep is at work in it ({owner}); allowed: "
+                "another --out, or wait"
+            ) from None
+        lock.truncate(0)
+        lock.write(f"process {os.getpid()} on {os.uname().nodename}")
+        lock.flush()
+        yield
+
+
+def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
+    """Make a folder this sweep's, or go on in it.
+
+    Args:
+        folder: Locked.
+        sweep: What is asked for; it may ask for more or other runs than before.
+        code: Hashes of the code and of the users' planners.
+
+    Raises:
+        ConfigError: If the folder belongs to another sweep, or its runs came from
+            another version of the code; they stay as they are.
+        ResultsError: If the folder cannot be written.
+    """
+    before = _read_json(folder / _CODE)
+    if before is not None:
+        if before["sweep"] != sweep.name:
+            raise ConfigError(
+                f"{folder}: belongs to the sweep {before['sweep']}; allowed for "
+                f"{sweep.name}: another --out"
+            )
+        _check_code(folder, before["code"], code)
+    remove_unfinished(folder)
+    asked = sweep.model_dump(mode="json", exclude_none=True)
+    write_whole(folder / _SWEEP, yaml.safe_dump(asked, sort_keys=False))
+    known = {**(before["code"] if before else {}), **code}
+    about = {"sweep": sweep.name, "code": known}
+    write_whole(folder / _CODE, json.dumps(about, indent=2) + "\n")
+
+
+def load_sweep_copy(folder: Path) -> Sweep:
+    """Read what was asked for when the folder was last worked in."""
+    path = folder / _SWEEP
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return Sweep.model_validate(data, strict=False)
+    except (OSError, ValueError, yaml.YAMLError) as error:
+        raise ResultsError(f"{path}: cannot be read: {error}") from error
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what processes that died left of their run folders."""
+    for left in (folder / "runs").glob("*/.unfinished-*"):
+        shutil.rmtree(left, ignore_errors=True)
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file so that it is never there by half.
+
+    Raises:
+        ResultsError: If it cannot be written, for example on a full disk.
+    """
+    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        aside.write_text(text, encoding="utf-8")
+        aside.replace(path)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise ResultsError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def _check_code(
+    folder: Path, before: Mapping[str, Any], now: Mapping[str, Any]
+) -> None:
+    """Refuse to mix the results of two versions of the code."""
+    if not (folder / "runs").is_dir():
+        return
+    changed = [key for key in now if key in before and before[key] != now[key]]
+    if changed:
+        count = len(finished(folder))
+        raise ConfigError(
+            f"{folder}: its {count} runs are of another version of {changed[0]} "
+            f"({before[changed[0]][:8]}, now {now[changed[0]][:8]}) and stay as they "
+            "are; allowed: another --out, or the version they were made with"
+        )
+
+
+def _read_json(path: Path) -> dict[str, Any] | None:
+    """Read a JSON file that may not be there."""
+    if not path.exists():
+        return None
+    try:
+        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ResultsError(f"{path}: cannot be read: {error}") from error
+    return content
+
+
+def _folders(parent: Path) -> list[Path]:
+    """List the folders in a folder, without those that are being filled."""
+    try:
+        with os.scandir(parent) as entries:
+            return [
+                Path(entry.path)
+                for entry in entries
+                if entry.is_dir() and not entry.name.startswith(".")
+            ]
+    except FileNotFoundError:
+        return []

@@ -1,0 +1,136 @@
+"""A sweep from the command to the last line: survey, lock, pilot, drive, results."""
+
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+from experiments.config.sweep import Sweep
+from experiments.errors import ConfigError, ResultsError
+from experiments.executors.executor import Executor, WorkerSettings
+from experiments.results import rebuild
+from experiments.strict_yaml import Document
+from experiments.sweep import Survey, drive_missing, survey
+from experiments.sweep_folder import LOG, RESULTS, locked, take
+from experiments.sweep_plan import Plan
+from experiments.sweep_progress import Counts, SweepProgress, duration, sweep_progress
+
+
+class SweepSession:
+    """One call of `rearview sweep`; what it yields are lines for people."""
+
+    def __init__(
+        self,
+        sweep: Sweep,
+        document: Document,
+        folder: Path,
+        workers: int | None = None,
+        cluster: str | None = None,
+        limit: int | None = None,
+    ) -> None:
+        if cluster is not None and workers is not None:
+            raise ConfigError(
+                "--workers: is not for --cluster, whose workers it has itself"
+            )
+        self._sweep = sweep
+        self._folder = folder
+        self._workers = workers
+        self._cluster = cluster
+        self._limit = limit
+        self._plan = Plan(sweep, document)
+
+    def preview(self) -> Iterator[str]:
+        """Say what would run and how long it would take; leaves nothing."""
+        found = survey(self._plan, self._folder)
+        yield self._numbers(found)
+        if found.missing:
+            yield self._pilot(found, Path(os.devnull))[0]
+
+    def drive(self) -> Iterator[str]:
+        """Drive what is missing and gather the results."""
+        found = survey(self._plan, self._folder)
+        yield self._numbers(found)
+        if self._cluster is not None and found.missing:
+            from experiments.executors.cluster import require_scheduler
+
+            require_scheduler(self._cluster)
+        with locked(self._folder):
+            take(self._folder, self._sweep, found.code)
+            if found.missing:
+                estimate, warm = self._pilot(found, self._folder / LOG)
+                yield estimate
+                yield from self._drive(found, warm)
+            elif not (self._folder / RESULTS).exists():
+                rebuild(self._folder)
+        yield f"results: {self._folder / RESULTS}"
+
+    def _drive(self, found: Survey, warm: WorkerSettings) -> Iterator[str]:
+        """Drive under the eyes of a progress display."""
+        todo = found.missing if self._limit is None else self._limit
+        counts = Counts(min(todo, found.missing), found.there)
+        with sweep_progress(self._sweep.name, self._folder, counts) as progress:
+            try:
+                drive_missing(
+                    self._plan,
+                    self._sweep,
+                    self._folder,
+                    lambda: self._executor(warm),
+                    progress,
+                    self._limit,
+                )
+            except BaseException as error:
+                self._leave(progress, error)
+                raise
+            rebuild(self._folder)
+            progress.write("finished" if todo >= found.missing else "limit reached")
+        statuses = ", ".join(f"{n} {name}" for name, n in counts.by_status.items())
+        yield (
+            f"{counts.done} runs in {duration(counts.elapsed)} "
+            f"({counts.rate:.2f} runs/s): {statuses}"
+        )
+        for failure, count in counts.by_failure.items():
+            yield f"{count} without an episode: {failure}"
+
+    def _leave(self, progress: SweepProgress, error: BaseException) -> None:
+        """Leave results and progress of a sweep that stops, if the disk allows."""
+        interrupted = isinstance(error, KeyboardInterrupt)
+        with suppress(ResultsError):
+            rebuild(self._folder)
+            progress.write("interrupted" if interrupted else f"stopped: {error}")
+
+    def _numbers(self, found: Survey) -> str:
+        """Say how many runs there are."""
+        there = f", {found.there} of them are there" if found.there else ""
+        return f"{self._sweep.name}: {found.planned} runs{there}"
+
+    def _pilot(self, found: Survey, log: Path) -> tuple[str, WorkerSettings]:
+        """Try one run of each kind; say how long all will take."""
+        from experiments.executors.local import cores
+        from experiments.pilot import fly
+
+        workers = cores() if self._workers is None else max(1, self._workers)
+        settings = WorkerSettings(self._sweep.memory_mb, log, Path.cwd())
+        pilot = fly(found, settings, self._sweep.timeout_s, workers)
+        warm = replace(settings, warm_up=pilot.warm_up)
+        if pilot.seconds is None:
+            return "no estimate: not one run came to its end", warm
+        share = 1.0 if self._limit is None else min(1.0, self._limit / found.missing)
+        seconds = pilot.seconds * share
+        if self._cluster is not None:
+            return f"about {duration(seconds)} of one core like these here", warm
+        return f"about {duration(seconds / workers)} with {workers} workers", warm
+
+    def _executor(self, settings: WorkerSettings) -> Executor:
+        """Start those who drive."""
+        if self._cluster is not None:
+            from experiments.executors.cluster import ClusterExecutor
+
+            return ClusterExecutor(self._cluster, settings, self._folder)
+        if self._workers == 0:
+            from experiments.executors.sequential import SequentialExecutor
+
+            return SequentialExecutor(settings)
+        from experiments.executors.local import LocalExecutor
+
+        return LocalExecutor(settings, self._workers)

@@ -1,0 +1,166 @@
+"""What the ego costs others: by hand on made-up ways, and in SUMO against itself."""
+
+import json
+
+import duckdb
+import numpy as np
+import pytest
+
+from experiments.cosim.records import TrafficState
+from experiments.episode import WITHOUT_EGO_FILE, run_episode
+from experiments.metrics.counterfactual import Cost, costs
+from experiments.recording import vehicle_table
+from experiments.scenario_file import load_scenario
+from experiments.trace import Table, Trace, trace_hash
+from experiments.trace_files import read_trace
+from planner.states import CartesianState
+from tests.experiments.traces import STEP, STRAIGHT, record, trace_of
+
+N = 101  # 10 s
+FREE = 100.0 + 20.0 * STEP * np.arange(N)  # places of a free car [m]
+EGO = 150.0
+
+
+def car(s, speed, acceleration=0.0, name="a", l=0.0):
+    return (name, s, l, 0.0, speed, acceleration)
+
+
+def trace(ways) -> Trace:
+    """Ego stands at `EGO`; ways are lists of cars, one each step."""
+    ego = CartesianState(EGO, -3.5, 0, 0, 0, 0)
+    return trace_of(
+        [record(k, ego, cars=cars) for k, cars in enumerate(zip(*ways, strict=True))]
+    )
+
+
+def table(ways) -> Table:
+    moments = []
+    for k, cars in enumerate(zip(*ways, strict=True)):
+        rows = np.array([one[1:] for one in cars], float).reshape(-1, 5).T
+        size = np.ones(len(cars))
+        ids = tuple(one[0] for one in cars)
+        moments.append((k, TrafficState(k * STEP, ids, *rows, 4 * size, 2 * size)))
+    return vehicle_table(STRAIGHT, moments)
+
+
+def free_way(name="a", l=0.0):
+    return [car(s, 20.0, name=name, l=l) for s in FREE]
+
+
+def slowed_way(name="a"):
+    """10 m/s for 4 s from t = 2 s on: 40 m and 2 s are lost."""
+    t = STEP * np.arange(N)
+    lost = 10.0 * np.clip(t - 2.0, 0.0, 4.0)
+    speed = np.where((t >= 2.0) & (t < 6.0), 10.0, 20.0)
+    braking = np.where(np.isclose(t, 2.0), -3.0, 0.0)
+    ways = zip(FREE - lost, speed, braking, strict=True)
+    return [car(s, v, a, name) for s, v, a in ways]
+
+
+def test_nothing_lost_where_both_ways_are_one():
+    (found,) = costs(trace([free_way()]), table([free_way()]))
+    assert found == Cost("a", pytest.approx(0.0), pytest.approx(0.0), 0.0)
+
+
+def test_delay_is_the_lost_way_over_the_free_speed():
+    (found,) = costs(trace([slowed_way()]), table([free_way()]))
+    assert found.delay == pytest.approx(2.0)
+    assert found.speed_loss == pytest.approx(10.0)
+    assert found.added_deceleration == pytest.approx(3.0)
+    (gain,) = costs(trace([free_way()]), table([slowed_way()]))
+    assert gain.delay == pytest.approx(-2.0)
+    assert gain.speed_loss == pytest.approx(0.0)
+    assert gain.added_deceleration == 0.0
+
+
+def test_who_is_made_to_stand_counts_until_the_end():
+    # stands at 140 m from t = 2 s on, where the free one passes at 2 s
+    s = np.minimum(FREE, 140.0)
+    way = [car(x, 20.0 if x < 140.0 else 0.0) for x in s]
+    (found,) = costs(trace([way]), table([free_way()]))
+    assert found.delay == pytest.approx(8.0)
+    assert found.speed_loss == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(
+    "way",
+    [
+        [car(EGO + 20.0 + 20.0 * STEP * k, 20.0) for k in range(N)],  # ahead
+        [("a", s, 4.0, np.pi, 20.0, 0.0) for s in FREE],  # oncoming
+        free_way(l=9.0),  # beside the road
+    ],
+)
+def test_who_is_not_behind_the_ego_is_not_compared(way):
+    assert costs(trace([way]), table([way])) == []
+
+
+def test_who_is_missing_in_one_of_the_runs_is_left_out():
+    found = costs(trace([free_way("a"), slowed_way("b")]), table([free_way("b")]))
+    assert [cost.id for cost in found] == ["b"]
+
+
+def changed_lane(*overrides, **options):
+    overrides = ("simulation.without_ego=true", *overrides)
+    return load_scenario("lane_change", overrides=overrides, **options)
+
+
+@pytest.mark.sumo
+def test_the_run_without_the_ego_is_the_same_traffic(tmp_path):
+    scenario = changed_lane("simulation.duration_s=12", seed=3)
+    outcome = run_episode(scenario, out=tmp_path)
+    relation = duckdb.sql(
+        f"SELECT index, id, x_m, y_m, speed_mps "
+        f"FROM '{outcome.folder / WITHOUT_EGO_FILE}'"
+    )
+    without = {(k, name): rest for k, name, *rest in relation.fetchall()}
+    vehicles = outcome.trace.vehicles
+    first = np.flatnonzero(vehicles["index"] == 0)
+    assert first.size > 2
+    for row in first:
+        key = (0, str(vehicles["id"][row]))
+        there = [float(vehicles[c][row]) for c in ("x_m", "y_m", "speed_mps")]
+        assert without[key] == there
+    # the ego is no part of it, and everyone whom the ego saw is
+    assert {name for _, name in without} == set(vehicles["id"].tolist())
+    row = json.loads((outcome.folder / "metrics.json").read_text())
+    assert row["behind_compared"] >= 1
+
+
+@pytest.mark.sumo
+def test_the_run_without_the_ego_changes_no_trace(tmp_path):
+    options = {"seed": 4, "overrides": ["simulation.duration_s=10"]}
+    bare = run_episode(load_scenario("lane_change", **options), out=tmp_path)
+    both = run_episode(
+        changed_lane("simulation.duration_s=10", seed=4), out=tmp_path / "both"
+    )
+    assert trace_hash(read_trace(both.folder)) == bare.trace_hash
+    assert bare.row["behind_compared"] is None
+    assert both.row["behind_compared"] is not None
+    assert not (bare.folder / WITHOUT_EGO_FILE).exists()
+    again = run_episode(
+        changed_lane("simulation.duration_s=10", seed=4), out=tmp_path / "again"
+    )
+    names = [n for n in both.row if n.startswith("behind_")]
+    assert [again.row[n] for n in names] == [both.row[n] for n in names]
+
+
+@pytest.mark.sumo
+def test_an_ego_that_blocks_the_lane_costs_those_behind(tmp_path):
+    # 5 m/s on a road of 16.67 m/s, and all the traffic in the ego's own lane
+    scenario = load_scenario(
+        "lane_change_leader",
+        planner="cruise",
+        seed=2,
+        overrides=(
+            "simulation.without_ego=true",
+            "traffic.own_lane=0",
+            "traffic.slow_leader=null",
+            "ego.target_speed_mps=5",
+            "ego.depart_speed_mps=5",
+            "simulation.duration_s=40",
+        ),
+    )
+    row = run_episode(scenario, out=tmp_path).row
+    assert row["behind_delay_max_s"] > 1.0
+    assert row["behind_speed_loss_mps"] > 3.0
+    assert row["behind_delay_mean_s"] <= row["behind_delay_max_s"]
