@@ -55,6 +55,21 @@ PLANNERS: Mapping[str, Known] = {
         "planner.lane_change:LaneChangeSettings",
         "the same with the passing order searched on a grid: DP&QP",
     ),
+    "dense": Known(
+        "planner.dense:proposed",
+        "planner.dense:DenseSettings",
+        "dense obstacles: the sides on which they are passed, one program each",
+    ),
+    "dense_adaptive": Known(
+        "planner.dense:adaptive",
+        "planner.dense:DenseSettings",
+        "dense obstacles by the adaptive lattice of chapter 5",
+    ),
+    "dense_uniform": Known(
+        "planner.dense:uniform",
+        "planner.dense:DenseSettings",
+        "dense obstacles by the conventional, uniform lattice",
+    ),
     "sumo": Known(
         "experiments.cosim.self_driven:passenger",
         None,

@@ -11,11 +11,12 @@ import numpy as np
 
 from planner.compiled import compiled
 from planner.errors import InvalidInputError
-from planner.scene import Scene
-from planner.states import FloatArray, freeze
+from planner.scene import Obstacles, Scene
+from planner.states import BoolArray, FloatArray, freeze
 from planner.vehicle import Vehicle
 
 SAMPLE_STEP = 1.0  # between road samples taken from a scene [m]
+MAX_PIECES = 40  # that one rectangle is cut into
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,10 +34,14 @@ class ObstacleField:
     left: FloatArray  # [m]
     right: FloatArray  # [m]
     curvature: FloatArray  # of the reference path, positive to the left [1/m]
+    ids: tuple[str, ...] = ()  # of the obstacles, where they have names
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the columns; bring the obstacles into order."""
         order = np.lexsort((np.asarray(self.l), np.asarray(self.s)))
+        if self.ids:
+            named = tuple(self.ids[i] for i in order.tolist())
+            object.__setattr__(self, "ids", named)
         for name in ("s", "l", "radius"):
             column = freeze(np.asarray(getattr(self, name))[order])
             object.__setattr__(self, name, column)
@@ -64,6 +69,11 @@ class ObstacleField:
     def between(self, s_from: float, s_to: float) -> "ObstacleField":
         """Keep the obstacles whose discs reach into s_from ... s_to [m]."""
         keep = (self.s + self.radius > s_from) & (self.s - self.radius < s_to)
+        return self.only(keep)
+
+    def only(self, keep: BoolArray) -> "ObstacleField":
+        """Keep the obstacles marked in `keep`, (n,)."""
+        named = zip(self.ids, keep.tolist(), strict=False)
         return ObstacleField(
             self.s[keep],
             self.l[keep],
@@ -72,6 +82,7 @@ class ObstacleField:
             self.left,
             self.right,
             self.curvature,
+            tuple(name for name, kept in named if kept),
         )
 
 
@@ -125,7 +136,9 @@ def straight_field(
 def field_of(scene: Scene, horizon: float) -> ObstacleField:
     """Project the scene's static obstacles into the frame of its road.
 
-    An obstacle becomes the disc about its rectangle, grown by its own radius.
+    A disc is itself. A rectangle becomes a row of discs along its longer side, each
+    about one piece of it and grown by its own radius: one disc about a long one would
+    close a road that is open beside it.
 
     Args:
         scene: Of this cycle.
@@ -134,15 +147,41 @@ def field_of(scene: Scene, horizon: float) -> ObstacleField:
     Returns:
         Obstacles from behind the ego's rear on; the road from there to the horizon.
     """
-    fixed, ego = scene.obstacles, scene.ego_frenet
-    reach = np.hypot(fixed.length, fixed.width) / 2.0 + fixed.radius
-    s, l = scene.path.project(fixed.x, fixed.y)
+    ego = scene.ego_frenet
+    ids, x, y, reach = pieces(scene.obstacles)
+    s, l = scene.path.project(x, y)
     start = ego.s - scene.vehicle.length
     road_s = np.arange(start, ego.s + horizon + scene.vehicle.length, SAMPLE_STEP)
     left, right = scene.road.at(road_s)
     curvature = scene.path.at(road_s).curvature
-    whole = ObstacleField(s, l, reach, road_s, left, right, curvature)
+    whole = ObstacleField(s, l, reach, road_s, left, right, curvature, ids)
     return whole.between(start, ego.s + horizon)
+
+
+def pieces(
+    fixed: Obstacles,
+) -> tuple[tuple[str, ...], FloatArray, FloatArray, FloatArray]:
+    """Cover obstacles by discs: (ids, x, y, radius), the last three (n_discs,) [m]."""
+    longer = np.maximum(fixed.length, fixed.width)
+    shorter = np.minimum(fixed.length, fixed.width)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        parts = np.where(shorter > 0.0, np.ceil(longer / shorter), 1.0)
+    count = np.clip(parts, 1.0, MAX_PIECES).astype(np.int64)
+    if np.all(count == 1):
+        radius = 0.5 * np.hypot(fixed.length, fixed.width) + fixed.radius
+        return fixed.ids, fixed.x, fixed.y, radius
+    of = np.repeat(np.arange(count.size), count)
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    place = (np.arange(of.size) - first[of] + 0.5) / count[of] - 0.5
+    turned = fixed.heading + np.where(fixed.length >= fixed.width, 0.0, np.pi / 2.0)
+    along = place * longer[of]
+    radius = 0.5 * np.hypot(longer / count, shorter) + fixed.radius
+    return (
+        tuple(fixed.ids[i] for i in of.tolist()),
+        fixed.x[of] + along * np.cos(turned[of]),
+        fixed.y[of] + along * np.sin(turned[of]),
+        radius[of],
+    )
 
 
 @compiled

@@ -118,3 +118,99 @@ class SmoothingSettings:
             ("knot_step", "smoothness_weight", "max_curvature", "passes"),
             ("coarse_weight", "offset_weight", "turn_margin", "allowed_slack"),
         )
+
+
+@dataclass(frozen=True, slots=True)
+class SideSettings:
+    """Side sequences: one quadratic program each, the cheapest wins.
+
+    The default weights are chosen so that paths are short and bend little at once; the
+    printed ones, `thesis_sides`, price a metre of offset higher.
+    """
+
+    knot_step: float = 0.5  # [m]
+    offset_weight: float = 4.0  # of l² [1/m²]
+    slope_weight: float = 100.0  # of l'²
+    bend_weight: float = 100.0  # of l''² [m²]
+    jerk_weight: float = 100.0  # of l'''² [m⁴]
+    max_curvature: float = 0.5  # k_max [1/m]
+    turn_margin: float = 0.02  # covers what linearising the turning body leaves [m]
+    margin: float = 0.0  # room kept beyond the discs [m]
+    alternatives: int = 1  # sequences kept besides the cheapest
+    max_programs: int = 200  # solved in one search, at most
+    passes: int = 3  # linearisations of the winner, at most
+    solver: str = "riccati"  # of the winner
+
+    def __post_init__(self) -> None:
+        """Refuse what is no program."""
+        weights = ("offset_weight", "slope_weight", "bend_weight")
+        _require(
+            self,
+            ("knot_step", "jerk_weight", "max_curvature", "max_programs", "passes"),
+            (*weights, "turn_margin", "margin", "alternatives"),
+        )
+
+
+def thesis_sides() -> SideSettings:
+    """Price paths as [Thesis] eq. 5.27 to 5.29 with the weights of table 5.1."""
+    return SideSettings(
+        offset_weight=100.0, slope_weight=1000.0, bend_weight=1000.0, jerk_weight=1000.0
+    )
+
+
+class PathMethod(StrEnum):
+    """Which path planner is driven."""
+
+    SIDE_SEQUENCES = "side_sequences"
+    ADAPTIVE = "adaptive"  # [Thesis] 5.3-5.6
+    UNIFORM = "uniform"  # the conventional method [104]
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSettings:
+    """The speed along the path."""
+
+    duration: float = 6.0  # T [s]
+    time_step: float = 0.1  # between knots [s]
+    distance_weight: float = 0.5  # of the place against the wish [1/m²]
+    speed_weight: float = 2.0
+    acceleration_weight: float = 0.5
+    jerk_weight: float = 0.5
+    max_jerk: float = 5.0  # [m/s³]
+    acceleration: float = 1.5  # of the wish [m/s²]
+    braking: float = 1.5  # of the wish, towards bends and the end [m/s²]
+    lateral_share: float = 0.5  # of the vehicle's limit, of the wish
+    headway: float = 0.8  # to a vehicle ahead [s]
+    vehicle_gap: float = 2.5  # kept to it along the path [m]
+    attempts: int = 4  # with a slower wish each, where bends are taken too fast
+
+    def __post_init__(self) -> None:
+        """Refuse what is no program."""
+        positive = ("duration", "time_step", "jerk_weight", "max_jerk", "attempts")
+        rates = ("acceleration", "braking", "lateral_share")
+        weights = ("distance_weight", "speed_weight", "acceleration_weight")
+        _require(self, (*positive, *rates), (*weights, "headway", "vehicle_gap"))
+
+
+@dataclass(frozen=True, slots=True)
+class DenseSettings:
+    """Everything that can be set of the planner in closed loop."""
+
+    method: PathMethod = PathMethod.SIDE_SEQUENCES
+    horizon: float = 60.0  # of the path, at least [m]
+    margins: tuple[float, ...] = (0.4, 0.2, 0.05)  # to obstacles, the widest first [m]
+    curvature_share: float = 0.9  # of the vehicle's limit that paths use
+    stop_gap: float = 1.3  # to what blocks the way [m]
+    change_gain: float = 0.15  # share of its cost that other sides must save
+    spacing: int = 2  # points of the path a knot interval
+    sides: SideSettings = SideSettings()
+    lattice: LatticeSettings = LatticeSettings()
+    smoothing: SmoothingSettings = SmoothingSettings()
+    drive: DriveSettings = DriveSettings()
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be driven."""
+        positive = ("horizon", "curvature_share", "spacing")
+        _require(self, positive, ("stop_gap", "change_gain"))
+        if not self.margins or min(self.margins) < 0.0:
+            raise InvalidInputError(f"margins = {self.margins} must be >= 0")

@@ -11,11 +11,18 @@ from enum import StrEnum
 import numpy as np
 
 from planner.dense.coarse_path import CoarsePath, PathStart
-from planner.dense.corridor import corridor, second_bounds
-from planner.dense.edge_check import road_table
+from planner.dense.corridor import sides_of
 from planner.dense.field import Cover, ObstacleField
 from planner.dense.path import FrenetPath, PathCheck, check_path
 from planner.dense.settings import SmoothingSettings
+from planner.dense.tube import (
+    PathGuess,
+    PathWeights,
+    knots_between,
+    obstacle_table,
+    tube_about,
+    tube_program,
+)
 from planner.motion.piecewise_jerk import (
     PiecewiseJerkProblem,
     PiecewiseJerkSolution,
@@ -26,8 +33,6 @@ from planner.motion.piecewise_jerk import (
 from planner.states import FloatArray
 
 CHECK_TOLERANCE = 1e-3  # what rounding and linearisation may take [m]
-CURVATURE_SHARE = 0.999  # of the bound is used, for what lies between knots
-MIN_KNOTS = 4
 
 
 class SmoothingStatus(StrEnum):
@@ -81,7 +86,7 @@ def smooth(
     wanted = l
     for passed in range(1, settings.passes + 1):
         problem = smoothing_problem(
-            field, cover, coarse.start, (s, l, slope), wanted, settings
+            field, cover, coarse.start, PathGuess(s, l, slope), wanted, settings
         )
         crossed = _crossed(problem)
         if crossed and settings.allowed_slack == 0.0:
@@ -129,17 +134,11 @@ def passes_check(check: PathCheck, settings: SmoothingSettings) -> bool:
     )
 
 
-def knots_between(start: float, end: float, step: float) -> FloatArray:
-    """Place knots evenly, at most `step` apart, (n,) [m]."""
-    n = max(math.ceil((end - start) / step - 1e-9) + 1, MIN_KNOTS)
-    return np.linspace(start, end, n)
-
-
 def smoothing_problem(
     field: ObstacleField,
     cover: Cover,
     start: PathStart,
-    about: tuple[FloatArray, FloatArray, FloatArray],
+    about: PathGuess,
     wanted: FloatArray,
     settings: SmoothingSettings,
 ) -> PiecewiseJerkProblem:
@@ -149,54 +148,21 @@ def smoothing_problem(
         field: Obstacles and road.
         cover: Of the ego.
         start: s [m], l [m], l' [-] and l'' [1/m], fixed.
-        about: s, l and l' of the path that sets the sides, (n,) each.
+        about: The path that sets the sides.
         wanted: l of the coarse path, (n,) [m].
         settings: See there.
     """
-    s, l, slope = about
-    n, offsets = s.size, np.array(cover.offsets)
-    curvature = field.road_at(field.s)[2]
-    obstacles = np.column_stack([field.s, field.l, field.radius, curvature])
-    roads = np.column_stack([field.road_s, field.left, field.right, field.curvature])
-    road = road_table(s, roads, offsets)
-    turning = bool(np.any(offsets != 0.0)) or bool(np.any(road[0] != 0.0))
+    offsets = np.array(cover.offsets)
+    curvature = np.interp(about.s, field.road_s, field.curvature)
+    turning = bool(np.any(offsets != 0.0)) or bool(np.any(curvature != 0.0))
     margin = settings.turn_margin if turning else 0.0
-    gain, low, high = corridor(
-        s,
-        l,
-        slope,
-        road,
-        obstacles,
-        offsets,
-        (cover.radius + margin, cover.half_length, cover.half_width),
-    )
-    low[0], high[0] = -np.inf, np.inf  # the start is fixed, whatever it touches
-    sharpest = CURVATURE_SHARE * settings.max_curvature
-    second_low, second_high = second_bounds(l, slope, road, sharpest)
-    free = np.full(n, np.inf)
-    lower = np.column_stack([-free, -free, second_low])
-    upper = np.column_stack([free, free, second_high])
-    if offsets.size == 1 and offsets[0] == 0.0:
-        lower[:, 0], upper[:, 0] = low[:, 0], high[:, 0]
-        gain, low, high = gain[:, :0], low[:, :0], high[:, :0]
-    row = np.zeros((*gain.shape, 3))
-    row[:, :, 0], row[:, :, 1] = 1.0, gain
-    coarse, smoothness = settings.coarse_weight, settings.smoothness_weight
-    total = coarse + settings.offset_weight
-    weight = np.tile([total, smoothness, smoothness], (n, 1))
-    reference = np.zeros((n, 3))
-    reference[:, 0] = wanted * (coarse / total if total > 0.0 else 0.0)
-    return PiecewiseJerkProblem(
-        step=np.diff(s),
-        start=np.array(start[1:]),
-        weight=weight,
-        reference=reference,
-        jerk_weight=smoothness,
-        lower=lower,
-        upper=upper,
-        jerk_lower=-np.inf,
-        jerk_upper=np.inf,
-        row=row,
-        row_lower=low,
-        row_upper=high,
+    tube = tube_about(about, field, cover, margin, settings.max_curvature)
+    sides = sides_of(*about, curvature, obstacle_table(field), offsets)
+    smoothness = settings.smoothness_weight
+    return tube_program(
+        tube,
+        *tube.between(sides),
+        start,
+        PathWeights(settings.offset_weight, smoothness, smoothness, smoothness),
+        (wanted, settings.coarse_weight),
     )

@@ -17,6 +17,7 @@ from planner.dense.lattice_methods import (
 from planner.dense.path import FrenetPath, check_path
 from planner.dense.settings import LatticeSettings, SmoothingSettings
 from planner.dense.smoothing import smooth, smoothing_problem
+from planner.dense.tube import PathGuess
 from planner.geometry.reference_path import ReferencePath
 from planner.geometry.segments import arc
 from planner.motion.piecewise_jerk import solve
@@ -185,7 +186,7 @@ def test_own_solver_agrees_with_another():
     s = np.linspace(0.0, 60.0, 121)
     l, slope, _ = coarse.at(s)
     problem = smoothing_problem(
-        field, BODY, STILL, (s, l, slope), l, SmoothingSettings()
+        field, BODY, STILL, PathGuess(s, l, slope), l, SmoothingSettings()
     )
     own, other = solve(problem), solve(problem, solver="clarabel")
     assert own.objective == pytest.approx(other.objective, rel=1e-6)

@@ -1,0 +1,168 @@
+"""The planner of dense obstacles: path, then speed along it, replanned each cycle."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner.dense.field import Cover, field_of
+from planner.dense.settings import DenseSettings
+from planner.dense.speed import Way, knot_times, plan_drive
+from planner.dense.vehicles_ahead import bound_by_vehicles
+from planner.dense.way import ChosenPath, Task, choose_path
+from planner.fallback import fallback
+from planner.geometry.clearance import gaps_to
+from planner.geometry.road_frame import path_in_plane
+from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.motion.path_speed import trajectory_on
+from planner.scene import Scene
+from planner.states import Path, SpeedProfile, Trajectory
+from planner.validity import invalid
+
+HARD_GAP = 0.02  # least distance to an obstacle that a fallback may leave [m]
+AT_THE_END = 1.0  # from where on who is blocked is said to stand because of it [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """What one cycle leaves for the next."""
+
+    trajectory: Trajectory | None = None
+    sides: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DensePlanner:
+    """Plans a path through static obstacles and the speed along it; `plan` is pure."""
+
+    settings: DenseSettings
+
+    def plan(self, scene: Scene, memory: object) -> PlanResult:
+        """Plan one cycle; see `planner.interface.Planner`."""
+        reason = invalid(scene)
+        if reason is not None:
+            stats = PlanStats(reason=reason)
+            return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
+        last = memory if isinstance(memory, Memory) else Memory()
+        chosen = choose_path(self._task(scene), last.sides, self.settings)
+        if chosen is None:
+            return _fall_back(scene, last, "no path from here", self.settings)
+        path = self._in_plane(scene, chosen)
+        if path is None:
+            return _fall_back(
+                scene, last, "the path leaves the road's frame", self.settings
+            )
+        way, who = self._way(scene, chosen, path)
+        profile = plan_drive(way, scene, self.settings.drive)
+        if profile is None:
+            return _fall_back(scene, last, "no speed along the path", self.settings)
+        blocker = chosen.blocked_by or _holding(profile, way, who)
+        return _result(chosen, trajectory_on(path, profile), blocker)
+
+    def _task(self, scene: Scene) -> Task:
+        """Say where the path has to lead."""
+        settings, vehicle, ego = self.settings, scene.vehicle, scene.ego_frenet
+        drive = settings.drive
+        speed = max(scene.target_speed, scene.ego.speed)
+        need = speed * drive.duration + speed**2 / (2.0 * drive.braking)
+        horizon = max(settings.horizon, need)
+        return Task(
+            field_of(scene, horizon),
+            Cover.of(vehicle),
+            (ego.s, ego.l, ego.l_prime, ego.l_second),
+            ego.s + horizon,
+            settings.curvature_share * vehicle.limits.max_curvature,
+        )
+
+    def _in_plane(self, scene: Scene, chosen: ChosenPath) -> Path | None:
+        """Move the path to the plane."""
+        fine = chosen.path.subdivided(self.settings.spacing)
+        return path_in_plane(scene.path, fine.s, fine.l, fine.slope, fine.second)
+
+    def _way(
+        self, scene: Scene, chosen: ChosenPath, path: Path
+    ) -> tuple[Way, list[str | None]]:
+        """Say how far along the path the ego may go: obstacles, lines, vehicles."""
+        reach = scene.vehicle.front_reach
+        lines = [s - reach for s in scene.stop_lines if s > scene.ego_frenet.s]
+        end_s = min([chosen.end_s, *lines])
+        end = float(np.interp(end_s, path.s, path.distance))
+        times = knot_times(self.settings.drive)
+        bound, who = bound_by_vehicles(
+            path, scene, times, self.settings.drive.vehicle_gap
+        )
+        return Way(path, end, bound), who
+
+
+def _holding(profile: SpeedProfile, way: Way, who: list[str | None]) -> str | None:
+    """Name the vehicle that the drive comes nearest to, if it is held up by one."""
+    rooms = way.ahead - profile.distance
+    nearest = int(np.argmin(rooms))
+    return who[nearest] if rooms[nearest] < AT_THE_END else None
+
+
+def _result(
+    chosen: ChosenPath, trajectory: Trajectory, blocker: str | None
+) -> PlanResult:
+    """Make what the caller gets."""
+    blocked = chosen.blocked_by is not None
+    reason = f"no passage beyond s = {chosen.end_s:.1f} m" if blocked else ""
+    passed = "".join("L" if side > 0.0 else "R" for side in chosen.sides.values())
+    stats = PlanStats(
+        reason=reason,
+        candidates=chosen.candidates,
+        survivors=1,
+        costs={"path": chosen.cost},
+        blocker=blocker,
+        explanation=f"sides {passed or '-'}, margin {chosen.margin:g} m"
+        + (
+            f", next best costs {chosen.alternative / chosen.cost:.2f} times"
+            if np.isfinite(chosen.alternative) and chosen.cost > 0.0
+            else ""
+        ),
+    )
+    memory = Memory(trajectory, chosen.sides)
+    return PlanResult(PlanStatus.OK, trajectory, memory, stats)
+
+
+def _fall_back(
+    scene: Scene, last: Memory, reason: str, settings: DenseSettings
+) -> PlanResult:
+    """Nothing can be planned: go down the ladder and say why."""
+
+    def blocker(trajectory: Trajectory) -> str | None:
+        return nearest_obstacle(scene, trajectory)
+
+    status, trajectory = fallback(
+        scene, last.trajectory, blocker, settings.drive.duration
+    )
+    memory = Memory(trajectory, last.sides)
+    stats = PlanStats(reason=reason, blocker=blocker(trajectory))
+    return PlanResult(status, trajectory, memory, stats)
+
+
+def nearest_obstacle(scene: Scene, trajectory: Trajectory) -> str | None:
+    """Name the obstacle that a trajectory would touch, None if it touches none."""
+    fixed, vehicle = scene.obstacles, scene.vehicle
+    if not fixed.ids:
+        return None
+    pose = np.column_stack(
+        [fixed.x, fixed.y, np.cos(fixed.heading), np.sin(fixed.heading)]
+    )
+    points = np.array(
+        [
+            trajectory.x,
+            trajectory.y,
+            np.cos(trajectory.heading),
+            np.sin(trajectory.heading),
+        ]
+    )
+    gaps = gaps_to(
+        points,
+        np.repeat(pose[:, :, None], trajectory.t.size, axis=2),
+        np.column_stack([fixed.length / 2.0, fixed.width / 2.0, fixed.radius]),
+        np.array(vehicle.disc_offsets),
+        vehicle.disc_radius,
+    )
+    worst = int(np.argmin(gaps))
+    return fixed.ids[worst] if gaps[worst] < HARD_GAP else None

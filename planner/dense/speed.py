@@ -1,0 +1,141 @@
+"""The speed along a path through obstacles: the piecewise-jerk program in time.
+
+The fastest drive that curvature, braking and the end of the way allow is the wish; the
+program of [Thesis] eq. 6.19, 6.20 (corrected) follows it within the limits of
+acceleration and jerk, and never past the end or into a vehicle ahead.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.dense.settings import DriveSettings
+from planner.motion.piecewise_jerk import (
+    PiecewiseJerkProblem,
+    QpStatus,
+    solve,
+)
+from planner.motion.speed_limits import drive_along, limit_speeds
+from planner.scene import Scene
+from planner.states import FloatArray, Path, SpeedProfile
+
+ROUNDING = 1e-6  # of places [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """A path and how far along it the ego may go."""
+
+    path: Path
+    end: float  # of the ego's point [m]
+    ahead: FloatArray  # bound by vehicles at each knot, inf if none, (n_knots,) [m]
+
+
+def knot_times(settings: DriveSettings) -> FloatArray:
+    """Give the times of the knots [s]."""
+    n = round(settings.duration / settings.time_step) + 1
+    return settings.time_step * np.arange(n, dtype=np.float64)
+
+
+def plan_drive(way: Way, scene: Scene, settings: DriveSettings) -> SpeedProfile | None:
+    """Plan the speed along a way; None if the limits cannot be kept.
+
+    The wish is lowered until the drive keeps the limit of lateral acceleration
+    everywhere: the program smooths it in time and may be late to slow down.
+    """
+    limits, times = scene.vehicle.limits, knot_times(settings)
+    end = min(way.end, float(way.path.distance[-1]))
+    share = settings.lateral_share
+    for _ in range(settings.attempts):
+        allowed = limit_speeds(
+            way.path,
+            limits,
+            scene.target_speed,
+            share * limits.max_lateral_acceleration,
+            settings.braking,
+            end,
+        )
+        wish = drive_along(
+            way.path.distance,
+            allowed,
+            scene.ego.speed,
+            settings.acceleration,
+            limits.max_deceleration,
+            times,
+        )
+        problem = drive_program(way, scene, wish, end, settings)
+        if np.any(problem.lower[1:] > problem.upper[1:]):
+            return None
+        solution = solve(problem)
+        if solution.status is not QpStatus.SOLVED:
+            return None
+        profile = _profile(solution.state, solution.jerk, times)
+        bend = np.interp(profile.distance, way.path.distance, way.path.curvature)
+        lateral = np.abs(profile.speed**2 * bend)
+        if float(lateral[1:].max()) <= limits.max_lateral_acceleration:
+            return profile
+        share *= 0.5
+    return None
+
+
+def drive_program(
+    way: Way,
+    scene: Scene,
+    wish: tuple[FloatArray, FloatArray],
+    end: float,
+    settings: DriveSettings,
+) -> PiecewiseJerkProblem:
+    """Write the program that follows a wish.
+
+    Args:
+        way: Gives the bound by vehicles.
+        scene: Gives start and limits.
+        wish: Distance [m] and speed [m/s] at the knots.
+        end: Not to be passed [m].
+        settings: See there.
+    """
+    limits, n = scene.vehicle.limits, wish[0].size
+    reference = np.zeros((n, 3))
+    reference[:, 0], reference[:, 1] = wish
+    lower, upper = np.empty((n, 3)), np.empty((n, 3))
+    speed = max(scene.ego.speed, 0.0)
+    lower[:] = -ROUNDING, 0.0, -limits.max_deceleration
+    upper[:] = max(end, 0.0) + ROUNDING, np.inf, limits.max_acceleration
+    upper[:, 1] = max(limits.max_speed, speed + 1.0)
+    # Who brakes harder than allowed, or stops this very moment, is let finish it.
+    lowest = max(-limits.max_deceleration, -np.sqrt(2.0 * settings.max_jerk * speed))
+    start = min(max(scene.ego.acceleration, lowest), limits.max_acceleration)
+    row = np.zeros((n, 1, 3))
+    row[:, 0] = 1.0, settings.headway, 0.0
+    weight = np.empty((n, 3))
+    weight[:] = (
+        settings.distance_weight,
+        settings.speed_weight,
+        settings.acceleration_weight,
+    )
+    return PiecewiseJerkProblem(
+        np.full(n - 1, settings.time_step),
+        np.array([0.0, speed, start]),
+        weight,
+        reference,
+        settings.jerk_weight,
+        lower,
+        upper,
+        -settings.max_jerk,
+        settings.max_jerk,
+        row,
+        np.full((n, 1), -np.inf),
+        way.ahead[:, None],
+    )
+
+
+def _profile(state: FloatArray, jerk: FloatArray, times: FloatArray) -> SpeedProfile:
+    """Make the record; rounding below a standstill is cut off."""
+    s, v, a = state.T
+    return SpeedProfile(
+        times,
+        np.maximum.accumulate(np.maximum(s, 0.0)),
+        np.maximum(v, 0.0),
+        a,
+        np.append(jerk, jerk[-1]),
+    )
