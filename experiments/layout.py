@@ -13,6 +13,8 @@ from experiments.config.road import Road
 from experiments.cosim.kinematic_world import constant_road
 from experiments.cosim.obstacles import PlacedBody, obstacles_on_path
 from experiments.cosim.projection import state_on_path
+from experiments.field_course import FieldError, Ground
+from experiments.obstacle_field import draw_field
 from experiments.strict_yaml import KeyPath
 from planner.errors import PlannerError
 from planner.geometry.rectangles import Rectangle, distance
@@ -85,20 +87,39 @@ def make_layout(scenario: Scenario) -> Layout:
     beyond = scenario.beyond(bare.path.length)
     if beyond is not None:
         raise scenario.error(*beyond)
-    obstacles = obstacles_on_path(bare.path, _placed(listed_obstacles(scenario)))
     _check_on_road(scenario, bare)
+    obstacles = obstacles_on_path(bare.path, _placed(listed_obstacles(scenario, bare)))
     _check_start(scenario, bare.path, obstacles)
     return replace(bare, obstacles=obstacles)
 
 
-def listed_obstacles(scenario: Scenario) -> tuple[Obstacle, ...]:
-    """Give the obstacles; random ones are drawn from the scenario's seed."""
-    section = scenario.obstacles.random
-    if section is None:
-        return scenario.obstacles.listed
+def listed_obstacles(scenario: Scenario, bare: Layout) -> tuple[Obstacle, ...]:
+    """Give the obstacles; random ones and fields are drawn from the scenario's seed.
+
+    Raises:
+        ConfigError: If there is no room for the field.
+    """
+    section = scenario.obstacles
     key = crc32(b"obstacles")  # apart from the streams of the traffic
     rng = np.random.default_rng([scenario.simulation.seed, key])
-    return _draw(section, scenario.ego.goal_m, rng)
+    if section.random is not None:
+        return _draw(section.random, scenario.ego.goal_m, rng)
+    if section.field is None:
+        return section.listed
+    ego = scenario.ego
+    ground = Ground(
+        bare.path,
+        bare.road,
+        make_vehicle(ego),
+        ego.start_m,
+        ego.start_offset_m,
+        ego.goal_m,
+    )
+    try:
+        return draw_field(section.field, ground, rng)
+    except FieldError as error:
+        path = ("obstacles", "field", error.key)
+        raise scenario.error(path, error.problem) from error
 
 
 def _draw(
@@ -164,11 +185,12 @@ def _check_start(scenario: Scenario, path: ReferencePath, obstacles: Obstacles) 
         vehicle.length,
         vehicle.width,
     )
-    drawn = scenario.obstacles.random is not None
+    listed = bool(scenario.obstacles.listed)
+    drawn = "random" if scenario.obstacles.random is not None else "field"
     for index, other in enumerate(_rectangles(obstacles)):
-        key: KeyPath = ("obstacles", "random", "first_m")
+        key: KeyPath = ("obstacles", drawn, "first_m")
         if distance(body, other) <= 0.0:
-            key = key if drawn else ("obstacles", index)
+            key = ("obstacles", index) if listed else key
             raise scenario.error(key, _in_the_way("an obstacle", scenario, other))
     scripted = obstacles_on_path(
         path,

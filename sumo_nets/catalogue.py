@@ -4,11 +4,12 @@ The four roads of the cruise planner have the same cross-section: two carriagewa
 three lanes of 10/3 m, right-hand traffic, 50 km/h. The ego's reference line is the
 centre line of the middle lane; scenario road s = 0 lies `lead_in` after the begin of
 that line. The one-way roads for lane changes have lanes of 3.5 m and 60 km/h; there
-the reference line is the lane that the ego starts in.
+the reference line is the lane that the ego starts in. The one-way roads for dense
+obstacles are one carriageway of the first kind.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
 from types import MappingProxyType
@@ -129,6 +130,8 @@ def networks() -> Mapping[str, Network]:
             "lane_change_three", 1, 1, "straight one-way road of 1.8 km, three lanes"
         ),
         _one_way("lane_change_curved", 7, 0, "winding one-way road, two lanes"),
+        _dense(),
+        _dense_curved(),
     )
     return MappingProxyType({record.name: record for record in records})
 
@@ -205,6 +208,40 @@ def _one_way(name: str, n_edges: int, lane: int, description: str) -> Network:
         streams=(Stream("own", (Turn(edges, 1.0),)),),
         description=description,
     )
+
+
+def _obstacle_road(
+    name: str, segments: tuple[Segment, ...], description: str
+) -> Network:
+    """Describe a road for dense obstacles: one carriageway of a road, no oncoming."""
+    road = _road(name, segments, description)
+    own = tuple(stream for stream in road.streams if stream.name == "own")
+    return replace(road, streams=own)
+
+
+def _dense() -> Network:
+    """Describe the straight road for dense obstacles."""
+    return _obstacle_road("dense", (line(500.0),), "straight one-way road of 600 m")
+
+
+def _dense_curved() -> Network:
+    """Describe the winding road for dense obstacles."""
+    wide, sharp = 1.0 / 50.0, 1.0 / 40.0
+    segments = (
+        line(40.0),
+        clothoid(20.0, 0.0, wide),
+        arc(40.0, wide),
+        clothoid(40.0, wide, -wide),
+        arc(40.0, -wide),
+        clothoid(40.0, -wide, sharp),
+        arc(40.0, sharp),
+        clothoid(40.0, sharp, -sharp),
+        arc(40.0, -sharp),
+        clothoid(20.0, -sharp, 0.0),
+        line(140.0),
+    )
+    description = "winding one-way road of 600 m, radii of 50 m and 40 m"
+    return _obstacle_road("dense_curved", segments, description)
 
 
 def _straight() -> Network:

@@ -6,7 +6,7 @@ same classes.
 """
 
 from experiments.config.ego import Ego
-from experiments.config.obstacles import Obstacle, RandomObstacles
+from experiments.config.obstacles import Obstacle, ObstacleField, RandomObstacles
 from experiments.config.scenario import DEFAULT_PLANNER, Scenario
 from experiments.config.traffic import Traffic
 
@@ -14,6 +14,7 @@ __all__ = [
     "DEFAULT_PLANNER",
     "Ego",
     "Obstacle",
+    "ObstacleField",
     "RandomObstacles",
     "Scenario",
     "Traffic",

@@ -14,6 +14,11 @@ from experiments.config.base import (
 )
 
 Spacing = Annotated[float, Field(ge=1.0, le=100_000.0)]
+Count = Annotated[int, Field(ge=1, le=1000)]
+Margin = Annotated[float, Field(ge=0.0, le=5.0)]
+
+# r_ob of the four sizes of [Thesis] table 5.4
+THESIS_RADII: tuple[float, ...] = (2.5, 1.58, 2.7, 0.71)
 
 
 class Obstacle(Strict):
@@ -61,17 +66,64 @@ class RandomObstacles(Strict):
         return self
 
 
+class ObstacleField(Strict):
+    """Discs drawn from the seed that crowd a winding course for the ego."""
+
+    count: Count | tuple[Count, Count] = Field(
+        default=(10, 25), description="how many, or least and most"
+    )
+    first_m: Position = Field(description="centres from here on")
+    last_m: Position = Field(description="centres up to here")
+    radii_m: Annotated[tuple[Size, ...], Field(min_length=1)] = Field(
+        default=THESIS_RADII, description="each disc has one of them, equally likely"
+    )
+    passable: bool = Field(
+        default=True,
+        description="false: a row of them closes the road, in the last two thirds",
+    )
+    course_margin_m: Margin = Field(
+        default=0.5,
+        description="least distance of the ego's body on its course from obstacles "
+        "and from the road's edges",
+    )
+    gap_m: Margin = Field(
+        default=1.0, description="least distance between obstacles, but in the row"
+    )
+
+    @model_validator(mode="after")
+    def _ranges_rise(self) -> Self:
+        """Refuse a range that runs downwards."""
+        least, most = self.counts
+        if least > most:
+            raise mismatch(
+                "count", f"is [{least}, {most}]; allowed: [least, most], rising"
+            )
+        if self.first_m >= self.last_m:
+            raise mismatch(
+                "last_m",
+                f"is {self.last_m:g}; allowed: more than first_m = {self.first_m:g}",
+            )
+        return self
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Least and most obstacles."""
+        return (self.count, self.count) if isinstance(self.count, int) else self.count
+
+
 class Obstacles(Strict):
     """Static bodies: listed one by one, or drawn from the seed."""
 
     listed: tuple[Obstacle, ...] = ()
     random: RandomObstacles | None = None
+    field: ObstacleField | None = None
 
 
-class RandomSection(Strict):
-    """How `obstacles` asks for random ones."""
+class DrawnSection(Strict):
+    """How `obstacles` asks for drawn ones."""
 
-    random: RandomObstacles
+    random: RandomObstacles | None = None
+    field: ObstacleField | None = None
 
 
 def read_obstacles(value: Any) -> Any:
@@ -81,5 +133,8 @@ def read_obstacles(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return {"listed": value}
     if isinstance(value, dict) and "listed" in value:
-        raise mismatch("listed", "unknown key; allowed: random, or a list, or none")
+        problem = "unknown key; allowed: random or field, or a list, or none"
+        raise mismatch("listed", problem)
+    if isinstance(value, dict) and {"random", "field"} <= value.keys():
+        raise mismatch("field", "is beside random; allowed: one of them")
     return value

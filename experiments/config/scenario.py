@@ -7,9 +7,9 @@ from pydantic import BeforeValidator, ConfigDict, Field, PrivateAttr, model_vali
 from experiments.config.base import Strict, as_section, mismatch
 from experiments.config.ego import Ego
 from experiments.config.obstacles import (
+    DrawnSection,
     Obstacle,
     Obstacles,
-    RandomSection,
     read_obstacles,
 )
 from experiments.config.road import Network, Road
@@ -78,7 +78,7 @@ class Scenario(Strict):
             read_obstacles,
             json_schema_input_type=Literal["none"]
             | tuple[Obstacle, ...]
-            | RandomSection,
+            | DrawnSection,
         ),
     ] = Obstacles()
     traffic: Annotated[
@@ -131,6 +131,8 @@ class Scenario(Strict):
             places["vehicles", index, "s_m"] = vehicle.s_m
         if self.obstacles.random:
             places["obstacles", "random", "first_m"] = self.obstacles.random.first_m
+        if self.obstacles.field:
+            places["obstacles", "field", "last_m"] = self.obstacles.field.last_m
         for key, place in places.items():
             if place > length:
                 problem = f"is {place:g}; allowed: 0 to {length:.1f}, the road's end"
@@ -152,12 +154,8 @@ class Scenario(Strict):
         data: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
         if self.network is not None and self.network.name is not None:
             data["network"] = self.network.name
-        random = self.obstacles.random
-        data["obstacles"] = (
-            {"random": data["obstacles"]["random"]}
-            if random
-            else data["obstacles"]["listed"]
-        )
+        listed = data["obstacles"].pop("listed")
+        data["obstacles"] = data["obstacles"] or listed
         if self.world == "sumo":
             data.setdefault("traffic", "none")
         return data

@@ -11,6 +11,8 @@ netconvert = pytest.mark.skipif(
 )
 NAMES = [
     "curved",
+    "dense",
+    "dense_curved",
     "intersection",
     "lane_change",
     "lane_change_curved",

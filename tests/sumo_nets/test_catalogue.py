@@ -14,8 +14,9 @@ from sumo_nets.catalogue import Network, Stream, Turn, network, networks
 from sumo_nets.errors import NetworkError
 
 NAMES = sorted(networks())
-# Roads with two carriageways of 10 m, whose line is known exactly.
-TWO_WAY = [name for name in NAMES if networks()[name].segments]
+# Roads with carriageways of 10 m, whose line is known exactly.
+KNOWN_LINE = [name for name in NAMES if networks()[name].segments]
+TWO_WAY = ["curved", "intersection", "straight", "u_shaped"]
 ONE_WAY = [name for name in NAMES if name not in TWO_WAY]
 START = {"intersection": (-150.0, -5.0)}
 
@@ -57,7 +58,7 @@ def fill(points, spacing=0.01):
     return np.column_stack([np.interp(at, along, axis) for axis in points.T])
 
 
-@pytest.mark.parametrize("name", TWO_WAY)
+@pytest.mark.parametrize("name", KNOWN_LINE)
 def test_middle_lane_follows_the_segments(name):
     record = network(name)
     exact = exact_line(record.segments, START.get(name, (-100.0, 0.0)))
@@ -67,7 +68,7 @@ def test_middle_lane_follows_the_segments(name):
 
 
 def test_scenario_roads_begin_after_the_lead_in():
-    for record in map(network, TWO_WAY):
+    for record in map(network, KNOWN_LINE):
         kind, length, *_ = record.segments[0]
         assert (kind, length) == ("line", record.lead_in) == ("line", 100.0)
 
@@ -93,7 +94,7 @@ def test_roads_for_lane_changes_are_one_way(name):
     assert [stream.name for stream in record.streams] == ["own"]
 
 
-@pytest.mark.parametrize("name", TWO_WAY)
+@pytest.mark.parametrize("name", KNOWN_LINE)
 def test_lanes_and_speeds_are_what_the_catalogue_says(name):
     record = network(name)
     net = sumolib.net.readNet(str(record.net_file))
@@ -109,10 +110,20 @@ def test_lanes_and_speeds_are_what_the_catalogue_says(name):
 def test_every_stream_can_be_driven(name):
     record = network(name)
     record.check()
-    two_way = {"own", "oncoming"} if name in TWO_WAY else {"own"}
-    assert {stream.name for stream in record.streams} >= two_way
+    streams = {stream.name for stream in record.streams}
+    assert streams >= {"own", "oncoming"} if name in TWO_WAY else streams == {"own"}
     own = next(stream for stream in record.streams if stream.name == "own")
     assert record.route in {turn.route for turn in own.turns}
+
+
+def test_roads_for_dense_obstacles_hold_the_field_and_bend_gently():
+    for name in ("dense", "dense_curved"):
+        record = network(name)
+        assert sum(length for _, length, *_ in record.segments) == 600.0
+    bends = {k for segment in record.segments for k in segment[2:]}
+    assert (min(bends), max(bends)) == (-1.0 / 40.0, 1.0 / 40.0)
+    # One edge a segment, the lead-in with the first.
+    assert len(record.route) == len(record.segments) - 1
 
 
 def green_phases():

@@ -72,10 +72,10 @@ def test_a_one_way_road_has_its_second_lane_to_the_left(name):
     assert all(span.lines == pytest.approx((1.75,)) for span in own)
 
 
-TWO_WAY = [name for name in NAMES if network(name).segments]
+KNOWN_LINE = [name for name in NAMES if network(name).segments]
 
 
-@pytest.mark.parametrize("name", TWO_WAY)
+@pytest.mark.parametrize("name", KNOWN_LINE)
 def test_own_routes_are_ten_metres_wide_and_smooth(name):
     path = own_path(name)
     np.testing.assert_allclose(path.left, 5.0, atol=1e-3)
