@@ -114,12 +114,7 @@ def _result(
         survivors=1,
         costs={"path": chosen.cost},
         blocker=blocker,
-        explanation=f"sides {passed or '-'}, margin {chosen.margin:g} m"
-        + (
-            f", next best costs {chosen.alternative / chosen.cost:.2f} times"
-            if np.isfinite(chosen.alternative) and chosen.cost > 0.0
-            else ""
-        ),
+        explanation=f"sides {passed or '-'}, margin {chosen.margin:g} m",
     )
     memory = Memory(trajectory, chosen.sides)
     return PlanResult(PlanStatus.OK, trajectory, memory, stats)

@@ -200,7 +200,7 @@ class DenseSettings:
     horizon: float = 60.0  # of the path, at least [m]
     margins: tuple[float, ...] = (0.4, 0.2, 0.05)  # to obstacles, the widest first [m]
     curvature_share: float = 0.9  # of the vehicle's limit that paths use
-    stop_gap: float = 1.3  # to what blocks the way [m]
+    stop_gap: float = 1.4  # to what blocks the way [m]
     change_gain: float = 0.15  # share of its cost that other sides must save
     spacing: int = 2  # points of the path a knot interval
     sides: SideSettings = SideSettings()

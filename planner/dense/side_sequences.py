@@ -27,12 +27,13 @@ from planner.dense.tube import (
     PathGuess,
     PathWeights,
     Tube,
+    TubeArrays,
     knots_between,
     tube_about,
+    tube_arrays,
     tube_program,
 )
 from planner.motion.piecewise_jerk import (
-    PiecewiseJerkProblem,
     QpStatus,
     solve,
 )
@@ -80,19 +81,27 @@ class SideSearch:
     exact: bool
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SideTask:
+    """What the searches of one cycle share."""
+
+    field: ObstacleField
+    cover: Cover
+    start: PathStart
+    settings: SideSettings
+    weights: PathWeights
+    tube: Tube  # about the road's direction
+    root: TubeArrays  # with the road alone
+
+
 def plan_sides(
     field: ObstacleField,
     cover: Cover,
     start: PathStart,
     s_end: float,
     settings: SideSettings,
-    given: FloatArray | None = None,
-    ceiling: float = math.inf,
 ) -> SideSearch:
     """Find the cheapest sequence of sides and its path.
-
-    Discs off the ego's point are placed to first order about the road's direction in
-    the search, and about the path found afterwards, until it passes the check.
 
     Args:
         field: Obstacles and road.
@@ -100,61 +109,70 @@ def plan_sides(
         start: s [m], l [m], l' [-], l'' [1/m] of the ego.
         s_end: Where the path shall end [m].
         settings: See there.
-        given: Sides that are already decided, 0 where open, (n_obstacles,).
-        ceiling: Only sequences cheaper than this are looked for.
     """
-    guess = straight_guess(start, s_end, settings)
+    return search_sides(side_task(field, cover, start, s_end, settings))
+
+
+def side_task(
+    field: ObstacleField,
+    cover: Cover,
+    start: PathStart,
+    s_end: float,
+    settings: SideSettings,
+) -> SideTask:
+    """Lay out what searches share; arguments as for `plan_sides`."""
+    s = knots_between(start[0], s_end, settings.knot_step)
+    along_road = PathGuess(s, np.zeros(s.size), np.zeros(s.size))
     margin = _margin(field, cover, settings)
-    tube = tube_about(guess, field, cover, margin, settings.max_curvature)
+    tube = tube_about(along_road, field, cover, margin, settings.max_curvature)
     weights = PathWeights(
         settings.offset_weight,
         settings.slope_weight,
         settings.bend_weight,
         settings.jerk_weight,
     )
-    root = tube_program(tube, tube.low, tube.high, start, weights)
+    root = tube_arrays(tube, tube.low, tube.high, start, weights)
+    return SideTask(field, cover, start, settings, weights, tube, root)
+
+
+def search_sides(
+    task: SideTask,
+    given: FloatArray | None = None,
+    ceiling: float = math.inf,
+) -> SideSearch:
+    """Search for the cheapest sides.
+
+    Discs off the ego's point are placed to first order about the road's direction in
+    the search, and about the path found afterwards, until it passes the check.
+
+    Args:
+        task: As `side_task` makes it.
+        given: Sides that are already decided, 0 where open, (n_obstacles,).
+        ceiling: Only sequences cheaper than this are looked for.
+    """
     if given is None:
-        given = np.zeros(field.n_obstacles)
-    costs, sides, states, counts = search(root, tube, given, ceiling, settings)
-    found = []
+        given = np.zeros(task.field.n_obstacles)
+    costs, sides, states, counts = leaves(task, given, ceiling)
+    s, found = task.tube.guess.s, []
     for cost, chosen, state in zip(costs, sides, states, strict=True):
         if not math.isfinite(cost):
             break
-        path = FrenetPath(guess.s, *state.T)
-        sequence = SideSequence(
-            chosen, float(cost), path, check_path(path, field, cover)
-        )
-        refined = _refined(sequence, field, cover, start, weights, settings)
+        path = FrenetPath(s, *state.T)
+        check = check_path(path, task.field, task.cover)
+        refined = _refined(SideSequence(chosen, float(cost), path, check), task)
         if refined is not None:
             found.append(refined)
-    return _outcome(found, bool(np.isfinite(costs[0])), counts.tolist(), settings)
+    any_leaf = bool(np.isfinite(costs[0]))
+    return _outcome(found, any_leaf, counts.tolist(), task.settings)
 
 
-def straight_guess(start: PathStart, s_end: float, settings: SideSettings) -> PathGuess:
-    """Guess a path along the road, about which the search takes discs."""
-    s = knots_between(start[0], s_end, settings.knot_step)
-    return PathGuess(s, np.zeros(s.size), np.zeros(s.size))
-
-
-def search(
-    root: PiecewiseJerkProblem,
-    tube: Tube,
-    given: FloatArray,
-    ceiling: float,
-    settings: SideSettings,
+def leaves(
+    task: SideTask, given: FloatArray, ceiling: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
-    """Run `cheapest_sides` on a program and its tube; see there."""
-    lower = np.concatenate([root.lower, root.row_lower], axis=1)
-    upper = np.concatenate([root.upper, root.row_upper], axis=1)
+    """Run `cheapest_sides` on a task; see there."""
+    tube, settings = task.tube, task.settings
     return cheapest_sides(
-        root.step,
-        root.start,
-        root.weight,
-        root.reference,
-        root.jerk_weight,
-        lower,
-        upper,
-        root.row,
+        *task.root,
         0 if tube.direct else 3,
         tube.left,
         tube.right,
@@ -172,18 +190,12 @@ def _margin(field: ObstacleField, cover: Cover, settings: SideSettings) -> float
     return settings.margin + (settings.turn_margin if turning else 0.0)
 
 
-def _refined(
-    sequence: SideSequence,
-    field: ObstacleField,
-    cover: Cover,
-    start: PathStart,
-    weights: PathWeights,
-    settings: SideSettings,
-) -> SideSequence | None:
+def _refined(sequence: SideSequence, task: SideTask) -> SideSequence | None:
     """Place the discs about the path itself until the path passes the check.
 
     Between knots a path bulges; by as much as it was short, the next one keeps away.
     """
+    field, cover, settings = task.field, task.cover, task.settings
     margin, inset = _margin(field, cover, settings), 0.0
     for _ in range(settings.passes):
         check = sequence.check
@@ -197,7 +209,7 @@ def _refined(
         low, high = tube.between(sequence.sides)
         if np.any(low > high):
             return None
-        problem = tube_program(tube, low, high, start, weights)
+        problem = tube_program(tube, low, high, task.start, task.weights)
         solution = solve(problem, solver=settings.solver)
         if solution.status is not QpStatus.SOLVED:
             return None

@@ -20,6 +20,7 @@ from planner.scene import Scene
 from planner.states import FloatArray, Path, SpeedProfile
 
 ROUNDING = 1e-6  # of places [m]
+END_ROOM = 0.1  # beyond the end, for what the place of the end moves between cycles [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +45,7 @@ def plan_drive(way: Way, scene: Scene, settings: DriveSettings) -> SpeedProfile 
     everywhere: the program smooths it in time and may be late to slow down.
     """
     limits, times = scene.vehicle.limits, knot_times(settings)
-    end = min(way.end, float(way.path.distance[-1]))
+    end = min(way.end, float(way.path.distance[-1]) - END_ROOM)
     share = settings.lateral_share
     for _ in range(settings.attempts):
         allowed = limit_speeds(
@@ -91,7 +92,7 @@ def drive_program(
         way: Gives the bound by vehicles.
         scene: Gives start and limits.
         wish: Distance [m] and speed [m/s] at the knots.
-        end: Not to be passed [m].
+        end: Where the wish stops [m].
         settings: See there.
     """
     limits, n = scene.vehicle.limits, wish[0].size
@@ -100,7 +101,7 @@ def drive_program(
     lower, upper = np.empty((n, 3)), np.empty((n, 3))
     speed = max(scene.ego.speed, 0.0)
     lower[:] = -ROUNDING, 0.0, -limits.max_deceleration
-    upper[:] = max(end, 0.0) + ROUNDING, np.inf, limits.max_acceleration
+    upper[:] = max(end, 0.0) + END_ROOM, np.inf, limits.max_acceleration
     upper[:, 1] = max(limits.max_speed, speed + 1.0)
     # Who brakes harder than allowed, or stops this very moment, is let finish it.
     lowest = max(-limits.max_deceleration, -np.sqrt(2.0 * settings.max_jerk * speed))

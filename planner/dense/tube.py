@@ -123,15 +123,28 @@ def tube_about(
     return Tube(guess, gain, low, high, left, right, window, *bounds, direct)
 
 
-def tube_program(
+class TubeArrays(NamedTuple):
+    """Arrays of the program of a tube, as compiled solvers take them."""
+
+    step: FloatArray  # (n - 1,)
+    start: FloatArray  # (3,)
+    weight: FloatArray  # (n, 3)
+    reference: FloatArray  # (n, 3)
+    jerk_weight: float
+    lower: FloatArray  # of states and rows, (n, 3 + m)
+    upper: FloatArray
+    row: FloatArray  # (n, m, 3)
+
+
+def tube_arrays(
     tube: Tube,
     low: FloatArray,
     high: FloatArray,
     start: PathStart,
     weights: PathWeights,
     wanted: tuple[FloatArray, float] | None = None,
-) -> PiecewiseJerkProblem:
-    """Write the program of a tube.
+) -> TubeArrays:
+    """Lay out the program of a tube.
 
     Args:
         tube: Gives knots, rows and bounds of l''.
@@ -141,37 +154,53 @@ def tube_program(
         weights: See there.
         wanted: A path to stay near, l at the knots (n,) [m], and its weight w6.
     """
-    n = tube.guess.s.size
-    free = np.full(n, np.inf)
-    lower = np.column_stack([-free, -free, tube.second_low])
-    upper = np.column_stack([free, free, tube.second_high])
-    gain = tube.gain
+    n, m = low.shape
+    lower, upper = np.full((n, 3 + m), -np.inf), np.full((n, 3 + m), np.inf)
+    lower[:, 2], upper[:, 2] = tube.second_low, tube.second_high
     if tube.direct:
-        lower[:, 0], upper[:, 0] = low[:, 0], high[:, 0]
-        gain, low, high = gain[:, :0], low[:, :0], high[:, :0]
-    row = np.zeros((*gain.shape, 3))
-    row[:, :, 0], row[:, :, 1] = 1.0, gain
-    near, pull = wanted if wanted is not None else (np.zeros(n), 0.0)
-    total = weights.offset + pull
-    weight = np.empty((n, 3))
-    weight[:] = total, weights.slope, weights.bend
-    reference = np.zeros((n, 3))
-    reference[:, 0] = near * (pull / total if total > 0.0 else 0.0)
-    step = np.diff(tube.guess.s)
-    jerk = _implied_jerk(tube, start, float(step.min()))
+        lower, upper = lower[:, :3].copy(), upper[:, :3].copy()
+        lower[:, :1], upper[:, :1] = low, high
+        row = np.zeros((n, 0, 3))
+    else:
+        lower[:, 3:], upper[:, 3:] = low, high
+        row = np.zeros((n, m, 3))
+        row[:, :, 0], row[:, :, 1] = 1.0, tube.gain
+    weight, reference = np.empty((n, 3)), np.zeros((n, 3))
+    weight[:] = weights.offset, weights.slope, weights.bend
+    if wanted is not None:
+        near, pull = wanted
+        weight[:, 0] += pull
+        total = float(weight[0, 0])
+        reference[:, 0] = near * (pull / total if total > 0.0 else 0.0)
+    s = tube.guess.s
+    step, begin = s[1:] - s[:-1], np.array(start[1:])
+    return TubeArrays(step, begin, weight, reference, weights.jerk, lower, upper, row)
+
+
+def tube_program(
+    tube: Tube,
+    low: FloatArray,
+    high: FloatArray,
+    start: PathStart,
+    weights: PathWeights,
+    wanted: tuple[FloatArray, float] | None = None,
+) -> PiecewiseJerkProblem:
+    """Write the program of a tube; arguments as for `tube_arrays`."""
+    arrays = tube_arrays(tube, low, high, start, weights, wanted)
+    jerk = _implied_jerk(tube, start, float(arrays.step.min()))
     return PiecewiseJerkProblem(
-        step=step,
-        start=np.array(start[1:]),
-        weight=weight,
-        reference=reference,
-        jerk_weight=weights.jerk,
-        lower=lower,
-        upper=upper,
+        step=arrays.step,
+        start=arrays.start,
+        weight=arrays.weight,
+        reference=arrays.reference,
+        jerk_weight=arrays.jerk_weight,
+        lower=arrays.lower[:, :3],
+        upper=arrays.upper[:, :3],
         jerk_lower=-jerk,
         jerk_upper=jerk,
-        row=row,
-        row_lower=low,
-        row_upper=high,
+        row=arrays.row,
+        row_lower=arrays.lower[:, 3:],
+        row_upper=arrays.upper[:, 3:],
     )
 
 

@@ -16,7 +16,7 @@ from planner.dense.field import Cover, ObstacleField, disc_centre, squared_dista
 from planner.dense.lattice_methods import LatticeStatus, plan_adaptive, plan_uniform
 from planner.dense.path import SUBDIVISION, FrenetPath
 from planner.dense.settings import DenseSettings, PathMethod
-from planner.dense.side_sequences import SideSearch, plan_sides
+from planner.dense.side_sequences import SideSearch, search_sides, side_task
 from planner.dense.tube import obstacle_table, road_columns
 from planner.states import FloatArray
 
@@ -32,7 +32,6 @@ class ChosenPath:
     margin: float  # kept to obstacles [m]
     candidates: int  # programs or edges looked at
     cost: float
-    alternative: float  # cost of the next best sides, inf if there are none
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +57,19 @@ def choose_path(
     """
     if settings.method is not PathMethod.SIDE_SEQUENCES:
         return _by_lattice(task, settings)
-    for margin in settings.margins:
+    widest, *narrower = settings.margins
+    found = _by_sides(task, last, widest, settings)
+    if found is not None or not narrower:
+        return found or _as_far_as_possible(task, last, settings)
+    # What has no path with the least margin has none with more.
+    tight = _by_sides(task, last, narrower[-1], settings)
+    if tight is None:
+        return _as_far_as_possible(task, last, settings)
+    for margin in narrower[:-1]:
         found = _by_sides(task, last, margin, settings)
         if found is not None:
             return found
-    return _as_far_as_possible(task, last, settings)
+    return tight
 
 
 def _by_sides(
@@ -72,37 +79,20 @@ def _by_sides(
 
     Without that a path flips where two ways cost about the same.
     """
-    field = task.field
     limits = replace(
         settings.sides, margin=margin, max_curvature=task.max_curvature, alternatives=0
     )
-    kept, programs = None, 0
-    given = np.array([last.get(name, 0.0) for name in field.ids])
-    if np.any(given != 0.0):
-        kept = _search(task, limits, given)
-        programs += kept.programs
-    if kept is None or kept.best is None:
-        full = _search(task, replace(limits, alternatives=1))
-        return _chosen(task, full, margin, programs)
+    sides = side_task(task.field, task.cover, task.start, task.s_end, limits)
+    given = np.array([last.get(name, 0.0) for name in task.field.ids])
+    if not np.any(given != 0.0):
+        return _chosen(task, search_sides(sides), margin, 0)
+    kept = search_sides(sides, given)
+    if kept.best is None:
+        return _chosen(task, search_sides(sides), margin, kept.programs)
     ceiling = (1.0 - settings.change_gain) * kept.best.cost
-    other = _search(task, limits, ceiling=ceiling)
-    programs += other.programs
-    return _chosen(task, other if other.best is not None else kept, margin, programs)
-
-
-def _search(
-    task: Task, limits: object, given: FloatArray | None = None, ceiling: float = np.inf
-) -> SideSearch:
-    """Search on a task."""
-    return plan_sides(
-        task.field,
-        task.cover,
-        task.start,
-        task.s_end,
-        limits,  # type: ignore[arg-type]
-        given,
-        ceiling,
-    )
+    other = search_sides(sides, ceiling=ceiling)
+    better = other if other.best is not None else kept
+    return _chosen(task, better, margin, kept.programs + other.programs)
 
 
 def _chosen(
@@ -120,7 +110,6 @@ def _chosen(
         margin,
         programs + search.programs,
         best.cost,
-        search.alternatives[0].cost if search.alternatives else np.inf,
     )
 
 
@@ -172,7 +161,6 @@ def _by_lattice(task: Task, settings: DenseSettings) -> ChosenPath | None:
             margin,
             planned.search.edges,
             planned.search.path.cost,
-            np.inf,
         )
         if planned.status is LatticeStatus.OK:
             return found
