@@ -6,6 +6,8 @@ import pytest
 from experiments.thesis.dense import (
     METHODS,
     PRINTED,
+    SIDES,
+    SIDES_PRINTED,
     lattice_method,
     measure,
     measure_random,
@@ -32,7 +34,8 @@ PROTOTYPE = {
 @pytest.mark.parametrize("layout", [SAME_SIZE, DIFFERENT_SIZES], ids=lambda x: x.name)
 def test_adaptive_is_shorter_with_lower_heading(layout):
     rows = {name: measure(name, METHODS[name], layout.array()) for name in METHODS}
-    for name, row in rows.items():
+    for name in ("uniform", "adaptive"):
+        row = rows[name]
         length, heading = PROTOTYPE[layout.name, name]
         assert row.length == pytest.approx(length, abs=0.1)
         assert row.max_heading == pytest.approx(heading, abs=0.02)
@@ -100,15 +103,33 @@ def test_random_layouts_keep_their_rule():
 @pytest.mark.parametrize("same_size", [True, False], ids=["same", "different"])
 def test_claims_hold_in_most_random_layouts(same_size):
     solved, better, both = dict.fromkeys(METHODS, 0), 0, 0
+    three, also = 0, 0
     for n in (1, 2, 3, 4):
         rows = measure_random(n, range(400), same_size=same_size)
         for name in METHODS:
             solved[name] += sum(row.solved for row in rows[name])
             assert all(row.max_curvature <= 0.5 for row in rows[name] if row.solved)
+        for sides, printed, *lattices in zip(
+            rows[SIDES],
+            rows[SIDES_PRINTED],
+            rows["adaptive"],
+            rows["uniform"],
+            strict=True,
+        ):
+            assert sides.solved == printed.solved
+            for lattice in lattices:
+                if lattice.solved:
+                    assert printed.solved
+                    assert printed.thesis_cost <= lattice.thesis_cost * (1.0 + 1e-6)
+        columns = ("length", "max_heading", "mean_l2")
+        counts = share_better(rows[SIDES], rows["adaptive"], columns)
+        three, also = three + counts[0], also + counts[1]
         if n > 1:
             counts = share_better(
                 rows["adaptive"], rows["uniform"], ("length", "max_heading")
             )
             better, both = better + counts[0], both + counts[1]
-    assert solved["adaptive"] >= solved["uniform"]
+    assert solved[SIDES] >= solved["adaptive"] >= solved["uniform"]
+    assert solved[SIDES] >= 0.8 * 1600
     assert better > 0.55 * both
+    assert three >= 0.7 * also

@@ -1,0 +1,197 @@
+"""The dense planner in closed loop without a world, and on odd scenes."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.dense import DensePlanner, DenseSettings, adaptive, proposed, uniform
+from planner.dense.planner import Memory
+from planner.dense.settings import PathMethod
+from planner.interface import PlanStatus
+from planner.scene import Obstacles
+from tests.planner.scenes import (
+    STEP,
+    Car,
+    Disc,
+    clearance_now,
+    drive,
+    ego_on,
+    least_clearance,
+    make_scene,
+    straight,
+    winding,
+)
+
+PLANNER = proposed()
+FIELD = [
+    Disc(25.0, 1.2, 1.5),
+    Disc(40.0, -1.5, 1.2),
+    Disc(52.0, 2.5, 0.8),
+    Disc(68.0, 0.3, 1.0),
+    Disc(80.0, -3.0, 2.0),
+]
+
+
+def past(s):
+    return lambda scene: scene.ego_frenet.s > s
+
+
+@pytest.mark.parametrize("path", [straight(), winding()], ids=["straight", "winding"])
+@pytest.mark.parametrize("planner", [proposed(), adaptive()], ids=["sides", "adaptive"])
+def test_it_drives_through_a_field(path, planner):
+    scene = make_scene(path, ego_on(path, speed=8.0), FIELD, target_speed=8.0)
+    cycles = drive(planner, scene, 300, until=past(100.0))
+    assert len(cycles) < 300
+    assert least_clearance(cycles) > 0.05
+    limits = scene.vehicle.limits
+    for before, after in itertools.pairwise(cycles):
+        ego, now = before.scene.ego, after.scene.ego
+        assert abs(now.curvature) <= limits.max_curvature + 1e-6
+        if before.plan.status is PlanStatus.OK:
+            lateral = now.speed**2 * abs(now.curvature)
+            assert lateral <= limits.max_lateral_acceleration + 0.05
+            assert now.acceleration >= -limits.max_deceleration - 1e-3
+        assert abs(now.speed - ego.speed) <= STEP * limits.emergency_deceleration + 1e-6
+
+
+def test_the_uniform_lattice_drives_too():
+    path = straight()
+    scene = make_scene(path, ego_on(path, speed=6.0), FIELD[:2], target_speed=6.0)
+    cycles = drive(uniform(), scene, 200, until=past(60.0))
+    assert least_clearance(cycles) > 0.0
+    assert len(cycles) < 200
+
+
+def test_sides_do_not_flip_where_two_ways_cost_the_same():
+    path = straight()
+    scene = make_scene(
+        path, ego_on(path, l=0.02, speed=8.0), [Disc(60.0, 0.0, 1.0)], target_speed=8.0
+    )
+    cycles = drive(PLANNER, scene, 120, until=past(70.0))
+    sides = {cycle.plan.memory.sides.get("disc.0") for cycle in cycles[:60]}
+    assert len(sides) == 1
+    # The same scene with the other side in memory keeps the other side.
+    other = Memory(None, {"disc.0": -next(iter(sides))})
+    assert PLANNER.plan(scene, other).memory.sides == other.sides
+
+
+def test_a_side_that_costs_much_more_is_given_up():
+    path = straight()
+    scene = make_scene(
+        path, ego_on(path, speed=8.0), [Disc(50.0, -2.5, 1.5)], target_speed=8.0
+    )
+    plan = PLANNER.plan(scene, Memory(None, {"disc.0": -1.0}))
+    assert plan.memory.sides["disc.0"] == 1.0
+
+
+def wall(s, gap=0.0):
+    return [Disc(s, l, 0.8) for l in np.arange(-5.0, 5.1, 1.5) if abs(l) > gap]
+
+
+def test_a_closed_road_ends_in_a_stop_with_a_reason():
+    path = straight()
+    scene = make_scene(
+        path, ego_on(path, speed=8.0), [*FIELD[:2], *wall(90.0)], target_speed=8.0
+    )
+    cycles = drive(PLANNER, scene, 300)
+    last = cycles[-1]
+    assert last.scene.ego.speed < 1e-3
+    assert last.plan.status is PlanStatus.OK
+    assert last.plan.stats.reason.startswith("no passage beyond s = ")
+    assert last.plan.stats.blocker.startswith("disc.")
+    assert 1.0 <= clearance_now(last.scene) < 2.5
+    assert least_clearance(cycles) > 0.05
+    assert {cycle.plan.status for cycle in cycles} == {PlanStatus.OK}
+
+
+def test_who_stands_ahead_is_waited_for():
+    path = straight()
+    car = Car(60.0, 0.0, 0.0, width=9.0)  # as wide as the road
+    scene = make_scene(path, ego_on(path, speed=8.0), (), [car], target_speed=8.0)
+    cycles = drive(PLANNER, scene, 150)
+    last = cycles[-1]
+    assert last.scene.ego.speed < 0.05
+    assert last.plan.stats.blocker == "car.0"
+    front = last.scene.ego_frenet.s + last.scene.vehicle.front_reach
+    assert 1.0 < 60.0 - 2.4 - front < 6.0
+
+
+def test_a_closed_stop_line_is_kept():
+    path = straight()
+    scene = make_scene(
+        path, ego_on(path, speed=8.0), (), stop_lines=(50.0,), target_speed=8.0
+    )
+    cycles = drive(PLANNER, scene, 150)
+    front = cycles[-1].scene.ego_frenet.s + cycles[-1].scene.vehicle.front_reach
+    assert cycles[-1].scene.ego.speed < 0.05
+    assert 48.5 < front <= 50.11
+
+
+def test_a_rectangle_is_a_row_of_discs_and_leaves_the_road_beside_it_open():
+    path = straight()
+    lorry = Obstacles(
+        ("lorry",), *(np.array([v]) for v in (50.0, -2.5, 0.0, 12.0, 2.5, 0.0))
+    )
+    scene = make_scene(path, ego_on(path, speed=8.0), lorry, target_speed=8.0)
+    cycles = drive(PLANNER, scene, 200, until=past(75.0))
+    assert len(cycles) < 200
+    assert least_clearance(cycles) > 0.05
+
+
+ODD = {
+    "none": [],
+    "on the ego": [Disc(1.0, 0.0, 1.0)],
+    "all round the ego": [Disc(1.0, l, 1.0) for l in (-3.0, 3.0)]
+    + [Disc(8.0, 0.0, 2.0), Disc(-4.0, 0.0, 1.0)],
+    "overlapping": [Disc(30.0, 0.0, 1.0), Disc(30.0, 0.0, 1.0), Disc(30.5, 0.2, 2.0)],
+    "across the road": wall(30.0),
+    "at once": wall(6.0),
+    "behind": [Disc(-20.0, 0.0, 2.0)],
+    "beyond": [Disc(300.0, 0.0, 2.0)],
+    "on the edge": [Disc(30.0, 5.0, 1.0), Disc(40.0, -5.0, 1.0)],
+    "two hundred": [
+        Disc(s, l, r)
+        for s, l, r in np.random.default_rng(5).uniform(
+            [10.0, -5.0, 0.1], [200.0, 5.0, 0.5], (200, 3)
+        )
+    ],
+}
+
+
+@pytest.mark.parametrize("method", PathMethod)
+@pytest.mark.parametrize("case", ODD)
+@pytest.mark.parametrize(
+    "ego",
+    [(0.0, 8.0, 0.0), (3.9, 5.0, 0.0), (-6.0, 5.0, 0.0), (0.0, 3.0, 1.2), (0.0, 0, 0)],
+    ids=["centre", "at the edge", "off the road", "across", "standing"],
+)
+def test_odd_scenes_end_in_a_trajectory_and_a_status(case, ego, method):
+    path = straight()
+    l, speed, error = ego
+    planner = DensePlanner(DenseSettings(method=method))
+    state = ego_on(path, s=20.0, l=l, speed=speed, error=error)
+    moved = [replace(disc, s=disc.s + 20.0) for disc in ODD[case]]
+    scene = make_scene(path, state, moved, target_speed=8.0)
+    plan = planner.plan(scene, None)
+    assert plan.trajectory is not None
+    assert plan.trajectory.is_finite()
+    assert plan.trajectory.speed[0] == pytest.approx(speed, abs=1e-9)
+    assert plan.status is PlanStatus.OK or plan.stats.reason
+
+
+def test_a_scene_that_is_none_is_refused():
+    scene = make_scene(straight(), ego_on(straight(), speed=math.nan), FIELD)
+    plan = PLANNER.plan(scene, None)
+    assert plan.status is PlanStatus.INVALID_SCENE
+    assert plan.trajectory is None
+
+
+def test_the_same_scene_gives_the_same_plan():
+    path = winding()
+    scene = make_scene(path, ego_on(path, speed=8.0), FIELD, target_speed=8.0)
+    one, two = (proposed().plan(scene, None) for _ in range(2))
+    assert one.trajectory.x.tobytes() == two.trajectory.x.tobytes()
+    assert one.stats == two.stats
