@@ -38,7 +38,8 @@ def check_closed(road, seed):
     # Where the road is closed, and that up to there it is open.
     radius = layout.obstacles.radius
     rows = [at for at in s if np.sum(np.abs(s - at) < 1e-6) >= 2]
-    assert FIRST + (LAST - FIRST) / 3.0 - 1e-3 <= min(rows) == max(rows) <= LAST
+    assert min(rows) >= FIRST + (LAST - FIRST) / 3.0 - 1e-3
+    assert max(rows) <= min(LAST, *rows) + 1e-3
     row = np.abs(s - rows[0]) < 1e-6
     reached = drivable(layout, vehicle, START, GOAL)
     before = rows[0] - radius[row].max() - vehicle.front_reach
