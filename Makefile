@@ -15,11 +15,11 @@ help: ## Show this list
 
 install: $(STAMP) ## Make .venv with everything in it (once; other commands do it too)
 
-experiment: need-net $(STAMP) ## Run one episode: NET=straight|curved|intersection|u_shaped|lane_change… PLANNER= SEED= GUI=1 ARGS=
+experiment: need-net $(STAMP) ## Run one episode: NET=straight|curved|intersection|u_shaped|lane_change|dense… PLANNER= SEED= GUI=1 ARGS=
 	@$(BIN)/rearview run "$(NET)" $(if $(PLANNER),--planner "$(PLANNER)") $(if $(SEED),--seed "$(SEED)") $(if $(GUI),--gui) $(ARGS)
 
 need-net:
-	@test -n "$(NET)" || { echo "make experiment needs NET: straight, curved, intersection, u_shaped, lane_change, another name of rearview list, or a scenario file, for example: make experiment NET=intersection" >&2; exit 2; }
+	@test -n "$(NET)" || { echo "make experiment needs NET: straight, curved, intersection, u_shaped, lane_change, dense, another name of rearview list, or a scenario file, for example: make experiment NET=intersection" >&2; exit 2; }
 
 figure: need-run $(STAMP) ## Draw a run: RUN=folder (without it the newest one) ARGS="-o picture.pdf"
 	@$(BIN)/rearview figure "$(RUN)" $(ARGS)

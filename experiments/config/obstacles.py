@@ -86,7 +86,7 @@ class ObstacleField(Strict):
         description="least distance of the ego's body on its course from obstacles "
         "and from the road's edges",
     )
-    gap_m: Margin = Field(
+    gap_m: Annotated[float, Field(ge=0.0, le=50.0)] = Field(
         default=1.0, description="least distance between obstacles, but in the row"
     )
 
