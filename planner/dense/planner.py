@@ -1,7 +1,7 @@
 """The planner of dense obstacles: path, then speed along it, replanned each cycle."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -66,9 +66,10 @@ class DensePlanner:
         speed = max(scene.target_speed, scene.ego.speed)
         need = speed * drive.duration + speed**2 / (2.0 * drive.braking)
         horizon = max(settings.horizon, need)
+        width = 0.5 * vehicle.width + settings.road_margin
         return Task(
             field_of(scene, horizon),
-            Cover.of(vehicle),
+            replace(Cover.of(vehicle), half_width=width),
             (ego.s, ego.l, ego.l_prime, ego.l_second),
             ego.s + horizon,
             settings.curvature_share * vehicle.limits.max_curvature,

@@ -199,11 +199,12 @@ class DenseSettings:
     method: PathMethod = PathMethod.SIDE_SEQUENCES
     horizon: float = 60.0  # of the path, at least [m]
     margins: tuple[float, ...] = (0.4, 0.2, 0.05)  # to obstacles, the widest first [m]
+    road_margin: float = 0.1  # of the body to the road's edge [m]
     curvature_share: float = 0.9  # of the vehicle's limit that paths use
     stop_gap: float = 1.4  # to what blocks the way [m]
     change_gain: float = 0.15  # share of its cost that other sides must save
     spacing: int = 2  # points of the path a knot interval
-    sides: SideSettings = SideSettings()
+    sides: SideSettings = SideSettings(max_programs=80)
     lattice: LatticeSettings = LatticeSettings()
     smoothing: SmoothingSettings = SmoothingSettings()
     drive: DriveSettings = DriveSettings()
@@ -211,6 +212,6 @@ class DenseSettings:
     def __post_init__(self) -> None:
         """Refuse what cannot be driven."""
         positive = ("horizon", "curvature_share", "spacing")
-        _require(self, positive, ("stop_gap", "change_gain"))
+        _require(self, positive, ("stop_gap", "change_gain", "road_margin"))
         if not self.margins or min(self.margins) < 0.0:
             raise InvalidInputError(f"margins = {self.margins} must be >= 0")

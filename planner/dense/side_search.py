@@ -15,18 +15,20 @@ from planner.motion.piecewise_jerk_active_set import (
     SOLVED,
     TOO_DEAR,
     least_without_bounds,
+    no_responses,
     riccati_gains,
     take_in_bounds,
 )
 from planner.states import FloatArray, IntArray
 
 THROUGH = 1e-6  # a path this deep in an obstacle goes through it [m]
-CAPACITY = 64  # bounds that push at once
+CAPACITY = 96  # bounds that push at once
+MAX_OPEN = 1000  # nodes that wait at once
 TUBE_EMPTY, PROVEN, DEARER, UNDECIDED, PROGRAMS = 0, 1, 2, 3, 4  # columns of `counts`
 
 
 @compiled
-def cheapest_sides(  # noqa: PLR0915 - one search, its steps in order
+def cheapest_sides(  # noqa: C901, PLR0912, PLR0915 - one search, its steps in order
     step: FloatArray,
     start: FloatArray,
     weight: FloatArray,
@@ -75,7 +77,13 @@ def cheapest_sides(  # noqa: PLR0915 - one search, its steps in order
     costs, counts = np.full(keep, np.inf), np.zeros(5, dtype=np.int64)
     best, states = np.zeros((keep, n_obstacles)), np.zeros((keep, n, 3))
     gain = riccati_gains(step, weight, jerk_weight)
-    room = n_obstacles + 2
+    place_of, pool = no_responses(n, lower.shape[1])
+    dearest = largest_cost(
+        step, start, weight, reference, jerk_weight, lower, upper, row, first
+    )
+    room = n_obstacles + 2  # without alternatives, two nodes wait on each level
+    if keep > 1:
+        room = min(n_obstacles * (n_obstacles + 1) // 2 + 2, MAX_OPEN)
     stack, bounds = np.empty((room, n_obstacles)), np.empty(room)
     states_of, duals = np.empty((room, n, 3)), np.empty((room, CAPACITY))
     actives = np.empty((room, CAPACITY, 3), dtype=np.int64)
@@ -104,13 +112,15 @@ def cheapest_sides(  # noqa: PLR0915 - one search, its steps in order
             row,
             low,
             up,
+            place_of,
+            pool,
             states_of[depth],
             bounds[depth],
             actives[depth],
             duals[depth],
             grams[depth],
             sizes[depth],
-            cutoff,
+            min(cutoff, dearest),
             limits[1],
             limits[2],
         )
@@ -120,27 +130,96 @@ def cheapest_sides(  # noqa: PLR0915 - one search, its steps in order
             if verdict == INFEASIBLE:
                 place = PROVEN
             elif verdict == TOO_DEAR:
-                place = DEARER
+                place = DEARER if cost < dearest else PROVEN
             counts[place] += 1
             continue
         chosen, to_left = branching(
             states_of[depth], row, first, sides, left, right, window
         )
         if chosen < 0:
+            open_ones = np.flatnonzero(stack[depth] == 0.0)
             _insert(cost, sides, states_of[depth], costs, best, states)
+            if keep == 1:
+                continue
+            # The next best may differ in an obstacle that this path passes anyhow:
+            # split what is left under this node by the first side that differs.
+            if depth + open_ones.size > room:
+                counts[UNDECIDED] += 1
+                continue
+            for place in range(depth + open_ones.size - 1, depth - 1, -1):
+                if place > depth:
+                    _copy_node(depth, place, size, states_of, actives, duals, grams)
+                    stack[place] = stack[depth]
+                bounds[place], sizes[place] = cost, size
+                for i in open_ones[: place - depth]:
+                    stack[place, i] = sides[i]
+                turned = open_ones[place - depth]
+                stack[place, turned] = -sides[turned]
+            depth += open_ones.size
             continue
+        if depth + 2 > room:
+            counts[UNDECIDED] += 1
+            continue
+        _copy_node(depth, depth + 1, size, states_of, actives, duals, grams)
         for place in (depth + 1, depth):  # the nearer side is looked at first
-            nearer = place == depth + 1
             stack[place] = sides
-            stack[place, chosen] = 1.0 if to_left == nearer else -1.0
+            stack[place, chosen] = 1.0 if to_left == (place == depth + 1) else -1.0
             bounds[place], sizes[place] = cost, size
-            if nearer:
-                states_of[place] = states_of[depth]
-                actives[place, :size] = actives[depth, :size]
-                duals[place, :size] = duals[depth, :size]
-                grams[place, :size, :size] = grams[depth, :size, :size]
         depth += 2
     return costs, best, states, counts
+
+
+@compiled
+def largest_cost(
+    step: FloatArray,
+    start: FloatArray,
+    weight: FloatArray,
+    reference: FloatArray,
+    jerk_weight: float,
+    lower: FloatArray,
+    upper: FloatArray,
+    row: FloatArray,
+    first: int,
+) -> float:
+    """Bound the cost of every motion within the bounds: what is dearer is infeasible.
+
+    The second derivative is bounded, so the first and the third are; with them the
+    rows bound the offset. Arguments as in `cheapest_sides`.
+    """
+    length = step.sum()
+    bend = max(np.abs(lower[1:, 2]).max(), np.abs(upper[1:, 2]).max(), abs(start[2]))
+    slope = abs(start[1]) + bend * length
+    offset = max(np.abs(lower[1:, first]).max(), np.abs(upper[1:, first]).max())
+    if first > 0:
+        offset += np.abs(row[:, 0, 1]).max() * slope
+    offset = max(offset, abs(start[0])) + np.abs(reference[:, 0]).max()
+    slope += np.abs(reference[:, 1]).max()
+    bend += np.abs(reference[:, 2]).max()
+    jerk = 2.0 * bend / step.min()
+    worst = (
+        weight[:, 0].max() * offset**2
+        + weight[:, 1].max() * slope**2
+        + weight[:, 2].max() * bend**2
+        + jerk_weight * jerk**2
+    )
+    return float(2.0 * length * worst)
+
+
+@compiled
+def _copy_node(
+    source: int,
+    target: int,
+    size: int,
+    states: FloatArray,
+    actives: IntArray,
+    duals: FloatArray,
+    grams: FloatArray,
+) -> None:
+    """Copy where a program stands, so that another one can go on from there."""
+    states[target] = states[source]
+    actives[target, :size] = actives[source, :size]
+    duals[target, :size] = duals[source, :size]
+    grams[target, :size, :size] = grams[source, :size, :size]
 
 
 @compiled

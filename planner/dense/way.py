@@ -135,6 +135,12 @@ def _as_far_as_possible(
             passed, found = number, one
     if found is None:
         return None
+    fewer = replace(task, field=field.only(np.arange(field.n_obstacles) < passed))
+    for wider in settings.margins[:-1]:
+        roomy = _by_sides(fewer, last, wider, settings)
+        if roomy is not None:
+            found = roomy
+            break
     rest = field.only(np.arange(field.n_obstacles) >= passed)
     return _ended(task, found, rest, settings.stop_gap)
 

@@ -6,9 +6,10 @@ longer push. The objective only ever rises, so that a search can stop as soon as
 passes what it has to beat; infeasibility shows as a bound that nothing can meet; and
 a program with a few bounds more goes on from where the one before ended.
 
-H⁻¹a is never written as a matrix: the Hessian of the jerks is that of a linear
+H⁻¹ is never written as a matrix: the Hessian of the jerks is that of a linear
 quadratic problem along the dynamics, and one backward and one forward pass of its
-Riccati recursion give it in O(n).
+Riccati recursion give H⁻¹a in O(n). How a motion responds to a push on one value
+depends on the weights alone, so that all programs of a search share these responses.
 
 What may be bounded are columns of a table, (n, 3 + m): p, p', p'' and the m rows. A
 bound is (knot, column, sign): sign * value >= sign * limit.
@@ -156,12 +157,57 @@ def least_without_bounds(
 
 
 @compiled
+def response_to(
+    step: FloatArray,
+    gain: FloatArray,
+    row: FloatArray,
+    knot: int,
+    column: int,
+    place: IntArray,
+    pool: FloatArray,
+) -> int:
+    """Find the response to a push on one value, or compute and keep it.
+
+    Args:
+        step: (n - 1,).
+        gain: As `riccati_gains` makes it.
+        row: (n, m, 3).
+        knot: Of the value.
+        column: Of the value.
+        place: Where each value's response is in the pool, -1 if it is not yet,
+            (n, 3 + m); at knot 0, which is never pushed, how many there are.
+        pool: Responses, (n (3 + m), n, 3).
+
+    Returns:
+        The place in the pool.
+    """
+    if place[knot, column] < 0:
+        n = step.size + 1
+        push, feed = np.zeros((n, 3)), np.empty(n - 1)
+        add_normal(push, row, knot, column, 1.0)
+        respond(step, gain, push, knot, feed, pool[place[0, 0]])
+        place[knot, column] = place[0, 0]
+        place[0, 0] += 1
+    return int(place[knot, column])
+
+
+@compiled
+def no_responses(n: int, n_columns: int) -> tuple[IntArray, FloatArray]:
+    """Make the empty table and pool of `response_to`."""
+    place = np.full((n, n_columns), -1, dtype=np.int64)
+    place[0, 0] = 0
+    return place, np.empty((n * n_columns, n, 3))
+
+
+@compiled
 def take_in_bounds(  # noqa: C901, PLR0912, PLR0915 - one algorithm, its steps in order
     step: FloatArray,
     gain: FloatArray,
     row: FloatArray,
     low: FloatArray,
     up: FloatArray,
+    place: IntArray,
+    pool: FloatArray,
     state: FloatArray,
     cost: float,
     active: IntArray,
@@ -180,7 +226,10 @@ def take_in_bounds(  # noqa: C901, PLR0912, PLR0915 - one algorithm, its steps i
         row: (n, m, 3).
         low: Of states and rows, (n, 3 + m); knot 0 is not looked at.
         up: As `low`.
-        state: (n, 3); changed in place, as are the next four.
+        place: Of the responses known so far; see `response_to`. Changed in place, as
+            are the five other arrays below.
+        pool: Of responses.
+        state: (n, 3).
         cost: Of `state`.
         active: Knot, column, sign of each active bound, (capacity, 3).
         dual: Their multipliers, (capacity,).
@@ -193,11 +242,10 @@ def take_in_bounds(  # noqa: C901, PLR0912, PLR0915 - one algorithm, its steps i
     Returns:
         (verdict, objective or a lower bound of it, active bounds, steps taken).
     """
-    n, capacity = state.shape[0], dual.size
-    push, feed = np.zeros((n, 3)), np.empty(n - 1)
-    response, direction = np.empty((n, 3)), np.empty((n, 3))
+    capacity = dual.size
     factor = np.empty((capacity, capacity))
     products, move = np.empty(capacity), np.empty(capacity)
+    direction = np.empty_like(state)
     valid = 0  # rows of `factor` that belong to the present active set
     for taken in range(max_steps):
         knot, column, sign, short = most_violated(row, low, up, state, tolerance)
@@ -205,13 +253,11 @@ def take_in_bounds(  # noqa: C901, PLR0912, PLR0915 - one algorithm, its steps i
             return SOLVED, cost, count, taken
         if count == capacity:
             return UNDECIDED, cost, count, taken
-        add_normal(push, row, knot, column, sign)
-        respond(step, gain, push, knot, feed, response)
-        add_normal(push, row, knot, column, -sign)
-        own = sign * value_of(response, row, knot, column)
+        response = pool[response_to(step, gain, row, knot, column, place, pool)]
+        own = value_of(response, row, knot, column)
         for i in range(count):
             at, of, way = active[i, 0], active[i, 1], active[i, 2]
-            products[i] = way * value_of(response, row, at, of)
+            products[i] = way * sign * value_of(response, row, at, of)
         multiplier = 0.0
         while True:
             valid = factorise(gram, factor, valid, count)
@@ -229,17 +275,12 @@ def take_in_bounds(  # noqa: C901, PLR0912, PLR0915 - one algorithm, its steps i
                 return INFEASIBLE, np.inf, count, taken
             length = min(full, longest)
             if free:
-                last = knot
-                add_normal(push, row, knot, column, sign)
+                direction[:] = 0.0
+                add_scaled(direction, sign, response)
                 for i in range(count):
-                    at, of, way = active[i, 0], active[i, 1], active[i, 2]
-                    add_normal(push, row, at, of, -way * move[i])
-                    last = max(last, at)
-                respond(step, gain, push, last, feed, direction)
-                push[: last + 1] = 0.0
-                for k in range(1, n):
-                    for d in range(3):
-                        state[k, d] += length * direction[k, d]
+                    other = pool[place[active[i, 0], active[i, 1]]]
+                    add_scaled(direction, -active[i, 2] * move[i], other)
+                add_scaled(state, length, direction)
                 cost += length * left * (0.5 * length + multiplier)
                 short -= length * left
             for i in range(count):
@@ -291,6 +332,14 @@ def most_violated(
             if value - up[k, c] > worst:
                 worst, knot, column, sign = value - up[k, c], k, c, -1
     return knot, column, sign, worst
+
+
+@compiled
+def add_scaled(target: FloatArray, by: float, other: FloatArray) -> None:
+    """Add a multiple of one array to another of its shape, without a temporary."""
+    flat, added = target.reshape(-1), other.reshape(-1)
+    for i in range(flat.size):
+        flat[i] += by * added[i]
 
 
 @compiled

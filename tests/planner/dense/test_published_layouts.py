@@ -116,9 +116,9 @@ def test_claims_hold_in_most_random_layouts(same_size):
             rows["uniform"],
             strict=True,
         ):
-            assert sides.solved == printed.solved
             for lattice in lattices:
                 if lattice.solved:
+                    assert sides.solved
                     assert printed.solved
                     assert printed.thesis_cost <= lattice.thesis_cost * (1.0 + 1e-6)
         columns = ("length", "max_heading", "mean_l2")

@@ -11,6 +11,7 @@ from planner.motion.piecewise_jerk_active_set import (
     SOLVED,
     TOO_DEAR,
     least_without_bounds,
+    no_responses,
     riccati_gains,
     take_in_bounds,
 )
@@ -44,6 +45,8 @@ class Run:
         self.active = np.zeros((CAPACITY, 3), dtype=np.int64)
         self.dual, self.gram = np.zeros(CAPACITY), np.zeros((CAPACITY, CAPACITY))
         self.count = self.steps = 0
+        n, m = self.row.shape[:2]
+        self.place, self.pool = no_responses(n, 3 + m)
 
     def tighten(self, lower, upper, ceiling=np.inf):
         verdict, self.cost, self.count, self.steps = take_in_bounds(
@@ -52,6 +55,8 @@ class Run:
             self.row,
             lower,
             upper,
+            self.place,
+            self.pool,
             self.state,
             self.cost,
             self.active,

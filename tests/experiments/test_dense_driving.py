@@ -1,0 +1,60 @@
+"""Courses of dense obstacles in SUMO, with a way through and without.
+
+`make test-slow ARGS="tests/experiments/test_dense_driving.py --seeds 100 -s"` runs the
+full set and prints a line for each.
+"""
+
+from concurrent.futures import ProcessPoolExecutor
+
+import pytest
+
+from experiments.episode import run_episode
+from experiments.scenario_file import load_scenario
+
+LEFT = 1.0  # before what blocks the road [m]
+
+
+def episode(job):
+    scenario, seed, overrides, out = job
+    checked = load_scenario(scenario, seed=seed, overrides=overrides)
+    outcome = run_episode(checked, out=out)
+    last = outcome.trace.steps["clearance_m"][-1]
+    return outcome.row, outcome.ending.reason, float(last)
+
+
+def episodes(scenario, overrides, n_seeds, out):
+    jobs = [(scenario, seed, overrides, out) for seed in range(n_seeds)]
+    with ProcessPoolExecutor(2) as pool:
+        done = list(pool.map(episode, jobs))
+    rows = [row for row, _, _ in done]
+    least = min(row["min_clearance_m"] for row in rows)
+    print(  # noqa: T201 - the table that this test is run for
+        f"\n{scenario} {overrides}: arrived {sum(r['arrived'] for r in rows)} of "
+        f"{len(rows)}, blocked {sum(r['status'] == 'blocked' for r in rows)}, "
+        f"collisions {sum(r['collisions'] for r in rows)}, off road "
+        f"{sum(r['off_road_steps'] for r in rows)} steps, least clearance {least:.2f} "
+        f"m, fallback cycles {sum(r['fallback_cycles'] for r in rows)}"
+    )
+    assert sum(row["collisions"] + row["off_road_steps"] for row in rows) == 0
+    return done
+
+
+@pytest.mark.slow
+@pytest.mark.sumo
+@pytest.mark.parametrize("scenario", ["dense", "dense_curved"])
+def test_every_course_with_a_way_is_driven_through(scenario, tmp_path, request):
+    n_seeds = request.config.getoption("--seeds")
+    done = episodes(scenario, [], n_seeds, tmp_path)
+    assert [row["status"] for row, _, _ in done] == ["arrived"] * n_seeds
+
+
+@pytest.mark.slow
+@pytest.mark.sumo
+@pytest.mark.parametrize("scenario", ["dense", "dense_curved"])
+def test_every_closed_course_ends_in_a_stop(scenario, tmp_path, request):
+    n_seeds = request.config.getoption("--seeds")
+    closed = ["obstacles.field.passable=false"]
+    for row, reason, left in episodes(scenario, closed, n_seeds, tmp_path):
+        assert row["status"] == "blocked"
+        assert "no passage beyond s = " in reason
+        assert left >= LEFT
