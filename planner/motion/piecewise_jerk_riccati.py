@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.compiled import compiled
 from planner.motion.piecewise_jerk_bounds import (
+    NO_BOUND,
     block_columns,
     block_offsets,
     farkas,
@@ -40,14 +41,15 @@ from planner.motion.vector_loops import (
 )
 from planner.states import FloatArray
 
-SOLVED, INFEASIBLE, UNDECIDED = 0, 1, 2  # verdicts of `interior_point`
+SOLVED, INFEASIBLE, UNDECIDED, TOO_DEAR = 0, 1, 2, 3  # verdicts of `interior_point`
 PROOF_FROM = 2  # iterations before a proof of infeasibility is looked for
 TO_THE_BOUND = 0.995  # share of the way to the nearest bound that a step may go
 LEAST_SLACK = 1.0  # at the beginning
+CUT_MARGIN = 1e-6  # by which a bound has to exceed the cost to beat, relative
 
 
 @compiled
-def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
+def interior_point(
     step: FloatArray,
     start: FloatArray,
     weight: FloatArray,
@@ -61,9 +63,75 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
     max_iterations: int,
     tolerance: float,
 ) -> tuple[FloatArray, FloatArray, float, int, int]:
-    """Solve one program with hard bounds.
+    """Solve one program with hard bounds, whatever it costs; see `cheaper_than`."""
+    return cheaper_than(
+        np.inf,
+        step,
+        start,
+        weight,
+        reference,
+        jerk_weight,
+        lower,
+        upper,
+        row,
+        jerk_lower,
+        jerk_upper,
+        max_iterations,
+        tolerance,
+    )
+
+
+@compiled
+def free_motion(
+    step: FloatArray,
+    start: FloatArray,
+    weight: FloatArray,
+    reference: FloatArray,
+    jerk_weight: float,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Solve a program without any bounds; arguments as those of `interior_point`.
+
+    Returns:
+        (table (4, n): p, p', p'', jerk; cost and wish, (4, n), of the objective; the
+        gains of the recursion, and a spare array of as many feeds).
+    """
+    n = weight.shape[0]
+    cost, wish = _columns(step, weight, reference, jerk_weight)
+    table, change = np.zeros((4, n)), np.zeros((4, n))
+    hessian, gradient = np.zeros((7, n)), np.zeros((4, n))
+    gain, feed = np.empty((4, n - 1)), np.empty(n - 1)
+    for d in range(3):
+        table[d, 0] = start[d]
+    roll_out(step, table[3], table)
+    _hessian(cost, np.zeros((4, n)), np.empty((n, 0, 3)), hessian)
+    _slopes(cost, wish, table, gradient)
+    backward(step, hessian, gradient, gain, feed)
+    forward(step, gain, feed, change)
+    move_table(table, change, 1.0)
+    return table, cost, wish, gain, feed
+
+
+@compiled
+def cheaper_than(  # noqa: PLR0915 - one algorithm, its steps in order
+    cost_to_beat: float,
+    step: FloatArray,
+    start: FloatArray,
+    weight: FloatArray,
+    reference: FloatArray,
+    jerk_weight: float,
+    lower: FloatArray,
+    upper: FloatArray,
+    row: FloatArray,
+    jerk_lower: float,
+    jerk_upper: float,
+    max_iterations: int,
+    tolerance: float,
+) -> tuple[FloatArray, FloatArray, float, int, int]:
+    """Solve one program with hard bounds, unless it is proven to cost too much.
 
     Args:
+        cost_to_beat: Where the multipliers prove that every motion within the bounds
+            costs more, the verdict is TOO_DEAR and the objective that lower bound.
         step: (n - 1,).
         start: (3,).
         weight: (n, 3).
@@ -81,20 +149,14 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
         (state (n, 3), jerk (n - 1,), objective, verdict, iterations).
     """
     n, m = row.shape[0], row.shape[1]
-    cost, wish = _columns(step, weight, reference, jerk_weight)
-    table, change = np.zeros((4 + m, n)), np.zeros((4 + m, n))
-    hessian, gradient = np.zeros((7, n)), np.zeros((4, n))
-    gain, feed = np.empty((4, n - 1)), np.empty(n - 1)
-    curved, sloped = np.zeros((4 + m, n)), np.zeros((4 + m, n))
-    for d in range(3):
-        table[d, 0] = start[d]
-    roll_out(step, table[3 + m], table)
-    _hessian(cost, curved, row, hessian)
-    _slopes(cost, wish, table, gradient)
-    backward(step, hessian, gradient, gain, feed)
-    forward(step, gain, feed, change)
-    move_table(table, change, 1.0)
+    free, cost, wish, gain, feed = free_motion(
+        step, start, weight, reference, jerk_weight
+    )
+    table, change = np.empty((4 + m, n)), np.zeros((4 + m, n))
+    table[:3], table[3 + m] = free[:3], free[3]
     row_values(row, table)
+    hessian, gradient = np.empty((7, n)), np.empty((4, n))
+    curved, sloped = np.empty((4 + m, n)), np.empty((4 + m, n))
 
     column, sign = block_columns(lower, upper, jerk_lower, jerk_upper)
     size = column.size * n  # of flat tables, block after block
@@ -108,6 +170,7 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
     if least(room) >= 0.0 and np.isfinite(objective):  # bounds change nothing
         return _states(table), table[3 + m, :-1].copy(), objective, SOLVED, 0
 
+    free_objective, free_gain, free_room = objective, gain.copy(), room.copy()
     inverse, ratio, residual = np.empty(size), np.empty(size), np.empty(size)
     d_slack, d_dual, push = np.empty(size), np.empty(size), np.empty(size)
     _begin(room, active, slack, dual)
@@ -130,6 +193,14 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
             ):
                 jerk = table[3 + m, :-1].copy()
                 return _states(table), jerk, np.inf, INFEASIBLE, iteration
+        if iteration >= PROOF_FROM and cost_to_beat < NO_BOUND:
+            gather(dual, column, sign, sloped)
+            above = dot(dual, free_room)
+            above = _dearer(step, row, free_gain, sloped, above, gradient, feed, change)
+            margin = CUT_MARGIN * (1.0 + abs(cost_to_beat))
+            if free_objective + above > cost_to_beat + margin:
+                jerk = table[3 + m, :-1].copy()
+                return _states(table), jerk, free_objective + above, TOO_DEAR, iteration
         inverses(slack, inverse)
         products(dual, inverse, ratio)
         gather_curvature(ratio, column, curved)
@@ -169,6 +240,46 @@ def interior_point(  # noqa: PLR0915 - one algorithm, its steps in order
         dual_residual *= 1.0 - alpha
     jerk = table[3 + m, :-1].copy()
     return _states(table), jerk, np.inf, UNDECIDED, max_iterations
+
+
+@compiled
+def _dearer(
+    step: FloatArray,
+    row: FloatArray,
+    gain: FloatArray,
+    sloped: FloatArray,
+    room: float,
+    gradient: FloatArray,
+    feed: FloatArray,
+    change: FloatArray,
+) -> float:
+    """Say by how much at least the bounds make the motion dearer than the free one.
+
+    For multipliers t z the dual function is f_free - t z'room + ½ t² z'J dx, where dx
+    is the answer of the free motion to the push of the multipliers. It bounds the
+    cost from below for every t >= 0; here for the best t.
+
+    Args:
+        step: (n - 1,).
+        row: (n, m, 3).
+        gain: Of the recursion without bounds.
+        sloped: Push of the multipliers, (4 + m, n).
+        room: z'room of the free motion; negative where it breaks bounds.
+        gradient: Overwritten, as are `feed` and `change`.
+        feed: As above.
+        change: As above.
+    """
+    if room >= 0.0:
+        return 0.0
+    gradient[:] = 0.0
+    _add_slopes(row, sloped, gradient)
+    backward_linear(step, gradient, gain, feed)
+    forward(step, gain, feed, change)
+    answer, last = 0.0, change.shape[0] - 1
+    for k in range(change.shape[1]):
+        answer += gradient[0, k] * change[0, k] + gradient[1, k] * change[1, k]
+        answer += gradient[2, k] * change[2, k] + gradient[3, k] * change[last, k]
+    return 0.5 * room * room / max(-answer, 1e-300)
 
 
 @compiled
