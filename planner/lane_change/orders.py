@@ -14,7 +14,7 @@ import numpy as np
 from planner.compiled import compiled
 from planner.lane_change.settings import SpeedSettings
 from planner.lane_change.st_graph import StGraph
-from planner.states import FloatArray
+from planner.states import BoolArray, FloatArray, IntArray
 
 ROUNDING = 1e-6  # [m]
 
@@ -121,27 +121,62 @@ def demands(
         speed: Of the ego now [m/s].
         times: Of the knots [s].
     """
-    lower, upper, hit = graph.lower, graph.upper, graph.hit
-    done = np.minimum(times / settings.relax_time, 1.0)
-    fade = 1.0 - done**2 * (3.0 - 2.0 * done)  # level at both ends: jerk is bounded
-    rear = settings.rear_gap + settings.rear_headway * graph.speed[:, None]
-    below = lower - settings.front_gap
-    above = upper + rear
-    headway = lower - settings.front_gap
-    now = hit[:, 0]
-    wanted = settings.front_headway * speed
-    lack_below = np.where(now, np.maximum(-below[:, 0], 0.0), 0.0)
-    lack_above = np.where(now, np.maximum(above[:, 0], 0.0), 0.0)
-    lack_headway = np.where(now, np.maximum(wanted - headway[:, 0], 0.0), 0.0)
-    # who is on the path now is passed on the side where the ego is
-    ahead = now & (lower[:, 0] + upper[:, 0] > 0.0)
-    below[now & ~ahead] = -np.inf
-    above[ahead] = np.inf
     return Bounds(
-        np.where(hit, below + lack_below[:, None] * fade, np.inf),
-        np.where(hit, above - lack_above[:, None] * fade, -np.inf),
-        np.where(hit, headway + lack_headway[:, None] * fade, np.inf),
+        *_demands(
+            graph.hit,
+            graph.lower,
+            graph.upper,
+            graph.speed,
+            speed,
+            times,
+            settings.relax_time,
+            settings.front_gap,
+            settings.front_headway,
+            settings.rear_gap,
+            settings.rear_headway,
+        )
     )
+
+
+@compiled
+def _demands(
+    hit: BoolArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    speeds: FloatArray,
+    speed: float,
+    times: FloatArray,
+    relax_time: float,
+    front_gap: float,
+    front_headway: float,
+    rear_gap: float,
+    rear_headway: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give (below, above, headway) of `demands`."""
+    shape = hit.shape
+    below, above = np.full(shape, np.inf), np.full(shape, -np.inf)
+    headway = np.full(shape, np.inf)
+    for v in range(shape[0]):
+        rear = rear_gap + rear_headway * speeds[v]
+        lack_below, lack_above, lack_headway = 0.0, 0.0, 0.0
+        now = hit[v, 0]
+        # who is on the path now is passed on the side where the ego is
+        ahead = now and lower[v, 0] + upper[v, 0] > 0.0
+        if now:
+            lack_below = max(front_gap - lower[v, 0], 0.0) if ahead else 0.0
+            lack_above = 0.0 if ahead else max(upper[v, 0] + rear, 0.0)
+            lack_headway = front_headway * speed + front_gap - lower[v, 0]
+            lack_headway = max(lack_headway, 0.0)
+        for k in range(shape[1]):
+            if not hit[v, k]:
+                continue
+            done = min(times[k] / relax_time, 1.0)
+            fade = 1.0 - done * done * (3.0 - 2.0 * done)  # level at both ends
+            front = lower[v, k] - front_gap
+            below[v, k] = -np.inf if now and not ahead else front + lack_below * fade
+            above[v, k] = np.inf if ahead else upper[v, k] + rear - lack_above * fade
+            headway[v, k] = front + lack_headway * fade
+    return below, above, headway
 
 
 def order_of(
@@ -183,37 +218,99 @@ def possible_orders(
         (orders, nodes looked at).
     """
     least, greatest = reach
-    n_knots = least.size
-    first = np.where(graph.hit.any(axis=1), np.argmax(graph.hit, axis=1), n_knots)
-    sequence = np.lexsort((graph.lower[np.arange(first.size), first % n_knots], first))
-    found: list[Order] = []
-    nodes = 0
-    open_end = np.full(n_knots, np.inf)
-    stack: list[tuple[tuple[Side, ...], FloatArray, FloatArray, FloatArray]] = [
-        ((), least, np.minimum(greatest, end), open_end)
+    sides, corridors, nodes = _enumerate(
+        graph.hit,
+        graph.lower,
+        bounds.below,
+        bounds.above,
+        bounds.headway,
+        least,
+        np.minimum(greatest, end),
+        max_orders,
+    )
+    found = [
+        Order(tuple(_SIDES[side] for side in row), *corridor)
+        for row, corridor in zip(sides.tolist(), corridors, strict=True)
     ]
-    while stack and len(found) < max_orders:
-        sides, lower, upper, headway = stack.pop()
-        nodes += 1
-        if np.any(lower[1:] > upper[1:] + ROUNDING):
-            continue
-        if len(sides) == sequence.size:
-            by_vehicle = dict(zip(sequence.tolist(), sides, strict=True))
-            ordered = tuple(by_vehicle[k] for k in range(len(sides)))
-            found.append(Order(ordered, lower, upper, headway))
-            continue
-        v = int(sequence[len(sides)])
-        after = (
-            (*sides, Side.AFTER),
-            lower,
-            np.minimum(upper, bounds.below[v]),
-            np.minimum(headway, bounds.headway[v]),
-        )
-        before = (
-            (*sides, Side.BEFORE),
-            np.maximum(lower, bounds.above[v]),
-            upper,
-            headway,
-        )
-        stack.extend((after, before))
     return found, nodes
+
+
+_SIDES = (Side.AFTER, Side.BEFORE)  # by the number that the compiled code uses
+
+
+@compiled
+def _enumerate(
+    hit: BoolArray,
+    contact: FloatArray,
+    below: FloatArray,
+    above: FloatArray,
+    headway: FloatArray,
+    least: FloatArray,
+    greatest: FloatArray,
+    max_orders: int,
+) -> tuple[IntArray, FloatArray, int]:
+    """Go through the tree of orders, depth first, BEFORE before AFTER.
+
+    Returns:
+        (sides (n_orders, n), 1 for BEFORE; corridors (n_orders, 3, n_knots): lower,
+        upper, headway; nodes looked at).
+    """
+    n, n_knots = hit.shape
+    sequence = _by_contact(hit, contact)
+    room = min(max_orders, 2 ** min(n, 20))
+    found_sides, found = np.zeros((room, n), np.int64), np.empty((room, 3, n_knots))
+    # the stack holds at most one sibling for each depth, and the node itself
+    depth, sides = np.zeros(n + 2, np.int64), np.zeros((n + 2, n), np.int64)
+    corridor = np.empty((n + 2, 3, n_knots))
+    corridor[0, 0], corridor[0, 1], corridor[0, 2] = least, greatest, np.inf
+    top, count, nodes = 0, 0, 0
+    while top >= 0 and count < room:
+        nodes += 1
+        level = depth[top]
+        if not _is_open(corridor[top]):
+            top -= 1
+        elif level == n:
+            found_sides[count], found[count] = sides[top], corridor[top]
+            count += 1
+            top -= 1
+        else:
+            v = sequence[level]
+            depth[top], depth[top + 1] = level + 1, level + 1
+            sides[top + 1], corridor[top + 1] = sides[top], corridor[top]
+            sides[top, v], sides[top + 1, v] = 0, 1
+            for k in range(n_knots):
+                corridor[top, 1, k] = min(corridor[top, 1, k], below[v, k])
+                corridor[top, 2, k] = min(corridor[top, 2, k], headway[v, k])
+                corridor[top + 1, 0, k] = max(corridor[top + 1, 0, k], above[v, k])
+            top += 1
+    return found_sides[:count], found[:count], nodes
+
+
+@compiled
+def _by_contact(hit: BoolArray, contact: FloatArray) -> IntArray:
+    """Sort vehicles by the knot of first contact, then by the place of it."""
+    n, n_knots = hit.shape
+    first, place = np.full(n, n_knots), np.zeros(n)
+    for v in range(n):
+        for k in range(n_knots):
+            if hit[v, k]:
+                first[v], place[v] = k, contact[v, k]
+                break
+    sequence = np.arange(n)
+    for i in range(1, n):
+        v, j = sequence[i], i - 1
+        key = (first[v], place[v])
+        while j >= 0 and key < (first[sequence[j]], place[sequence[j]]):
+            sequence[j + 1] = sequence[j]
+            j -= 1
+        sequence[j + 1] = v
+    return sequence
+
+
+@compiled
+def _is_open(corridor: FloatArray) -> bool:
+    """Tell whether a corridor leaves room at every knot after the first."""
+    for k in range(1, corridor.shape[1]):
+        if corridor[0, k] > corridor[1, k] + ROUNDING:
+            return False
+    return True

@@ -7,7 +7,7 @@ import numpy as np
 
 from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_worths
 from planner.lane_change.settings import LaneChangeSettings
-from planner.lane_change.speed import SpeedTask
+from planner.lane_change.speed_program import SpeedTask
 from planner.lane_change.surroundings import behind_ego, road_users
 from planner.scene import Scene, Vehicles
 from planner.states import BoolArray, FloatArray

@@ -5,12 +5,13 @@ start acceleration fixed, every order solved instead of chosen by its area (6.18
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.lane_change.area_rule import sides_by_area
 from planner.lane_change.dynamic_programming import sides_by_search
+from planner.lane_change.order_solver import SolvedOrders, solve_orders
 from planner.lane_change.orders import (
     Bounds,
     Order,
@@ -21,37 +22,18 @@ from planner.lane_change.orders import (
     reachable,
 )
 from planner.lane_change.settings import OrderRule, SpeedSettings
+from planner.lane_change.speed_program import (
+    SpeedTask,
+    knot_times,
+    program,
+    speed_caps,
+    start_state,
+)
 from planner.lane_change.st_graph import StGraph, st_graph
-from planner.motion.piecewise_jerk import (
-    MAX_ITERATIONS,
-    TOLERANCE,
-    PiecewiseJerkProblem,
-    PiecewiseJerkSolution,
-    QpStatus,
-    solve,
-    solve_soft,
-)
-from planner.motion.piecewise_jerk_riccati import (
-    SOLVED,
-    UNDECIDED,
-    interior_point,
-)
+from planner.motion.piecewise_jerk import QpStatus, solve_soft
 from planner.scene import Vehicles
 from planner.states import BoolArray, FloatArray, Path, SpeedProfile
 from planner.vehicle import Vehicle
-
-ROUNDING = 1e-9  # by which bounds of the distance give way [m]
-JERK_TIME = 1.5  # in which an acceleration has surely turned into braking [s]
-
-
-@dataclass(frozen=True, slots=True)
-class SpeedTask:
-    """What a speed plan is asked for."""
-
-    speed: float  # now [m/s]
-    acceleration: float  # now [m/s²]
-    target_speed: float  # [m/s]
-    end: float = math.inf  # not to be passed by the rear axle [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +42,7 @@ class Alternative:
 
     sides: tuple[tuple[str, Side], ...]
     cost: float  # inf if infeasible
+    exact: bool = True  # else given up: it costs at least this, more than the best
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,6 +92,7 @@ def plan_speed(
     considered: BoolArray,
     task: SpeedTask,
     settings: SpeedSettings,
+    cost_to_beat: float = math.inf,
 ) -> SpeedPlan:
     """Plan the speed along a path among moving vehicles.
 
@@ -119,10 +103,11 @@ def plan_speed(
         considered: Who of them counts, (n_users,).
         task: Start, wish and end.
         settings: Weights, margins, horizon.
+        cost_to_beat: What is proven to cost more is not worked out.
 
     Returns:
-        The plan. Where no order has a solution, its profile is None and its reason
-        says so; `soft_speed` is the next thing to try.
+        The plan. Where no order has a solution (or none below `cost_to_beat`), its
+        profile is None and its reason says so; `soft_speed` is the next thing to try.
     """
     times = knot_times(settings)
     graph = st_graph(
@@ -144,36 +129,40 @@ def plan_speed(
         graph, bounds, reach, (start, ceiling), task, end, settings, times
     )
     caps = speed_caps(path, vehicle, task, times)
-    best: tuple[PiecewiseJerkSolution, Order] | None = None
-    alternatives = []
-    common = None
-    for order in orders:
-        if common is None:
-            common = program(order, start, caps, task, vehicle, settings, times)
-        solution = _solved(common, order)
-        feasible = solution.status is QpStatus.SOLVED
-        cost = solution.objective if feasible else math.inf
-        alternatives.append(Alternative(_named(graph, order), cost))
-        if feasible and (best is None or cost < best[0].objective):
-            best = solution, order
-    alternatives.sort(key=lambda a: a.cost)
-    if best is None:
-        why = f"none of {len(orders)} passing orders has a solution"
-        return SpeedPlan(
-            None,
-            math.inf,
-            (),
-            tuple(alternatives),
-            graph,
-            nodes,
-            len(orders),
-            reason=why,
+    solved = solve_orders(
+        orders, reach, start, caps, task, vehicle, settings, cost_to_beat
+    )
+    return _chosen(graph, orders, nodes, solved, times)
+
+
+def _chosen(
+    graph: StGraph,
+    orders: list[Order],
+    nodes: int,
+    solved: SolvedOrders,
+    times: FloatArray,
+) -> SpeedPlan:
+    """Turn the solved orders into the plan."""
+    alternatives = [
+        Alternative(_named(graph, order), cost, exact)
+        for order, cost, exact in zip(
+            orders, solved.cost.tolist(), solved.exact, strict=True
         )
+    ]
+    ranked = tuple(sorted(alternatives, key=lambda a: a.cost))
+    if solved.best < 0:
+        why = f"none of {len(orders)} passing orders has a solution"
+        if not all(solved.exact):
+            why += " that is cheap enough"
+        return SpeedPlan(
+            None, math.inf, (), ranked, graph, nodes, len(orders), reason=why
+        )
+    best = alternatives[solved.best]
     return SpeedPlan(
-        profile_of(best[0], times),
-        best[0].objective,
-        _named(graph, best[1]),
-        tuple(alternatives),
+        profile_of(solved.state, solved.jerk, times),
+        best.cost,
+        best.sides,
+        ranked,
         graph,
         nodes,
         len(orders),
@@ -243,7 +232,7 @@ def soft_speed(
         headway.min(axis=0, initial=np.inf),
     )
     caps = speed_caps(path, vehicle, task, times)
-    problem = program(order, start, caps, task, vehicle, settings, times)
+    problem = program(order, start, caps, task, vehicle, settings)
     solution = solve_soft(problem)
     if solution.status is not QpStatus.SOLVED:
         return SpeedPlan(
@@ -257,7 +246,7 @@ def soft_speed(
             reason="the soft program has no solution",
         )
     return SpeedPlan(
-        profile_of(solution, times),
+        profile_of(solution.state, solution.jerk, times),
         solution.objective,
         _named(graph, order),
         (),
@@ -268,147 +257,15 @@ def soft_speed(
     )
 
 
-def knot_times(settings: SpeedSettings) -> FloatArray:
-    """Give the times of the knots [s]."""
-    n = round(settings.duration / settings.step) + 1
-    return settings.step * np.arange(n, dtype=np.float64)
-
-
-def start_state(
-    task: SpeedTask, vehicle: Vehicle, settings: SpeedSettings
-) -> tuple[float, float, float]:
-    """Give (s, v, a) at the start, such that the limits can be kept from there.
-
-    Emergency braking may have been harder than the program allows, and a vehicle that
-    has just stopped still decelerates: what the jerk bound could not take back is left
-    out.
-    """
-    speed = max(task.speed, 0.0)
-    limits = vehicle.limits
-    lowest = max(-limits.max_deceleration, -math.sqrt(2.0 * settings.max_jerk * speed))
-    return 0.0, speed, min(max(task.acceleration, lowest), limits.max_acceleration)
-
-
-def speed_caps(
-    path: Path, vehicle: Vehicle, task: SpeedTask, times: FloatArray
-) -> FloatArray:
-    """Bound the speed at each knot by the curvature there, (n_knots,) [m/s].
-
-    The bound depends on the place, the program knows times: the place is taken from a
-    drive at the wished speed, between half and full of which the ego is looked for.
-    """
-    limits = vehicle.limits
-    curvature = np.maximum(np.abs(path.curvature), 1e-6)
-    local = np.minimum(
-        np.sqrt(limits.max_lateral_acceleration / curvature), limits.max_speed
-    )
-    if float(local.min()) >= limits.max_speed:
-        return np.full(times.size, limits.max_speed)
-    fast = max(task.target_speed, task.speed) * times
-    caps = np.interp(fast, path.distance, local)
-    caps = np.minimum(caps, np.interp(0.75 * fast, path.distance, local))
-    caps = np.minimum(caps, np.interp(0.5 * fast, path.distance, local))
-    # nobody brakes at once: from the present speed down to the bound
-    braking = task.speed - 0.8 * limits.max_deceleration * np.maximum(times - 1.0, 0.0)
-    return np.asarray(np.maximum(caps, np.maximum(braking, 0.0)))
-
-
-def program(
-    order: Order,
-    start: tuple[float, float, float],
-    caps: FloatArray,
-    task: SpeedTask,
-    vehicle: Vehicle,
-    settings: SpeedSettings,
-    times: FloatArray,
-) -> PiecewiseJerkProblem:
-    """Write one order as a program; [Thesis] eq. 6.19, 6.20 corrected."""
-    n, limits = times.size, vehicle.limits
-    wish = task.target_speed
-    reference = np.zeros((n, 3))
-    reference[:, 0] = wish * times
-    reference[:, 1] = wish
-    lower, upper = np.empty((n, 3)), np.empty((n, 3))
-    lower[:, 0] = order.lower - ROUNDING
-    upper[:, 0] = order.upper
-    lower[:, 1], upper[:, 1] = 0.0, np.maximum(caps, 0.0)
-    # a speed beyond the limit comes down as fast as the jerk bound lets it
-    over = start[1] + np.maximum(start[2], 0.0) ** 2 / (2.0 * settings.max_jerk)
-    falling = 0.5 * limits.max_deceleration * np.maximum(times - JERK_TIME, 0.0)
-    upper[:, 1] = np.maximum(upper[:, 1], over - falling)
-    lower[:, 2], upper[:, 2] = -limits.max_deceleration, limits.max_acceleration
-    row = np.zeros((n, 1, 3))
-    row[:, 0] = 1.0, settings.front_headway, 0.0
-    weights = (
-        settings.distance_weight,
-        settings.speed_weight,
-        settings.acceleration_weight,
-    )
-    return PiecewiseJerkProblem(
-        np.full(n - 1, settings.step),
-        np.array(start),
-        np.tile(weights, (n, 1)),
-        reference,
-        settings.jerk_weight,
-        lower,
-        upper,
-        -settings.max_jerk,
-        settings.max_jerk,
-        row,
-        np.full((n, 1), -np.inf),
-        order.headway[:, None],
-    )
-
-
-def _solved(common: PiecewiseJerkProblem, order: Order) -> PiecewiseJerkSolution:
-    """Solve an order's program, which differs from `common` in three bounds only.
-
-    Checking and copying every array of every order would cost as much as solving.
-    """
-    lower = np.concatenate([common.lower, common.row_lower], axis=1)
-    upper = np.concatenate([common.upper, common.row_upper], axis=1)
-    lower[:, 0] = order.lower - ROUNDING
-    upper[:, 0] = order.upper
-    upper[:, 3] = order.headway
-    state, jerk, objective, verdict, iterations = interior_point(
-        common.step,
-        common.start,
-        common.weight,
-        common.reference,
-        common.jerk_weight,
-        lower,
-        upper,
-        common.row,
-        common.jerk_lower,
-        common.jerk_upper,
-        MAX_ITERATIONS,
-        TOLERANCE,
-    )
-    if verdict == UNDECIDED:
-        return solve(
-            replace(
-                common,
-                lower=lower[:, :3],
-                upper=upper[:, :3],
-                row_upper=upper[:, 3:],
-            ),
-            "piqp",
-        )
-    status = QpStatus.SOLVED if verdict == SOLVED else QpStatus.INFEASIBLE
-    return PiecewiseJerkSolution(
-        status, state, jerk, objective, 0.0, iterations, "riccati"
-    )
-
-
-def profile_of(solution: PiecewiseJerkSolution, times: FloatArray) -> SpeedProfile:
+def profile_of(state: FloatArray, jerk: FloatArray, times: FloatArray) -> SpeedProfile:
     """Make the record; rounding below a standstill is cut off."""
-    s, v, a = solution.state.T
+    s, v, a = state.T
     return SpeedProfile(
         times,
         np.maximum.accumulate(np.maximum(s, 0.0)),
         np.maximum(v, 0.0),
         a,
-        np.append(solution.jerk, solution.jerk[-1]),
+        np.append(jerk, jerk[-1]),
     )
 
 

@@ -18,6 +18,7 @@ from enum import StrEnum
 import numpy as np
 
 from planner.errors import InvalidInputError
+from planner.motion.piecewise_jerk_bounds import NO_BOUND
 from planner.motion.piecewise_jerk_matrices import (
     SOLVERS,
     Program,
@@ -26,12 +27,7 @@ from planner.motion.piecewise_jerk_matrices import (
     solve_program,
 )
 from planner.motion.piecewise_jerk_problem import PiecewiseJerkProblem
-from planner.motion.piecewise_jerk_riccati import (
-    INFEASIBLE,
-    NO_BOUND,
-    SOLVED,
-    interior_point,
-)
+from planner.motion.piecewise_jerk_riccati import INFEASIBLE, SOLVED, interior_point
 from planner.states import FloatArray
 
 TOLERANCE = 1e-9  # of residuals, and of the gap relative to the objective

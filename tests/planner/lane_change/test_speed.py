@@ -9,13 +9,11 @@ from planner.geometry.rectangles import Rectangle, overlap
 from planner.lane_change.orders import Order, Side, demands, possible_orders, reachable
 from planner.lane_change.path import best_change, lane_keeping_path
 from planner.lane_change.settings import PathSettings, SpeedSettings
-from planner.lane_change.speed import (
-    SpeedPlan,
+from planner.lane_change.speed import SpeedPlan, plan_speed, soft_speed
+from planner.lane_change.speed_program import (
     SpeedTask,
     knot_times,
-    plan_speed,
     program,
-    soft_speed,
     speed_caps,
     start_state,
 )
@@ -139,7 +137,7 @@ def brute_force(scene: Scene, wish: float) -> float:
                 upper = np.minimum(upper, bounds.below[v])
                 headway = np.minimum(headway, bounds.headway[v])
         order = Order(sides, lower, upper, headway)
-        found = solve(program(order, start, caps, task, CAR, SETTINGS, times))
+        found = solve(program(order, start, caps, task, CAR, SETTINGS))
         if found.status is QpStatus.SOLVED:
             best = min(best, found.objective)
     return best

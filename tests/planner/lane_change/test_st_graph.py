@@ -4,7 +4,7 @@ import pytest
 from planner.geometry.rectangles import Rectangle, overlap
 from planner.lane_change.path import best_change, lane_keeping_path
 from planner.lane_change.settings import PathSettings, SpeedSettings
-from planner.lane_change.speed import knot_times
+from planner.lane_change.speed_program import knot_times
 from planner.lane_change.st_graph import predicted_at, st_graph
 from planner.scene import Scene
 from planner.states import Path
