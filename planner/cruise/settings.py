@@ -115,6 +115,12 @@ class CruiseSettings:
                 f"horizon = {self.horizon} must be 0 or at least {max(self.times)}"
             )
 
+    @property
+    def n_steps(self) -> int:
+        """Points of the longest candidate."""
+        times = (*self.times, *self.stop_times, *self.follow_times)
+        return round((self.horizon or max(times)) / self.step) + 1
+
 
 def thesis_settings(safety_term: SafetyTerm, weights: Weights) -> CruiseSettings:
     """Make the printed set-up: Table 4.1 with the readings of planner/README.md.
