@@ -75,6 +75,7 @@ class Cycle:
             (ego.l, first, second),
             offsets,
             settings.min_manoeuvre_length,
+            settings.min_manoeuvre_speed,
             settings.step,
         )
         table, road = scene.path.table, scene.road

@@ -45,6 +45,7 @@ class Lateral(NamedTuple):
     start: tuple[float, float, float]  # l and its first two derivatives
     offsets: FloatArray  # terminal offsets, growing, (n_offsets,) [m]
     min_length: float  # of a motion over distance [m]
+    min_speed: float  # at which it takes its duration [m/s]
     step: float  # between points [s]
 
 
@@ -109,7 +110,7 @@ def lateral_length(
         return duration
     at = min(int(duration / lateral.step + 0.5), rows.shape[2] - 1)
     driven = float(rows[p, S, at] - rows[p, S, 0])
-    return max(driven, lateral.min_length)
+    return max(driven, lateral.min_length, lateral.min_speed * duration)
 
 
 @compiled
