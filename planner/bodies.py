@@ -1,9 +1,13 @@
 """Obstacles and vehicles as one table of bodies, indexed by time."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from planner.compiled import compiled
+from planner.geometry.projection import foot
+from planner.geometry.reference_path import EVERYWHERE, NO_DIRECTION, PathTable
 from planner.scene import Prediction, Scene
 from planner.states import BoolArray, FloatArray
 
@@ -26,6 +30,8 @@ class Bodies:
     extents: FloatArray  # (n, 3): half length, half width, radius [m]
     size: FloatArray  # circumscribed circle, r_ob of [Thesis] eq. 4.19, (n,) [m]
     follower: BoolArray  # (n,)
+    stride: FloatArray  # longest way in one step, (n,) [m]
+    spin: FloatArray  # largest turn in one step, (n,) [rad]
     n_static: int
     step: float  # between columns [s]
 
@@ -51,45 +57,155 @@ def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
         The bodies; a prediction that ends early is held, one without columns stands.
     """
     fixed, moving = scene.obstacles, scene.vehicles
-    n_fixed = len(fixed.ids)
     ahead = moving.prediction if moving.prediction.x.shape[1] else _standing(scene)
-    ratio = (step or scene.step) / ahead.step
-    column = np.rint(ratio * np.arange(n_steps)).astype(np.int64)
-    column = np.minimum(column, ahead.x.shape[1] - 1)
-    n = n_fixed + len(moving.ids)
-    poses = np.empty((n, 4, n_steps))
-    s, l = np.empty((n, n_steps)), np.empty((n, n_steps))
-    fixed_s, fixed_l = scene.path.project(fixed.x, fixed.y)
-    for table, static, predicted in (
-        (poses[:, 0], fixed.x, ahead.x),
-        (poses[:, 1], fixed.y, ahead.y),
-        (poses[:, 2], np.cos(fixed.heading), np.cos(ahead.heading)),
-        (poses[:, 3], np.sin(fixed.heading), np.sin(ahead.heading)),
-        (s, fixed_s, ahead.s),
-        (l, fixed_l, ahead.l),
-    ):
-        table[:n_fixed] = static[:, None]
-        table[n_fixed:] = predicted[:, column]
-    half_length = 0.5 * np.concatenate([fixed.length, moving.length])
-    half_width = 0.5 * np.concatenate([fixed.width, moving.width])
-    radius = np.concatenate([fixed.radius, np.zeros(len(moving.ids))])
-    reach = half_length + radius
-    overlaps = _overlaps_ego(scene, l[:, 0], half_width + radius)
-    rear = scene.ego_frenet.s - scene.vehicle.rear_overhang
-    follower = overlaps & (s[:, 0] + reach < rear + 0.5)
-    follower[:n_fixed] = False
+    table = _gather(
+        scene.path.table,
+        (fixed.x, fixed.y, fixed.heading, fixed.length, fixed.width, fixed.radius),
+        (moving.speed, moving.length, moving.width),
+        (ahead.x, ahead.y, ahead.heading, ahead.s, ahead.l),
+        (step or scene.step) / ahead.step,
+        n_steps,
+    )
+    poses, s, l, speed, extents, size, stride, spin = table
+    follower = _followers(
+        s,
+        l,
+        extents,
+        len(fixed.ids),
+        scene.ego_frenet.s - scene.vehicle.rear_overhang,
+        scene.ego_frenet.l,
+        scene.vehicle.width / 2.0,
+    )
     return Bodies(
         (*fixed.ids, *moving.ids),
         poses,
         s,
         l,
-        np.concatenate([np.zeros(n_fixed), moving.speed]),
-        np.column_stack([half_length, half_width, radius]),
-        np.hypot(half_length, half_width) + radius,
+        speed,
+        extents,
+        size,
         follower,
-        n_fixed,
+        stride,
+        spin,
+        len(fixed.ids),
         step or scene.step,
     )
+
+
+@compiled
+def _gather(
+    path: PathTable,
+    fixed: tuple[FloatArray, ...],
+    moving: tuple[FloatArray, ...],
+    ahead: tuple[FloatArray, ...],
+    ratio: float,
+    n_steps: int,
+) -> tuple[FloatArray, ...]:
+    """Fill the columns of `Bodies` from those of obstacles and predicted vehicles.
+
+    Args:
+        path: Tables of the reference path.
+        fixed: x, y, heading, length, width, radius, (n_fixed,).
+        moving: Speed, length, width, (n_moving,).
+        ahead: x, y, heading, s, l, (n_moving, columns).
+        ratio: Columns in one step.
+        n_steps: Wanted.
+
+    Returns:
+        (poses, s, l, speed, extents, size, stride, spin).
+    """
+    x, y, heading, length, width, radius = fixed
+    speed_now, moving_length, moving_width = moving
+    n_fixed, n = x.size, x.size + speed_now.size
+    poses = np.empty((n, 4, n_steps))
+    s, l = np.empty((n, n_steps)), np.empty((n, n_steps))
+    speed, stride, spin = np.zeros(n), np.zeros(n), np.zeros(n)
+    extents = np.zeros((n, 3))
+    for b in range(n_fixed):
+        foot_s, foot_l = foot(
+            path.knots, path.bins, path.blocks, x[b], y[b], EVERYWHERE, NO_DIRECTION
+        )
+        cos, sin = math.cos(heading[b]), math.sin(heading[b])
+        extents[b, 0] = 0.5 * length[b]
+        extents[b, 1] = 0.5 * width[b]
+        extents[b, 2] = radius[b]
+        for i in range(n_steps):
+            poses[b, 0, i], poses[b, 1, i] = x[b], y[b]
+            poses[b, 2, i], poses[b, 3, i] = cos, sin
+            s[b, i], l[b, i] = foot_s, foot_l
+    for v in range(speed_now.size):
+        b = n_fixed + v
+        speed[b] = speed_now[v]
+        extents[b, 0] = 0.5 * moving_length[v]
+        extents[b, 1] = 0.5 * moving_width[v]
+        stride[b], spin[b] = _copy_prediction(ahead, v, ratio, poses, s, l, b)
+    size = np.empty(n)
+    for b in range(n):
+        size[b] = math.hypot(extents[b, 0], extents[b, 1]) + extents[b, 2]
+    return poses, s, l, speed, extents, size, stride, spin
+
+
+@compiled
+def _copy_prediction(
+    ahead: tuple[FloatArray, ...],
+    v: int,
+    ratio: float,
+    poses: FloatArray,
+    s: FloatArray,
+    l: FloatArray,
+    b: int,
+) -> tuple[float, float]:
+    """Copy one vehicle's columns; give (longest way [m], largest turn [rad])."""
+    x, y, heading, ahead_s, ahead_l = ahead
+    last = x.shape[1] - 1
+    stride2 = spin = 0.0
+    was = math.nan
+    cos = sin = 0.0
+    for i in range(s.shape[1]):
+        k = min(int(np.rint(ratio * i)), last)
+        if heading[v, k] != was:
+            turned = abs(heading[v, k] - was)
+            cos, sin = math.cos(heading[v, k]), math.sin(heading[v, k])
+            if i > 0:  # a heading may be given a full turn on
+                spin = max(spin, min(turned, 2.0))
+            was = heading[v, k]
+        poses[b, 0, i], poses[b, 1, i] = x[v, k], y[v, k]
+        poses[b, 2, i], poses[b, 3, i] = cos, sin
+        s[b, i], l[b, i] = ahead_s[v, k], ahead_l[v, k]
+        if i > 0:
+            dx, dy = (
+                poses[b, 0, i] - poses[b, 0, i - 1],
+                poses[b, 1, i] - poses[b, 1, i - 1],
+            )
+            stride2 = max(stride2, dx * dx + dy * dy)
+    return math.sqrt(stride2), spin
+
+
+@compiled
+def _overlaps(
+    b: int, l: FloatArray, extents: FloatArray, ego_l: float, half_width: float
+) -> bool:
+    """Tell whether a body shares the ego's corridor now."""
+    reach = extents[b, 1] + extents[b, 2] + half_width + CORRIDOR_MARGIN
+    return bool(abs(l[b, 0] - ego_l) < reach)
+
+
+@compiled
+def _followers(
+    s: FloatArray,
+    l: FloatArray,
+    extents: FloatArray,
+    n_static: int,
+    rear: float,
+    ego_l: float,
+    half_width: float,
+) -> BoolArray:
+    """Tell which bodies are vehicles behind the ego in its corridor."""
+    follower = np.zeros(s.shape[0], np.bool_)
+    for b in range(n_static, s.shape[0]):
+        behind = s[b, 0] + extents[b, 0] + extents[b, 2] < rear + 0.5
+        follower[b] = behind and _overlaps(b, l, extents, ego_l, half_width)
+    return follower
 
 
 def _standing(scene: Scene) -> Prediction:
@@ -100,28 +216,43 @@ def _standing(scene: Scene) -> Prediction:
     return Prediction(scene.step, *(values[:, None] for values in columns))
 
 
-def _overlaps_ego(scene: Scene, l: FloatArray, half_width: FloatArray) -> BoolArray:
-    """Tell which bodies share the ego's corridor now."""
-    reach = half_width + scene.vehicle.width / 2.0 + CORRIDOR_MARGIN
-    return np.abs(l - scene.ego_frenet.l) < reach
-
-
 def leader_of(scene: Scene, bodies: Bodies) -> Leader | None:
     """Find the nearest body ahead in the ego's corridor, None if it is free."""
-    if not bodies.ids:
-        return None
-    s = bodies.s[:, 0]
-    candidates = (
-        _overlaps_ego(scene, bodies.l[:, 0], bodies.extents[:, 1:].sum(axis=1))
-        & (s > scene.ego_frenet.s)
-        & np.isfinite(s)
+    index, s, speed = _nearest_ahead(
+        bodies.s,
+        bodies.l,
+        bodies.extents,
+        scene.ego_frenet.s,
+        scene.ego_frenet.l,
+        scene.vehicle.width / 2.0,
+        bodies.step,
     )
-    if not candidates.any():
-        return None
-    index = int(np.argmin(np.where(candidates, s, np.inf)))
-    reach = bodies.extents[index, 0] + bodies.extents[index, 2]
-    along = bodies.s[index]
-    if not np.isfinite(along).all():  # it will leave the ego's road
-        return None
-    speed = np.maximum(np.gradient(along, bodies.step), 0.0)
-    return Leader(bodies.ids[index], along - reach, speed)
+    return None if index < 0 else Leader(bodies.ids[index], s, speed)
+
+
+@compiled
+def _nearest_ahead(
+    s: FloatArray,
+    l: FloatArray,
+    extents: FloatArray,
+    ego_s: float,
+    ego_l: float,
+    half_width: float,
+    step: float,
+) -> tuple[int, FloatArray, FloatArray]:
+    """Give (body, its rearmost point, its speed); body -1 if there is none."""
+    nearest, found = np.inf, -1
+    for b in range(s.shape[0]):
+        ahead = ego_s < s[b, 0] < nearest
+        if ahead and _overlaps(b, l, extents, ego_l, half_width):
+            nearest, found = s[b, 0], b
+    n = s.shape[1] if found >= 0 else 0
+    rear, speed = np.empty(n), np.empty(n)
+    stays = True
+    for i in range(n):
+        rear[i] = s[found, i] - extents[found, 0] - extents[found, 2]
+        before, after = max(i - 1, 0), min(i + 1, n - 1)
+        moved = s[found, after] - s[found, before]
+        speed[i] = max(moved / (step * (after - before)), 0.0)
+        stays = stays and np.isfinite(rear[i])  # on the ego's road
+    return found if stays else -1, rear, speed

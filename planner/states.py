@@ -105,8 +105,21 @@ class Trajectory:
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
         _freeze_fields(self)
-        if self.t.ndim != 1 or self.t.size < 2 or np.any(np.diff(self.t) <= 0.0):
-            raise InvalidInputError("t must be at least two strictly growing times")
+        _check_times(self.t)
+
+    @classmethod
+    def from_rows(cls, rows: FloatArray) -> "Trajectory":
+        """Make a trajectory of a table, (9, n_steps), rows in the order of the fields.
+
+        Raises:
+            InvalidInputError: If the times do not grow.
+        """
+        table = freeze(rows)
+        _check_times(table[0])
+        made = object.__new__(cls)
+        for name, row in zip(cls.__slots__, table, strict=True):
+            object.__setattr__(made, name, row)
+        return made
 
     @property
     def duration(self) -> float:
@@ -183,16 +196,21 @@ class SpeedProfile:
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
         _freeze_fields(self)
-        if self.t.ndim != 1 or self.t.size < 2 or np.any(np.diff(self.t) <= 0.0):
-            raise InvalidInputError("t must be at least two strictly growing times")
+        _check_times(self.t)
+
+
+def _check_times(t: FloatArray) -> None:
+    """Refuse times that do not grow."""
+    if t.ndim != 1 or t.size < 2 or (t[1:] <= t[:-1]).any():
+        raise InvalidInputError("t must be at least two strictly growing times")
 
 
 def _freeze_fields(record: object) -> None:
     """Freeze every field of an array record and check that the shapes agree."""
     shapes = {}
-    for field in fields(record):  # type: ignore[arg-type]
-        array = freeze(getattr(record, field.name))
-        object.__setattr__(record, field.name, array)
-        shapes[field.name] = array.shape
+    for name in record.__slots__:  # type: ignore[attr-defined]
+        array = freeze(getattr(record, name))
+        object.__setattr__(record, name, array)
+        shapes[name] = array.shape
     if len(set(shapes.values())) > 1:
         raise InvalidInputError(f"arrays must share one shape, got {shapes}")

@@ -24,6 +24,12 @@ def wrapped(heading: float) -> float:
     return math.pi if turned == -math.pi else turned
 
 
+def wrapped_all(heading: FloatArray) -> FloatArray:
+    """Bring headings into (-pi, pi] [rad]."""
+    turned = heading - math.tau * np.rint(heading / math.tau)
+    return np.where(turned <= -math.pi, math.pi, turned)
+
+
 def heading_from_angle(angle: ArrayLike) -> FloatArray:
     """Turn SUMO's angle [degrees, clockwise from north] into a heading [rad]."""
     turned = np.remainder(RIGHT_ANGLE - np.asarray(angle), FULL_TURN)

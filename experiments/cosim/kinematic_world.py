@@ -116,6 +116,12 @@ class KinematicWorld:
         self._length = np.array([vehicle.length for vehicle in settings.vehicles])
         self._width = np.array([vehicle.width for vehicle in settings.vehicles])
         self._ids = tuple(vehicle.id for vehicle in settings.vehicles)
+        self._speed = np.array([vehicle.speed for vehicle in settings.vehicles])
+        self._changing = [
+            number
+            for number, vehicle in enumerate(settings.vehicles)
+            if vehicle.speed_changes
+        ]
         # A vehicle that comes to rest keeps looking the way it drove.
         self._against = np.array(
             [_first_direction(vehicle) < 0.0 for vehicle in settings.vehicles], bool
@@ -154,13 +160,13 @@ class KinematicWorld:
         settings = self._settings
         point = settings.path.at(self._s)
         turned = point.heading + np.where(self._against, math.pi, 0.0)
-        speed = np.array([abs(v.speed_at(time)) for v in settings.vehicles])
+        speed = np.abs(self._speed_at(time))
         return TrafficState(
             time,
             self._ids,
             point.x - self._l * point.sin_heading,
             point.y + self._l * point.cos_heading,
-            np.array([frames.wrapped(float(heading)) for heading in turned]),
+            frames.wrapped_all(turned),
             speed,
             np.zeros_like(speed),
             self._length,
@@ -172,17 +178,25 @@ class KinematicWorld:
         """Move everyone one step on; nobody reacts to the ego."""
         begin = self._steps * self.step
         end = (self._steps + 1) * self.step
-        vehicles = self._settings.vehicles
-        driven = np.array([vehicle.driven(begin, end) for vehicle in vehicles])
+        driven = self._speed * (end - begin)
+        for number in self._changing:
+            driven[number] = self._settings.vehicles[number].driven(begin, end)
         middle = self._s + 0.5 * driven / self._stretch(self._s)
         self._s = self._s + driven / self._stretch(middle)
-        now = np.array([vehicle.speed_at(end) for vehicle in vehicles])
+        now = self._speed_at(end)
         self._against = np.where(now == 0.0, self._against, now < 0.0)
         self._steps += 1
         return ego
 
     def close(self) -> None:
         """Do nothing: there is nothing to end."""
+
+    def _speed_at(self, time: float) -> FloatArray:
+        """Give all speeds at `time`, negative against the path [m/s]."""
+        speed = self._speed.copy()
+        for number in self._changing:
+            speed[number] = self._settings.vehicles[number].speed_at(time)
+        return speed
 
     def _stretch(self, s: FloatArray) -> FloatArray:
         """Length of each vehicle's own way per metre of path."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.compiled import compiled
 from planner.cruise.settings import SafetyTerm
+from planner.geometry.lookup import interpolate
 from planner.states import FloatArray
 
 MIN_SPEED_SCALE = 2.0  # near a stop line, where the reference speed is 0 [m/s]
@@ -22,6 +23,9 @@ TERMS = (
     "heading",
     "dead_end",
 )
+# The same as rows, for compiled code.
+JERK, SAFETY, OFFSET, SPEED, HEADWAY, CONSISTENCY, HEADING, DEAD_END = range(8)
+N_TERMS = 8
 
 
 @compiled
@@ -74,6 +78,15 @@ def gaussian_kernel(step: float, sigma: float) -> FloatArray:
     return np.asarray(shape / shape.sum())
 
 
+def safety_kernel(term: SafetyTerm, step: float, sigma: float) -> FloatArray:
+    """Kernel of a safety term by convolution; empty for one that has none."""
+    if term is SafetyTerm.BINARY_CONVOLUTION:
+        return gaussian_kernel(step, sigma)
+    if term is SafetyTerm.SIZE_CONVOLUTION:
+        return size_kernel(step, sigma)
+    return np.empty(0)
+
+
 def convolved_safety(
     hit_size: FloatArray, term: SafetyTerm, step: float, sigma: float
 ) -> FloatArray:
@@ -92,19 +105,28 @@ def convolved_safety(
     Returns:
         (n_profiles, n_offsets).
     """
-    if hit_size.size == 0:
-        return np.zeros_like(hit_size)
-    if term is SafetyTerm.BINARY_CONVOLUTION:
-        values = (hit_size > 0.0).astype(np.float64)
-        kernel = gaussian_kernel(step, sigma)
-    else:
-        values, kernel = hit_size, size_kernel(step, sigma)
-    half = kernel.size // 2
-    padded = np.pad(values, ((0, 0), (half, half)))
-    windows = np.lib.stride_tricks.sliding_window_view(padded, kernel.size, axis=1)
-    return np.asarray(windows @ kernel)
+    binary = term is SafetyTerm.BINARY_CONVOLUTION
+    return convolve(hit_size, safety_kernel(term, step, sigma), binary)
 
 
+@compiled
+def convolve(
+    hit_size: FloatArray,
+    kernel: FloatArray,
+    binary: bool,  # noqa: FBT001 - a constant of the planner
+) -> FloatArray:
+    """Convolve each row with `kernel`; `binary` makes each hit count 1."""
+    n, half = hit_size.shape[1], kernel.size // 2
+    out = np.zeros_like(hit_size)
+    for p in range(hit_size.shape[0]):
+        for o in range(n):
+            for k in range(max(half - o, 0), min(kernel.size, n + half - o)):
+                size = hit_size[p, o + k - half]
+                out[p, o] += kernel[k] * (1.0 if binary and size > 0.0 else size)
+    return out
+
+
+@compiled
 def speed_deviation(
     s: FloatArray, s_dot: FloatArray, s_grid: FloatArray, v_grid: FloatArray
 ) -> FloatArray:
@@ -124,6 +146,13 @@ def speed_deviation(
     Returns:
         (n_profiles,) [-]; 2 for standing where one could drive.
     """
-    wanted = np.interp(s, s_grid, v_grid)
-    deviation2 = ((s_dot - wanted) / np.maximum(wanted, MIN_SPEED_SCALE)) ** 2
-    return np.asarray(np.mean(deviation2, axis=1) + deviation2[:, -1])
+    out, wanted = np.empty(s.shape[0]), np.empty(s.shape[1])
+    for p in range(s.shape[0]):
+        interpolate(s[p], 0.0, s_grid, v_grid, wanted)
+        total = last = 0.0
+        for i in range(s.shape[1]):
+            off = (s_dot[p, i] - wanted[i]) / max(wanted[i], MIN_SPEED_SCALE)
+            last = off * off
+            total += last
+        out[p] = total / s.shape[1] + last
+    return out

@@ -1,5 +1,8 @@
 """The hot loop: every candidate through every check and cost term.
 
+One compiled call does a whole cycle. It goes profile by profile, and within one by
+terminal offset; what belongs to a profile is worked out once.
+
 The compiled functions take few large arrays: each array that a compiled function
 holds costs two atomic reference counts, and there are hundreds of candidates.
 """
@@ -9,163 +12,49 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.compiled import compiled
-from planner.cruise.costs import edge_clearance
-from planner.cruise.feasibility import (
-    MIN_STRETCH,
-    Check,
-    Limits,
-    lateral_at,
-    lateral_quintic,
-    road_excess,
-    squared_jerk,
+from planner.cruise.costs import (
+    CONSISTENCY,
+    DEAD_END,
+    HEADING,
+    HEADWAY,
+    JERK,
+    N_TERMS,
+    OFFSET,
+    SAFETY,
+    SPEED,
 )
-from planner.cruise.headway import STRIDE
+from planner.cruise.feasibility import Check, Limits, lateral_quintic, squared_jerk
+from planner.cruise.headway import add_headway
+from planner.cruise.limit_check import check_profile
 from planner.cruise.motion import (
-    COS,
-    KAPPA,
-    KAPPA_RATE,
+    L_JERK,
     LAST_L,
-    LEFT,
-    RIGHT,
-    S_DDDOT,
-    S_DDOT,
     S_DOT,
-    SIN,
+    UNIT_JERK,
+    UNIT_L,
+    Ground,
+    L,
     Lateral,
     S,
     Tracks,
-    X,
-    Y,
+    fill_basis,
     lateral_length,
+    lay_ground,
 )
-from planner.geometry.clearance import span_clearance
-from planner.geometry.frenet import cartesian_rates
+from planner.cruise.nearness import clear_bodies
+from planner.cruise.surroundings import Surroundings, make_bench
 from planner.states import FloatArray, IntArray
 
-# Plain numbers: numba compiles these in.
 PASSED = int(Check.PASSED)
-DOMAIN = int(Check.DOMAIN)
-ROAD = int(Check.ROAD)
-CURVATURE = int(Check.CURVATURE)
-ACCELERATION = int(Check.ACCELERATION)
-LATERAL_ACCELERATION = int(Check.LATERAL_ACCELERATION)
-COLLISION = int(Check.COLLISION)
-JERK, SAFETY, OFFSET, HEADWAY, CONSISTENCY, HEADING, DEAD_END = 0, 1, 2, 3, 4, 5, 6
-N_TERMS = 7
 
 
-class Surroundings(NamedTuple):
-    """Bodies, when they can matter, and where headway would be short."""
+class Evaluation(NamedTuple):
+    """What is known about all candidates; (n_profiles, n_offsets) each."""
 
-    poses: FloatArray  # (n_bodies, 4, n_steps)
-    extents: FloatArray  # (n_bodies, 3)
-    s: FloatArray  # (n_bodies, n_steps)
-    l: FloatArray  # (n_bodies, n_steps)
-    turn_gap: FloatArray  # room to steer round what stands, else 0, (n_bodies,) [m]
-    size: FloatArray  # (n_bodies,)
-    moves: FloatArray  # largest change of a distance in one step, (n_bodies,) [m]
-    threshold: FloatArray  # gap below which a candidate collides, (n_bodies,) [m]
-    first: IntArray  # spans, see `clearance.near_spans`
-    spans: IntArray
-    lag_first: IntArray  # pairs, see `headway.headway_pairs`
-    lag_step: IntArray
-    lag_body: IntArray
-    lag: FloatArray
-    discs: FloatArray
-    disc_radius: float
-    range: float  # gap from which on a body costs nothing [m]
-    front_reach: float  # rear axle to front bumper [m]
-    deceleration: float  # with which the ego can stop [m/s²]
-    corridor: float  # room that the ego needs on each side of its path [m]
-
-
-@compiled
-def _move_and_check(
-    rows: FloatArray,
-    p: int,
-    count: int,
-    c: tuple[float, float, float, float, float, float],
-    length: float,
-    offset: float,
-    over_time: bool,  # noqa: FBT001 - a constant of the cycle
-    step: float,
-    limits: Limits,
-    points: FloatArray,
-    terms: FloatArray,
-    k: int,
-) -> int:
-    """Fill `points` (5, n_steps) with x, y, cos, sin, l and check the limits.
-
-    Stops at the first violation. Fills jerk (lateral part), offset, consistency and
-    heading of `terms[k]`.
-    """
-    verdict = PASSED
-    jerk = offset2 = change2 = sin_e = 0.0
-    s0 = rows[p, S, 0]
-    lever = max(limits.front, limits.rear)
-    for i in range(count):
-        s_dot, s_ddot, kappa = rows[p, S_DOT, i], rows[p, S_DDOT, i], rows[p, KAPPA, i]
-        done = step * i if over_time else rows[p, S, i] - s0
-        l, slope, bend, lateral_jerk = lateral_at(
-            over_time, c, length, offset, done, s_dot, s_ddot, rows[p, S_DDDOT, i]
-        )
-        if 1.0 - kappa * l < MIN_STRETCH:
-            verdict = DOMAIN
-            break
-        cos_e, sin_e, curvature, speed, acceleration = cartesian_rates(
-            l, kappa, rows[p, KAPPA_RATE, i], s_dot, s_ddot, slope, bend
-        )
-        cos_r, sin_r = rows[p, COS, i], rows[p, SIN, i]
-        points[0, i] = rows[p, X, i] - sin_r * l
-        points[1, i] = rows[p, Y, i] + cos_r * l
-        points[2, i] = cos_r * cos_e - sin_r * sin_e
-        points[3, i] = sin_r * cos_e + cos_r * sin_e
-        points[4, i] = l
-        offset2 += l * l
-        change2 += (l - rows[p, LAST_L, i]) ** 2
-        jerk += lateral_jerk * lateral_jerk
-        if i == 0:
-            continue
-        left, right = rows[p, LEFT, i], rows[p, RIGHT, i]
-        # A bound that settles the road's edge for most points.
-        widest = limits.half_width + lever * (abs(sin_e) + abs(kappa) * lever)
-        excess = max(l + widest - left, right - l + widest)
-        if excess > limits.excess:
-            excess = road_excess(
-                l,
-                cos_e,
-                sin_e,
-                kappa,
-                left,
-                right,
-                limits.front,
-                limits.rear,
-                limits.half_width,
-            )
-        verdict = _check_point(excess, curvature, speed, acceleration, limits)
-        if verdict != PASSED:
-            break
-    terms[k, JERK] = jerk * step
-    terms[k, OFFSET] = offset2 / count
-    terms[k, CONSISTENCY] = change2 / count
-    terms[k, HEADING] = sin_e * sin_e
-    return verdict
-
-
-@compiled
-def _check_point(
-    excess: float, curvature: float, speed: float, acceleration: float, limits: Limits
-) -> int:
-    """Check one point against the limits; [Thesis] eq. 4.12, 4.13 and the road."""
-    if excess > limits.excess:
-        return ROAD
-    if abs(curvature) > limits.curvature:
-        return CURVATURE
-    if acceleration > limits.acceleration or acceleration < -limits.deceleration:
-        return ACCELERATION
-    if speed * speed * abs(curvature) > limits.lateral_acceleration:
-        return LATERAL_ACCELERATION
-    return PASSED
+    verdict: IntArray  # the `Check` that removed it
+    blocker: IntArray  # first body in time that it hits, or -1
+    hit_size: FloatArray  # radius of the largest body that it hits [m]
+    terms: FloatArray  # raw cost terms, (n_profiles, 8, n_offsets)
 
 
 @compiled
@@ -173,135 +62,139 @@ def evaluate(
     tracks: Tracks,
     lateral: Lateral,
     limits: Limits,
+    ground: Ground,
     around: Surroundings,
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Check and price all candidates; candidate = profile · n_offsets + offset.
+    speed_term: FloatArray,
+) -> Evaluation:
+    """Check and price all candidates.
 
     Args:
-        tracks: Profiles and the road under them.
+        tracks: Profiles; the rows of the ground under them are filled here.
         lateral: Samples of the lateral motion.
         limits: Of the vehicle.
+        ground: Path, road and last plan.
         around: Bodies.
+        speed_term: Price of each profile's speed, (n_profiles,).
 
     Returns:
-        (check that removed it, (n,); first body it hits or -1, (n,); radius of the
-        largest body it hits, (n,) [m]; raw cost terms, (n, 7)).
+        Verdicts, hits and cost terms. Terms of candidates that violate a limit mean
+        nothing.
     """
-    n_offsets = lateral.offsets.size
-    n = tracks.rows.shape[0] * n_offsets
-    verdict = np.empty(n, np.int64)
-    blocker = np.full(n, -1, np.int64)
-    hit_size = np.zeros(n)
-    terms = np.zeros((n, N_TERMS))
-    points = np.empty((5, tracks.rows.shape[2]))
-    for p in range(tracks.rows.shape[0]):
-        duration, count = tracks.duration[p], tracks.n_valid[p]
-        length = lateral_length(tracks.rows, p, duration, lateral)
-        for o in range(n_offsets):
-            k = p * n_offsets + o
-            offset = lateral.offsets[o]
-            c = lateral_quintic(lateral.start, offset, length)
-            verdict[k] = _move_and_check(
-                tracks.rows,
+    rows, n = tracks.rows, lateral.offsets.size
+    n_profiles, n_steps = rows.shape[0], rows.shape[2]
+    verdict = np.empty((n_profiles, n), np.int64)
+    hits = np.full((n_profiles, 2, n), -1)
+    hit_size = np.zeros((n_profiles, n))
+    terms = np.zeros((n_profiles, N_TERMS, n))
+    change = lateral.offsets - lateral.start[0]
+    bench = make_bench(n_steps, n)
+    for p in range(n_profiles):
+        count = tracks.n_valid[p]
+        passed = 0
+        if tracks.dropped[p] == PASSED:
+            lay_ground(rows, p, count, ground)
+            fill_basis(bench.basis, p, count, tracks, lateral)
+            passed = check_profile(
+                p, count, rows, bench.basis, change, limits, bench.course, verdict[p]
+            )
+        else:
+            verdict[p] = tracks.dropped[p]
+        if passed > 0:
+            own = terms[p]
+            _price_motion(p, count, tracks, bench.basis, change, lateral, own)
+            _price_end(p, count, rows, bench.basis, change, bench.course, around, own)
+            for o in range(n):
+                own[SPEED, o] = speed_term[p]
+            add_headway(p, count, rows, bench.basis, change, around, own[HEADWAY])
+            clear_bodies(
                 p,
                 count,
-                c,
-                length,
-                offset,
-                lateral.over_time,
-                lateral.step,
-                limits,
-                points,
-                terms,
-                k,
-            )
-            if verdict[k] != PASSED:
-                continue
-            if lateral.over_time:
-                terms[k, JERK] = squared_jerk(c, duration)
-            terms[k, JERK] += tracks.jerk[p]
-            blocker[k], hit_size[k] = _clear_and_price(p, points, around, terms, k)
-            terms[k, DEAD_END] = _dead_end(
-                tracks.rows[p, S, count - 1],
-                points[4, count - 1],
-                tracks.rows[p, S_DOT, count - 1],
-                count - 1,
+                rows,
+                change,
                 around,
+                bench,
+                verdict[p],
+                hits[p],
+                hit_size[p],
+                own[SAFETY],
             )
-            if blocker[k] >= 0:
-                verdict[k] = COLLISION
-    return verdict, blocker, hit_size, terms
+    return Evaluation(verdict, hits[:, 0], hit_size, terms)
 
 
 @compiled
-def _clear_and_price(
+def _price_motion(
     p: int,
-    points: FloatArray,
-    around: Surroundings,
-    terms: FloatArray,
-    k: int,
-) -> tuple[int, float]:
-    """Check one candidate against the bodies; fill the safety terms.
+    count: int,
+    tracks: Tracks,
+    basis: FloatArray,
+    change: FloatArray,
+    lateral: Lateral,
+    own: FloatArray,
+) -> None:
+    """Fill jerk ([Thesis] eq. 4.15), offset and consistency of one profile.
 
-    Returns:
-        (first body that it hits, in time, or -1; radius of the largest body it hits).
+    The offset and its jerk are linear in the change of offset, their squares and the
+    sums of these over time quadratic: three sums do for all candidates.
     """
-    hit = -1
-    hit_step = points.shape[1]
-    hit_size = 0.0
-    safety = 0.0
-    for q in range(around.first[p], around.first[p + 1]):
-        b = around.spans[0, q]
-        gap, step = span_clearance(
-            points,
-            around.poses,
-            around.extents,
-            b,
-            around.spans[1, q],
-            around.spans[2, q],
-            around.discs,
-            around.disc_radius,
-            around.range,
-            around.threshold[b],
-            around.moves[b],
-        )
-        if step >= 0:
-            gap = 0.0  # a body that is hit is priced as touched
-        safety += edge_clearance(gap, around.size[b], around.range)
-        if step >= 0:
-            hit_size = max(hit_size, around.size[b])
-            if step < hit_step:
-                hit, hit_step = b, step
-    terms[k, SAFETY] = safety
-    headway = 0.0
-    for q in range(around.lag_first[p], around.lag_first[p + 1]):
-        i, b = around.lag_step[q], around.lag_body[q]
-        reach = around.corridor + around.extents[b, 1] + around.extents[b, 2]
-        if abs(around.l[b, i] - points[4, i]) < reach:
-            headway += around.lag[q]
-    terms[k, HEADWAY] = headway * STRIDE / points.shape[1]
-    return hit, hit_size
+    rows, step, over_time = tracks.rows, lateral.step, lateral.over_time
+    l00 = l01 = l11 = d00 = d01 = j00 = j01 = j11 = 0.0
+    for i in range(count):
+        l, unit = basis[L, i], basis[UNIT_L, i]
+        off = l - rows[p, LAST_L, i]
+        jerk, unit_jerk = basis[L_JERK, i], basis[UNIT_JERK, i]
+        l00 += l * l
+        l01 += l * unit
+        l11 += unit * unit
+        d00 += off * off
+        d01 += off * unit
+        j00 += jerk * jerk
+        j01 += jerk * unit_jerk
+        j11 += unit_jerk * unit_jerk
+    length = lateral_length(rows, p, tracks.duration[p], lateral)
+    for o in range(change.size):
+        c = change[o]
+        own[OFFSET, o] = (l00 + c * (2.0 * l01 + c * l11)) / count
+        own[CONSISTENCY, o] = (d00 + c * (2.0 * d01 + c * l11)) / count
+        sideways = step * (j00 + c * (2.0 * j01 + c * j11))
+        if over_time:
+            quintic = lateral_quintic(lateral.start, lateral.offsets[o], length)
+            sideways = squared_jerk(quintic, length)
+        own[JERK, o] = sideways + tracks.jerk[p]
 
 
 @compiled
-def _dead_end(
-    s: float, l: float, speed: float, step: int, around: Surroundings
-) -> float:
-    """Share of the room that is missing where a plan ends in front of what stands.
+def _price_end(
+    p: int,
+    count: int,
+    rows: FloatArray,
+    basis: FloatArray,
+    change: FloatArray,
+    course: FloatArray,
+    around: Surroundings,
+    own: FloatArray,
+) -> None:
+    """Fill heading and dead end: where the plans of one profile come to.
 
-    The room is a stopping distance and `turn_gap`: with less, the ego could later
-    neither stop nor steer round, and it has no reverse gear. Linear, so that creeping
-    nearer never pays.
+    A dead end is the share of the room that is missing where a plan ends in front of
+    what stands. The room is a stopping distance and `turn_gap`: with less, the ego
+    could later neither stop nor steer round, and it has no reverse gear. Linear, so
+    that creeping nearer never pays.
     """
-    worst = 0.0
+    last = count - 1
+    s, speed = rows[p, S, last], rows[p, S_DOT, last]
+    l, unit = basis[L, last], basis[UNIT_L, last]
+    for o in range(change.size):
+        own[HEADING, o] = course[1, last, o] * course[1, last, o]
+        own[DEAD_END, o] = 0.0
     for b in range(around.size.size):
-        if around.turn_gap[b] == 0.0:
+        beyond = around.s[b, last] - s
+        if around.turn_gap[b] == 0.0 or not beyond > 0.0:
             continue
-        beyond = around.s[b, step] - s
         reach = around.corridor + around.extents[b, 1] + around.extents[b, 2]
-        if beyond <= 0.0 or abs(around.l[b, step] - l) > reach:
-            continue
         gap = beyond - around.extents[b, 0] - around.extents[b, 2] - around.front_reach
         needed = around.turn_gap[b] + 0.5 * speed * speed / around.deceleration
-        worst = max(worst, 1.0 - max(gap, 0.0) / needed)
-    return worst
+        lack = 1.0 - max(gap, 0.0) / needed
+        apart = around.l[b, last] - l
+        for o in range(change.size):
+            if abs(apart - change[o] * unit) <= reach:
+                own[DEAD_END, o] = max(own[DEAD_END, o], lack)

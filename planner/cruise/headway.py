@@ -1,89 +1,77 @@
 """Time headway to the vehicle ahead, and the one left to the vehicle behind."""
 
-import numpy as np
-
 from planner.compiled import compiled
 from planner.cruise.costs import headway_lack
-from planner.states import BoolArray, FloatArray, IntArray
+from planner.cruise.motion import S_DOT, UNIT_L, L, S
+from planner.cruise.surroundings import Surroundings
+from planner.states import FloatArray
 
 MIN_REAR_GAP = 1.0  # left to a vehicle behind at any speed [m]
 STRIDE = 5  # steps between the moments looked at: headways change slowly
 
 
 @compiled
-def headway_pairs(
-    s: FloatArray,
-    s_dot: FloatArray,
-    count: IntArray,
-    body_s: FloatArray,
-    body_speed: FloatArray,
-    body_reach: FloatArray,
-    considered: BoolArray,
-    front_reach: float,
-    rear_overhang: float,
-    standstill_gap: float,
-    time_headway: float,
-    rear_time_headway: float,
-) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
-    """List per profile where the gap to a vehicle ahead or behind would be too short.
+def lack_of_room(s: float, s_dot: float, b: int, i: int, around: Surroundings) -> float:
+    """Squared share of the gap to a vehicle ahead or behind that is missing [-].
 
     Ahead the ego keeps standstill_gap + time_headway · its speed; behind it leaves
-    MIN_REAR_GAP + rear_time_headway · the other's speed. Whether a pair counts
-    depends on the candidate's offset and is decided later.
+    MIN_REAR_GAP + rear_time_headway · the other's speed.
 
     Args:
-        s: Profiles, (n_profiles, n_steps) [m].
-        s_dot: (n_profiles, n_steps) [m/s].
-        count: Valid steps, (n_profiles,).
-        body_s: Predicted centres, (n_bodies, n_steps) [m].
-        body_speed: (n_bodies,) [m/s].
-        body_reach: Half lengths, (n_bodies,) [m].
-        considered: Bodies that count, (n_bodies,) bool.
-        front_reach: Rear axle to front bumper [m].
-        rear_overhang: Rear axle to rear bumper [m].
-        standstill_gap: Kept ahead at any speed [m].
-        time_headway: Kept ahead beyond it [s].
-        rear_time_headway: Left behind beyond `MIN_REAR_GAP` [s].
+        s: Of the ego's rear axle at step i [m].
+        s_dot: Its speed [m/s].
+        b: Which vehicle.
+        i: Which step.
+        around: Bodies.
 
     Returns:
-        (first, step, body, lack): lack in 0 ... 1, pairs of profile p are
-        first[p] ... first[p + 1] - 1.
+        0 ... 1; whether it counts depends on the offsets of both.
     """
-    n_profiles = s.shape[0]
-    first = np.zeros(n_profiles + 1, np.int64)
-    total = 0
-    capacity = 256
-    step = np.empty(capacity, np.int64)
-    body = np.empty(capacity, np.int64)
-    lack = np.empty(capacity, np.float64)
-    for p in range(n_profiles):
-        for i in range(STRIDE, count[p], STRIDE):
-            for b in range(body_s.shape[0]):
-                if not considered[b]:
-                    continue
-                apart = body_s[b, i] - s[p, i]
-                if apart > 0.0:
-                    gap = apart - body_reach[b] - front_reach
-                    needed = standstill_gap + time_headway * s_dot[p, i]
-                else:
-                    gap = -apart - body_reach[b] - rear_overhang
-                    needed = MIN_REAR_GAP + rear_time_headway * body_speed[b]
-                if gap >= needed:
-                    continue
-                if total == capacity:
-                    capacity *= 2
-                    wider = np.empty(capacity, np.int64)
-                    wider[:total] = step
-                    step = wider
-                    wider = np.empty(capacity, np.int64)
-                    wider[:total] = body
-                    body = wider
-                    wider_lack = np.empty(capacity, np.float64)
-                    wider_lack[:total] = lack
-                    lack = wider_lack
-                step[total] = i
-                body[total] = b
-                lack[total] = headway_lack(gap, needed)
-                total += 1
-        first[p + 1] = total
-    return first, step[:total], body[:total], lack[:total]
+    reach = around.extents[b, 0] + around.extents[b, 2]
+    apart = around.s[b, i] - s
+    if apart > 0.0:
+        gap = apart - reach - around.front_reach
+        needed = around.standstill_gap + around.time_headway * s_dot
+    else:
+        gap = -apart - reach - around.rear_overhang
+        needed = MIN_REAR_GAP + around.rear_time_headway * around.speed[b]
+    return headway_lack(gap, needed)
+
+
+@compiled
+def add_headway(
+    p: int,
+    count: int,
+    rows: FloatArray,
+    basis: FloatArray,
+    change: FloatArray,
+    around: Surroundings,
+    headway: FloatArray,
+) -> None:
+    """Sum the lack of room over time and vehicles in the way of each candidate.
+
+    Args:
+        p: Which profile.
+        count: Its valid steps.
+        rows: Of the `Tracks`.
+        basis: Of its lateral motion.
+        change: Terminal offsets less the present one, (n,) [m].
+        around: Bodies.
+        headway: Filled, (n,): mean over the horizon [-].
+    """
+    for o in range(change.size):
+        headway[o] = 0.0
+    share = STRIDE / rows.shape[2]
+    for i in range(STRIDE, count, STRIDE):
+        s, s_dot = rows[p, S, i], rows[p, S_DOT, i]
+        l, unit = basis[L, i], basis[UNIT_L, i]
+        for b in range(around.n_static, around.size.size):
+            lack = 0.0
+            if not around.follower[b]:
+                lack = share * lack_of_room(s, s_dot, b, i, around)
+            if lack > 0.0:
+                reach = around.corridor + around.extents[b, 1] + around.extents[b, 2]
+                apart = around.l[b, i] - l
+                for o in range(change.size):
+                    in_way = abs(apart - change[o] * unit) < reach
+                    headway[o] += lack if in_way else 0.0

@@ -1,20 +1,26 @@
 """Longitudinal profiles and lateral targets: what the candidates are made of."""
 
-from dataclasses import dataclass, fields
+import math
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from planner.bodies import Leader
 from planner.compiled import compiled
-from planner.cruise.feasibility import squared_jerk
+from planner.cruise.feasibility import STRAIGHT, squared_jerk
 from planner.cruise.settings import CruiseSettings
+from planner.geometry.lookup import interpolate
+from planner.geometry.pieces import point_at
 from planner.motion import polynomials
 from planner.scene import RoadBounds, Scene
-from planner.states import BoolArray, FloatArray, FrenetState, IntArray
+from planner.states import FloatArray, IntArray, freeze
 
 PREVIEW = 90.0  # how far ahead the road sets the speed: 20 m/s stop at 2.2 m/s² [m]
 PREVIEW_STEP = 1.0  # [m]
 SLOW = 3.0  # below it the ego may also creep [m/s]
+SAME = 1e-9  # share of the lateral step by which an offset may miss a multiple [-]
+EMPTY = freeze(())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,10 +38,6 @@ class Profiles:
     slowest: FloatArray  # smallest s_dot, (n_profiles,) [m/s]
     fastest: FloatArray  # largest s_dot, (n_profiles,) [m/s]
 
-    def only(self, keep: BoolArray) -> "Profiles":
-        """Leave the others out."""
-        return Profiles(*(getattr(self, field.name)[keep] for field in fields(self)))
-
 
 def reference_speed(
     scene: Scene, settings: CruiseSettings
@@ -50,20 +52,45 @@ def reference_speed(
     Returns:
         (s, v), both (n,); s grows by 1 m from the ego on [m], v [m/s].
     """
-    s = scene.ego_frenet.s + np.arange(0.0, PREVIEW, PREVIEW_STEP)
-    curvature = np.abs(scene.path.at(s).curvature)
-    wanted = min(scene.target_speed, scene.vehicle.limits.max_speed)
-    limit = np.full_like(s, wanted**2)
-    curved = curvature > 1e-6
-    limit[curved] = np.minimum(
-        limit[curved], settings.comfort_lateral_acceleration / curvature[curved]
+    table = scene.path.table
+    return _reachable_speed(
+        table.knots,
+        table.bins,
+        scene.ego_frenet.s,
+        min(scene.target_speed, scene.vehicle.limits.max_speed),
+        min(scene.stop_lines, default=np.inf)
+        - settings.stop_gap
+        - scene.vehicle.front_reach,
+        settings.comfort_lateral_acceleration,
+        settings.comfort_deceleration,
     )
-    for stop_line in scene.stop_lines:
-        at = stop_line - settings.stop_gap - scene.vehicle.front_reach
-        limit[s >= at] = 0.0
-    slope = 2.0 * settings.comfort_deceleration * s
-    reachable = np.minimum.accumulate((limit + slope)[::-1])[::-1] - slope
-    return s, np.sqrt(np.maximum(reachable, 0.0))
+
+
+@compiled
+def _reachable_speed(
+    knots: FloatArray,
+    bins: IntArray,
+    start: float,
+    wanted: float,
+    stop_at: float,
+    lateral_acceleration: float,
+    deceleration: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Give (s, v) of `reference_speed`; from `stop_at` on v is 0."""
+    n = int(np.ceil(PREVIEW / PREVIEW_STEP))
+    s, v = np.empty(n), np.empty(n)
+    ahead = np.inf
+    for k in range(n - 1, -1, -1):
+        s[k] = start + PREVIEW_STEP * k
+        curvature = abs(point_at(knots, bins, s[k])[4])
+        limit = wanted * wanted
+        if curvature > STRAIGHT:
+            limit = min(limit, lateral_acceleration / curvature)
+        if s[k] >= stop_at:
+            limit = 0.0
+        ahead = min(limit, ahead + 2.0 * deceleration * PREVIEW_STEP)
+        v[k] = np.sqrt(max(ahead, 0.0))
+    return s, v
 
 
 def terminal_offsets(
@@ -86,17 +113,34 @@ def terminal_offsets(
     Returns:
         Offsets in growing order, (n,) [m].
     """
-    inside = (road.s > s[0]) & (road.s < s[1])
-    left, right = road.at(np.concatenate([s, road.s[inside]]))
     step = settings.lateral_step
-    high = min(settings.lateral_limit, float(left.max()) - half_width)
-    low = max(-settings.lateral_limit, float(right.min()) + half_width)
-    grid = step * np.arange(
-        np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1
-    )
-    if not settings.edge_offsets or low >= high:
-        return grid
-    return np.unique(np.concatenate([[low], grid, [high]]))
+    low, high = _lateral_room(road.s, road.left, road.right, *s)
+    high = min(settings.lateral_limit, high - half_width)
+    low = max(-settings.lateral_limit, low + half_width)
+    first, last = math.ceil(low / step - SAME), math.floor(high / step + SAME)
+    offsets = [step * k for k in range(first, last + 1)]
+    if settings.edge_offsets and low < high:
+        offsets = sorted({low, *offsets, high})
+    return np.array(offsets, dtype=np.float64)
+
+
+@compiled
+def _lateral_room(
+    road_s: FloatArray,
+    road_left: FloatArray,
+    road_right: FloatArray,
+    begin: float,
+    end: float,
+) -> tuple[float, float]:
+    """Widest bounds (lowest right one, highest left one) between two places [m]."""
+    ends, left, right = np.array((begin, end)), np.empty(2), np.empty(2)
+    interpolate(ends, 0.0, road_s, road_left, left)
+    interpolate(ends, 0.0, road_s, road_right, right)
+    low, high = min(right[0], right[1]), max(left[0], left[1])
+    for i in range(road_s.size):
+        if begin < road_s[i] < end:
+            low, high = min(low, road_right[i]), max(high, road_left[i])
+    return low, high
 
 
 def full_grid_size(settings: CruiseSettings) -> int:
@@ -127,125 +171,119 @@ def longitudinal_profiles(
     the stop line, quintics to the following distance behind the leader.
     """
     ego = scene.ego_frenet
-    coefficients, durations = _speed_keeping(ego, settings, speed_ahead)
     stop = stop_target(scene, settings)
-    if stop is not None and stop > ego.s:
-        rows = _arrivals(ego, stop, 0.0, np.array(settings.stop_times))
-        coefficients.append(rows)
-        durations.append(np.array(settings.stop_times))
-    if leader is not None:
-        times = np.array(settings.follow_times)
-        k = np.minimum(np.rint(times / settings.step).astype(int), leader.s.size - 1)
-        gap = settings.standstill_gap + settings.time_headway * leader.speed[k]
-        target = leader.s[k] - gap - scene.vehicle.front_reach
-        valid = target > ego.s
-        if valid.any():
-            rows = _arrivals(ego, target[valid], leader.speed[k][valid], times[valid])
-            coefficients.append(rows)
-            durations.append(times[valid])
-    return _evaluate(np.vstack(coefficients), np.concatenate(durations), settings)
+    creep = settings.creep_speeds if ego.s_dot < SLOW else ()
+    rows, duration = _sample(
+        (ego.s, ego.s_dot, ego.s_ddot),
+        speed_ahead,
+        (_row(settings.times), _row(settings.speed_fractions), _row(creep)),
+        (_row(settings.stop_times), np.inf if stop is None else stop),
+        _row(settings.follow_times),
+        (EMPTY, EMPTY) if leader is None else (leader.s, leader.speed),
+        (settings.standstill_gap, settings.time_headway, scene.vehicle.front_reach),
+        settings.step,
+    )
+    return Profiles(*roll_out(rows, duration, settings.step, settings.horizon))
 
 
-def _speed_keeping(
-    ego: FrenetState,
-    settings: CruiseSettings,
-    speed_ahead: tuple[FloatArray, FloatArray],
-) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Quartics over the grid times x terminal speeds, coefficients padded to six."""
-    times = np.array(settings.times)
-    # The speed that the road allows about where each manoeuvre will end.
-    reach = ego.s + ego.s_dot * times
-    allowed = np.interp(reach, *speed_ahead)
-    end_speed = np.outer(settings.speed_fractions, allowed)
-    if ego.s_dot < SLOW:
-        creeping = np.minimum.outer(np.array(settings.creep_speeds), allowed)
-        end_speed = np.vstack([end_speed, creeping])
-    rows = _quartics((ego.s, ego.s_dot, ego.s_ddot), end_speed, times)
-    return [rows], [np.tile(times, end_speed.shape[0])]
-
-
-def _arrivals(
-    ego: FrenetState,
-    s_end: float | FloatArray,
-    speed_end: float | FloatArray,
-    times: FloatArray,
-) -> FloatArray:
-    """Quintics that reach `s_end` at `speed_end` without acceleration, (n, 6)."""
-    start = (ego.s, ego.s_dot, ego.s_ddot)
-    return _quintics(start, s_end + 0.0 * times, speed_end + 0.0 * times, times)
+@lru_cache(maxsize=64)
+def _row(values: tuple[float, ...]) -> FloatArray:
+    """Make an array of settings, which may be empty, once."""
+    return freeze(values)
 
 
 @compiled
-def _quartics(
-    start: tuple[float, float, float], end_speed: FloatArray, times: FloatArray
-) -> FloatArray:
-    """Quartics to each end speed (n, n_times) in each time, padded to six terms."""
-    rows = np.zeros((end_speed.size, 6))
-    for i in range(end_speed.shape[0]):
-        for j in range(times.size):
-            c = polynomials.quartic_coefficients(
-                start[0], start[1], start[2], end_speed[i, j], 0.0, times[j]
-            )
-            for k in range(5):
-                rows[i * times.size + j, k] = c[k]
-    return rows
-
-
-@compiled
-def _quintics(
+def _sample(
     start: tuple[float, float, float],
-    s_end: FloatArray,
-    speed_end: FloatArray,
-    times: FloatArray,
-) -> FloatArray:
-    """Quintics to each end, (n, 6)."""
-    rows = np.empty((times.size, 6))
-    for i in range(times.size):
-        c = polynomials.quintic_coefficients(
-            start[0], start[1], start[2], s_end[i], speed_end[i], 0.0, times[i]
-        )
-        for k in range(6):
-            rows[i, k] = c[k]
-    return rows
+    speed_ahead: tuple[FloatArray, FloatArray],
+    keeping: tuple[FloatArray, FloatArray, FloatArray],
+    stopping: tuple[FloatArray, float],
+    follow_times: FloatArray,
+    leader: tuple[FloatArray, FloatArray],
+    room: tuple[float, float, float],
+    step: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Solve for all profiles.
 
+    Args:
+        start: s and its first two derivatives.
+        speed_ahead: Arc lengths and the speed that the road asks for there.
+        keeping: Times, fractions of that speed, and creeping speeds.
+        stopping: Times, and where to stand; inf for nowhere.
+        follow_times: Times to reach the following distance in.
+        leader: Rearmost point and speed at each step; empty without one.
+        room: Gap at a standstill, time headway, rear axle to front bumper.
+        step: Between the leader's points [s].
 
-def _evaluate(
-    coefficients: FloatArray, duration: FloatArray, settings: CruiseSettings
-) -> Profiles:
-    """Evaluate (n, 6) coefficients on the time grid, straight on after the end."""
-    end = settings.horizon or float(duration.max())
-    n_steps = round(end / settings.step) + 1
-    if settings.horizon:
-        count = np.full(duration.size, n_steps)
-    else:
-        count = np.rint(duration / settings.step).astype(np.int64) + 1
-    rolled = roll_out(coefficients, duration, count, settings.step, end)
-    motion, jerk, slowest, fastest = rolled
-    return Profiles(motion, duration, count, jerk, slowest, fastest)
+    Returns:
+        (coefficients, (n, 6), lowest order first; durations, (n,) [s]).
+    """
+    times, fractions, creep = keeping
+    stop_times, stop = stopping
+    leader_s, leader_speed = leader
+    standstill_gap, time_headway, front_reach = room
+    s, s_dot, s_ddot = start
+    n_keeping = times.size * (fractions.size + creep.size)
+    n = n_keeping + stop_times.size + follow_times.size
+    rows, duration = np.zeros((n, 6)), np.empty(n)
+    # The speed that the road allows about where each manoeuvre will end.
+    allowed = np.empty(times.size)
+    interpolate(s_dot * times, s, speed_ahead[0], speed_ahead[1], allowed)
+    for j in range(times.size):
+        for i in range(fractions.size + creep.size):
+            if i < fractions.size:
+                end_speed = fractions[i] * allowed[j]
+            else:
+                end_speed = min(creep[i - fractions.size], allowed[j])
+            p = i * times.size + j
+            duration[p] = times[j]
+            rows[p, :5] = polynomials.quartic_coefficients(
+                s, s_dot, s_ddot, end_speed, 0.0, times[j]
+            )
+    n = n_keeping
+    if s < stop < np.inf:
+        for time in stop_times:
+            duration[n] = time
+            rows[n] = polynomials.quintic_coefficients(
+                s, s_dot, s_ddot, stop, 0.0, 0.0, time
+            )
+            n += 1
+    if leader_s.size > 0:
+        for time in follow_times:
+            k = min(int(np.rint(time / step)), leader_s.size - 1)
+            speed = leader_speed[k]
+            target = leader_s[k] - standstill_gap - time_headway * speed - front_reach
+            if target > s:
+                duration[n] = time
+                rows[n] = polynomials.quintic_coefficients(
+                    s, s_dot, s_ddot, target, speed, 0.0, time
+                )
+                n += 1
+    return rows[:n].copy(), duration[:n].copy()
 
 
 @compiled
 def roll_out(
-    coefficients: FloatArray,
-    duration: FloatArray,
-    count: IntArray,
-    step: float,
-    end: float,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    coefficients: FloatArray, duration: FloatArray, step: float, horizon: float
+) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray, FloatArray]:
     """Evaluate quintics s(t) on the time grid, at constant speed after their end.
 
     Args:
         coefficients: (n, 6), lowest order first.
         duration: (n,) [s].
-        count: Valid steps, (n,).
         step: [s].
-        end: Of the horizon, to which the jerk is integrated [s].
+        horizon: Where all profiles end, and to which the jerk is integrated; 0 ends
+            each with its manoeuvre [s].
 
     Returns:
-        ((n, 4, n_steps): s and its three derivatives; integral of squared jerk, (n,)
-        [m²/s⁵]; smallest and largest s_dot of the valid steps, (n,) each [m/s]).
+        The columns of `Profiles`.
     """
-    n, n_steps = coefficients.shape[0], count.max()
+    n = coefficients.shape[0]
+    end = horizon if horizon > 0.0 else duration.max()
+    n_steps = int(np.rint(end / step)) + 1
+    count = np.full(n, n_steps)
+    if not horizon > 0.0:
+        count = np.rint(duration / step).astype(np.int64) + 1
     motion = np.empty((n, 4, n_steps))
     jerk = np.empty(n)
     slowest, fastest = np.full(n, np.inf), np.full(n, -np.inf)
@@ -267,4 +305,4 @@ def roll_out(
             if i < count[p]:
                 slowest[p] = min(slowest[p], v)
                 fastest[p] = max(fastest[p], v)
-    return motion, jerk, slowest, fastest
+    return motion, duration, count, jerk, slowest, fastest

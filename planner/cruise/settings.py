@@ -63,6 +63,7 @@ class CruiseSettings:
     lateral_limit: float = 5.0  # largest terminal offset [m]
     edge_offsets: bool = True  # sample the outermost places on the road too
     min_manoeuvre_length: float = 8.0  # of a lateral motion over distance [m]
+    min_manoeuvre_speed: float = 2.5  # slower, it is as long as at this speed [m/s]
     times: tuple[float, ...] = (1.0, 2.0, 3.0, 5.0)  # manoeuvre durations [s]
     speed_fractions: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
     creep_speeds: tuple[float, ...] = (1.0, 2.0)  # to get out of a jam [m/s]
@@ -81,7 +82,7 @@ class CruiseSettings:
     comfort_lateral_acceleration: float = 2.2  # sets the speed in curves [m/s²]
     comfort_deceleration: float = 1.5  # with which curves are approached [m/s²]
     stop_gap: float = 1.0  # front bumper to stop line [m]
-    standstill_gap: float = 5.0  # front bumper to a standing leader [m]
+    standstill_gap: float = 8.0  # front bumper to a standing leader, to steer round [m]
     obstacle_gap: float = 8.0  # before what stands, to be able to steer round it [m]
     time_headway: float = 1.2  # [s]
     rear_time_headway: float = 0.8  # left to a vehicle behind in a lane entered [s]
@@ -114,6 +115,12 @@ class CruiseSettings:
             raise InvalidInputError(
                 f"horizon = {self.horizon} must be 0 or at least {max(self.times)}"
             )
+
+    @property
+    def n_steps(self) -> int:
+        """Points of the longest candidate."""
+        times = (*self.times, *self.stop_times, *self.follow_times)
+        return round((self.horizon or max(times)) / self.step) + 1
 
 
 def thesis_settings(safety_term: SafetyTerm, weights: Weights) -> CruiseSettings:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from planner.compiled import compiled
-from planner.states import BoolArray, FloatArray, IntArray
+from planner.states import FloatArray
 
 TURN_REACH = 5.0  # lever with which turning moves the discs, generously [m]
 
@@ -30,7 +30,8 @@ def _corner_to_segment(
     share = 0.0
     if length2 > 0.0:
         share = min(max(((cu - u0) * du + (cw - w0) * dw) / length2, 0.0), 1.0)
-    return math.hypot(cu - u0 - share * du, cw - w0 - share * dw)
+    du, dw = cu - u0 - share * du, cw - w0 - share * dw
+    return math.sqrt(du * du + dw * dw)
 
 
 @compiled
@@ -65,78 +66,27 @@ def segment_to_rectangle(
         half_length: Half extents of the rectangle [m].
         half_width: As `half_length`.
     """
+    # The distance is convex along the segment: where it grows from the start on, or
+    # falls up to the end, the nearest point is that end.
+    du, dw = u1 - u0, w1 - w0
+    out_u = u0 - min(max(u0, -half_length), half_length)
+    out_w = w0 - min(max(w0, -half_width), half_width)
+    if out_u * du + out_w * dw >= 0.0:
+        return math.sqrt(out_u * out_u + out_w * out_w)
+    nearest = math.sqrt(out_u * out_u + out_w * out_w)
+    out_u = u1 - min(max(u1, -half_length), half_length)
+    out_w = w1 - min(max(w1, -half_width), half_width)
+    if out_u * du + out_w * dw <= 0.0:
+        return math.sqrt(out_u * out_u + out_w * out_w)
     if half_length == 0.0 and half_width == 0.0:  # a disc: its centre decides
-        return _corner_to_segment(0.0, 0.0, u0, w0, u1, w1)
-    nearest = min(
-        point_to_rectangle(u0, w0, half_length, half_width),
-        point_to_rectangle(u1, w1, half_length, half_width),
-    )
-    if nearest == 0.0 or _crosses(u0, w0, u1, w1, half_length, half_width):
+        return abs(u0 * dw - w0 * du) / math.sqrt(du * du + dw * dw)
+    nearest = min(nearest, math.sqrt(out_u * out_u + out_w * out_w))
+    if _crosses(u0, w0, u1, w1, half_length, half_width):
         return 0.0
     for cu in (-half_length, half_length):
         for cw in (-half_width, half_width):
             nearest = min(nearest, _corner_to_segment(cu, cw, u0, w0, u1, w1))
     return nearest
-
-
-@compiled
-def near_spans(
-    path: FloatArray,
-    count: IntArray,
-    poses: FloatArray,
-    size: FloatArray,
-    ignored: BoolArray,
-    reach: float,
-    moves: FloatArray,
-) -> tuple[IntArray, IntArray]:
-    """List per profile the bodies that can come near at any offset, and when.
-
-    A body farther than `reach` + its circumscribed circle from the reference point of
-    a step is out of reach of every candidate of that profile. While it is d farther
-    than that, d / `moves` steps can be skipped.
-
-    Args:
-        path: Reference points (x, y) of the profiles, (n_profiles, 2, n_steps) [m].
-        count: Valid steps per profile, (n_profiles,).
-        poses: Bodies, (n_bodies, 4, n_steps): x, y, cos and sin of the heading.
-        size: Circumscribed circles, (n_bodies,) [m].
-        ignored: Bodies to leave out, (n_bodies,).
-        reach: Largest offset + ego reach + range of interest [m].
-        moves: Largest change of each body's distance in one step, (n_bodies,) [m].
-
-    Returns:
-        (first, spans): spans of profile p are columns first[p] ... first[p + 1] - 1 of
-        (3, n): body, first and last step at which it may be near; steps from 1 on.
-    """
-    n_profiles, n_bodies = path.shape[0], poses.shape[0]
-    first = np.zeros(n_profiles + 1, np.int64)
-    spans = np.empty((3, n_profiles * n_bodies), np.int64)
-    total = 0
-    for p in range(n_profiles):
-        for b in range(n_bodies):
-            if ignored[b]:
-                continue
-            begin, end = -1, -1
-            i = 0
-            while i < count[p]:
-                apart = math.hypot(
-                    poses[b, 0, i] - path[p, 0, i], poses[b, 1, i] - path[p, 1, i]
-                )
-                beyond = apart - reach - size[b]
-                if beyond > 0.0:
-                    i += max(1, int(beyond / moves[b]))
-                    continue
-                if begin < 0:
-                    begin = max(i, 1)
-                end = i
-                i += 1
-            if end >= 1:
-                spans[0, total] = b
-                spans[1, total] = begin
-                spans[2, total] = end
-                total += 1
-        first[p + 1] = total
-    return first, spans[:, :total].copy()
 
 
 @compiled

@@ -101,6 +101,8 @@ def follow(
     u: float,
 ) -> tuple[float, float, float, float]:
     """Follow a piece for `u` [m] from a point and a direction; (x, y, cos, sin)."""
+    if curvature == 0.0 and rate == 0.0:
+        return x + u * cos, y + u * sin, cos, sin
     along, across, cos_turn, sin_turn = advance(curvature, rate, u)
     return (
         x + along * cos - across * sin,
@@ -129,6 +131,15 @@ def point_at(
     x, y, cos, sin = knots[i, X], knots[i, Y], knots[i, COS], knots[i, SIN]
     x, y, cos, sin = follow(x, y, cos, sin, curvature, rate, u)
     return x, y, cos, sin, curvature + rate * u, rate, heading
+
+
+@compiled
+def curvature_at(knots: FloatArray, bins: IndexArray, s: float) -> float:
+    """Give the curvature at `s` [1/m], as `point_at` does; 0 beyond both ends."""
+    i = piece_index(knots, bins, s)
+    inside = 0.0 <= s <= knots[i + 1, S]
+    curvature = knots[i, CURVATURE] + knots[i, RATE] * (s - knots[i, S])
+    return float(curvature) if inside else 0.0
 
 
 @compiled

@@ -9,10 +9,17 @@ from typing import Protocol
 import numpy as np
 
 from planner.compiled import compiled
-from planner.geometry.pieces import point_at
-from planner.geometry.reference_path import ReferencePath
+from planner.geometry.pieces import curvature_at, point_at
+from planner.geometry.projection import foot
+from planner.geometry.reference_path import (
+    EVERYWHERE,
+    NO_DIRECTION,
+    PathTable,
+    ReferencePath,
+    as_input,
+)
 from planner.scene import Prediction
-from planner.states import FloatArray, IntArray
+from planner.states import FloatArray
 
 # A vehicle follows the ego's road while its heading and place agree with the road.
 LANE_HEADING_TOLERANCE = 0.5  # [rad]; lane changes stay below 0.2, turns exceed it
@@ -104,85 +111,118 @@ def _roll_out(
     step: float,
 ) -> Prediction:
     """Move each vehicle `distance` (n, n_steps) along its lane or heading."""
+    x, y, heading, lateral_speed = (as_input(column) for column in now)
+    table = roll_out(path.table, (x, y, heading, lateral_speed), distance, step)
+    return Prediction(step, *table)
+
+
+@compiled
+def roll_out(
+    path: PathTable,
+    now: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    distance: FloatArray,
+    step: float,
+) -> FloatArray:
+    """Move vehicles along their lanes or headings.
+
+    Args:
+        path: Tables of the reference path.
+        now: x, y, heading and lateral speed, (n,) each.
+        distance: Driven since now, (n, n_steps) [m].
+        step: Between columns [s].
+
+    Returns:
+        (5, n, n_steps): x, y, heading, s, l as in `Prediction`.
+    """
     x, y, heading, lateral_speed = now
-    s0, l0 = path.project(x, y)
-    foot = path.at(s0)
-    along = np.cos(heading - foot.heading)  # +1 with the road, -1 against it
-    follows = (
-        (np.abs(along) > np.cos(LANE_HEADING_TOLERANCE))
-        & (np.abs(l0) < LANE_REACH)
-        & (1.0 - foot.curvature * l0 > MIN_STRETCH)
-    )
-    heading_xy = np.cos(heading), np.sin(heading)
-    out_x = x[:, None] + distance * heading_xy[0][:, None]
-    out_y = y[:, None] + distance * heading_xy[1][:, None]
-    out_heading = np.repeat(heading[:, None], distance.shape[1], axis=1)
-    out_s = np.full_like(out_x, np.inf)
-    out_l = np.zeros_like(out_x)
-
-    lane = np.flatnonzero(follows)
-    if lane.size:
-        direction = np.sign(along[lane])[:, None]
-        drifting = np.minimum(step * np.arange(distance.shape[1]), LATERAL_HOLD)
-        l = l0[lane, None] + direction * lateral_speed[lane, None] * drifting
-        s, out_x[lane], out_y[lane], along_road = follow_road(
-            path.table.knots,
-            path.table.bins,
-            s0[lane],
-            l,
-            direction * distance[lane],
+    n, n_steps = distance.shape
+    out = np.empty((5, n, n_steps))
+    for v in range(n):
+        s, l = foot(
+            path.knots, path.bins, path.blocks, x[v], y[v], EVERYWHERE, NO_DIRECTION
         )
-        # The course against the lane stays: a car in mid lane change stands askew.
-        out_heading[lane] = along_road + (heading - foot.heading)[lane, None]
-        out_s[lane], out_l[lane] = s, l
-
-    free = np.flatnonzero(~follows & (np.abs(l0) < 3.0 * FRENET_REACH))
-    if free.size:
-        s, l = path.project(out_x[free].ravel(), out_y[free].ravel())
-        near = np.abs(l) < FRENET_REACH
-        out_s[free] = np.where(near, s, np.inf).reshape(free.size, -1)
-        out_l[free] = np.where(near, l, 0.0).reshape(free.size, -1)
-    return Prediction(step, out_x, out_y, out_heading, out_s, out_l)
+        _, _, _, _, kappa, _, road_heading = point_at(path.knots, path.bins, s)
+        error = heading[v] - road_heading
+        along = np.cos(error)  # +1 with the road, -1 against it
+        if (
+            abs(along) > np.cos(LANE_HEADING_TOLERANCE)
+            and abs(l) < LANE_REACH
+            and 1.0 - kappa * l > MIN_STRETCH
+        ):
+            direction = 1.0 if along > 0.0 else -1.0
+            drift = direction * lateral_speed[v] * step
+            follow_road(path, v, (s, l, drift, error), direction, distance, step, out)
+        else:
+            near = abs(l) < 3.0 * FRENET_REACH
+            go_straight(path, v, (x[v], y[v], heading[v]), near, distance, out)
+    return out
 
 
 @compiled
 def follow_road(
-    knots: FloatArray,
-    bins: IntArray,
-    s0: FloatArray,
-    l: FloatArray,
+    path: PathTable,
+    v: int,
+    start: tuple[float, float, float, float],
+    direction: float,
     distance: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Drive along a path at given offsets.
+    step: float,
+    out: FloatArray,
+) -> None:
+    """Drive vehicle `v` along the path at its offset.
 
     ds = d(distance) / (1 - kappa_r l), by the midpoint rule.
 
     Args:
-        knots: Of the path, as in `ReferencePath.table`.
-        bins: As `knots`.
-        s0: Where each vehicle begins, (n,) [m].
-        l: Offsets, (n, n_steps) [m].
-        distance: Driven along the offset path, negative against it, (n, n_steps) [m].
-
-    Returns:
-        (s, x, y, heading of the path), (n, n_steps) each.
+        path: Tables of the path.
+        v: Row of `distance` and `out`.
+        start: s [m], l [m], change of l in one step while it drifts [m], heading off
+            the path, which stays: a car in mid lane change stands askew [rad].
+        direction: 1 with the path, -1 against it.
+        distance: Driven, (n, n_steps) [m].
+        step: Between columns [s].
+        out: Filled, see `roll_out`.
     """
-    s_out = np.empty_like(l)
-    x_out = np.empty_like(l)
-    y_out = np.empty_like(l)
-    heading_out = np.empty_like(l)
-    for v in range(l.shape[0]):
-        s = s0[v]
-        for i in range(l.shape[1]):
-            if i > 0:
-                driven = distance[v, i] - distance[v, i - 1]
-                curvature = point_at(knots, bins, s)[4]
-                middle = s + 0.5 * driven / max(1.0 - curvature * l[v, i], MIN_STRETCH)
-                curvature = point_at(knots, bins, middle)[4]
-                s += driven / max(1.0 - curvature * l[v, i], MIN_STRETCH)
-            x, y, cos, sin, _, _, heading = point_at(knots, bins, s)
-            s_out[v, i] = s
-            x_out[v, i] = x - l[v, i] * sin
-            y_out[v, i] = y + l[v, i] * cos
-            heading_out[v, i] = heading
-    return s_out, x_out, y_out, heading_out
+    knots, bins = path.knots, path.bins
+    s, l0, drift, error = start
+    for i in range(distance.shape[1]):
+        l = l0 + drift * min(1.0 * i, LATERAL_HOLD / step)
+        if i > 0:
+            driven = direction * (distance[v, i] - distance[v, i - 1])
+            stretch = max(1.0 - curvature_at(knots, bins, s) * l, MIN_STRETCH)
+            middle = s + 0.5 * driven / stretch
+            stretch = max(1.0 - curvature_at(knots, bins, middle) * l, MIN_STRETCH)
+            s += driven / stretch
+        x, y, cos, sin, _, _, heading = point_at(knots, bins, s)
+        out[0, v, i] = x - l * sin
+        out[1, v, i] = y + l * cos
+        out[2, v, i] = heading + error
+        out[3, v, i] = s
+        out[4, v, i] = l
+
+
+@compiled
+def go_straight(
+    path: PathTable,
+    v: int,
+    start: tuple[float, float, float],
+    near: bool,  # noqa: FBT001 - compiled
+    distance: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Drive vehicle `v` along its heading; it has a place on the path if `near`."""
+    x0, y0, heading = start
+    cos, sin = np.cos(heading), np.sin(heading)
+    for i in range(distance.shape[1]):
+        x, y = x0 + distance[v, i] * cos, y0 + distance[v, i] * sin
+        s, l = np.inf, 0.0
+        if near:
+            s, l = foot(
+                path.knots, path.bins, path.blocks, x, y, EVERYWHERE, NO_DIRECTION
+            )
+            if not abs(l) < FRENET_REACH:
+                s, l = np.inf, 0.0
+        out[0, v, i] = x
+        out[1, v, i] = y
+        out[2, v, i] = heading
+        out[3, v, i] = s
+        out[4, v, i] = l

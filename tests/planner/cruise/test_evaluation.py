@@ -91,7 +91,10 @@ def lateral(settings, scene, motion, duration, offset):
         start = (ego.l, ego.l_dot, ego.l_ddot)
     else:
         end = min(round(duration / settings.step), s.size - 1)
-        done, length = s - s[0], max(s[end] - s[0], settings.min_manoeuvre_length)
+        slow = max(
+            settings.min_manoeuvre_length, settings.min_manoeuvre_speed * duration
+        )
+        done, length = s - s[0], max(s[end] - s[0], slow)
         start = (ego.l, ego.l_prime, ego.l_second)
     p = quintic(start, offset, length)
     u = done / length

@@ -6,7 +6,6 @@ from hypothesis import strategies as st
 
 from planner.geometry.clearance import (
     gaps_to,
-    near_spans,
     point_to_rectangle,
     segment_to_rectangle,
     span_clearance,
@@ -176,39 +175,3 @@ def test_gaps_of_a_single_moment():
     extents = np.array([[0.0, 0.0, 1.0], [2.4, 1.0, 0.0]])
     gaps = gaps_to(points, poses, extents, DISCS, RADIUS)
     np.testing.assert_allclose(gaps, [10.0 - 3.0 - 1.0 - RADIUS, 2.0 - RADIUS])
-
-
-@given(st.integers(0, 2**32 - 1))
-@settings(max_examples=60)
-def test_near_spans_never_leave_out_a_body_within_reach(seed):
-    rng = np.random.default_rng(seed)
-    n_steps, n_profiles, n_bodies, reach = 31, 3, 6, 7.0
-    path = np.empty((n_profiles, 2, n_steps))
-    count = rng.integers(2, n_steps + 1, n_profiles)
-    for p in range(n_profiles):
-        path[p] = random_motion(rng, n_steps)[0][:2]
-    poses = random_bodies(rng, np.vstack([path[0], path[0]]), n_bodies)[0]
-    poses[:, :2] *= rng.uniform(1.0, 4.0)
-    size = rng.uniform(0.3, 3.0, n_bodies)
-    ignored = rng.random(n_bodies) < 0.2
-    apart = np.hypot(
-        poses[None, :, 0] - path[:, None, 0], poses[None, :, 1] - path[:, None, 1]
-    )
-    moves = np.abs(np.diff(apart, axis=2)).max(axis=(0, 2))
-    first, spans = near_spans(path, count, poses, size, ignored, reach, moves)
-    assert first[0] == 0
-    assert first[-1] == spans.shape[1]
-    for p in range(n_profiles):
-        listed = spans[:, first[p] : first[p + 1]]
-        assert len(set(listed[0])) == listed.shape[1]
-        for b in range(n_bodies):
-            steps = np.arange(1, count[p])
-            near = steps[apart[p, b, 1 : count[p]] <= reach + size[b]]
-            columns = listed[:, listed[0] == b]
-            if ignored[b]:
-                assert columns.size == 0
-            elif near.size:
-                assert columns[1, 0] <= near[0]
-                assert columns[2, 0] >= near[-1]
-                assert columns[1, 0] >= 1
-                assert columns[2, 0] < count[p]
