@@ -139,7 +139,20 @@ def test_scenario_files_are_relative_to_the_sweep(tmp_path):
         ("axes: {grid: {ego.goal_m: []}}", "allowed: a list, at least 1"),
         ("axes: {grid: {ego.goal_m: [many]}}", "ego.goal_m: is the text 'many'"),
         ("axes: {grid: {simulation.seed: [1]}}", "is not for axes; allowed: seeds"),
+        ("axes: {grid: {planner.name: [sumo]}}", "is not for axes; allowed: seeds"),
         ("axes: {grid: {'a..b': [1]}}", "is no key; allowed: key.path"),
+        (
+            "axes: {grid: {planner.settings.margn: [1.0]}}",
+            "planner.settings.margn: unknown key; did you mean margin",
+        ),
+        (
+            "axes: {zip: {planner.settings.margin: [0.5, wide]}}",
+            "planner.settings.margin: is 'wide'",
+        ),
+        (
+            "set: {planner.settings.weights.jrk: 1.0}",
+            "planner.settings.weights.jrk: unknown key; did you mean jerk",
+        ),
         (
             "axes: {zip: {ego.goal_m: [1, 2], ego.start_m: [1]}}",
             "ego.goal_m has 2, ego.start_m has 1 values; allowed: lists of the same",
@@ -178,6 +191,10 @@ def test_bad_sweeps_are_one_line(tmp_path, change, message):
         (SWEEP.replace("[cruise]", "[]"), "planners: is a list of 0"),
         (SWEEP.replace("[cruise]", "[cruise, cruise]"), "is the second cruise"),
         (SWEEP.replace("[cruise]", "['nowhere:make']"), "cannot import nowhere"),
+        (
+            SWEEP.replace("[cruise]", "[{name: cruise, settings: {margn: 1.0}}]"),
+            "small.yaml:3: planner.settings.margn: unknown key",
+        ),
         (SWEEP.replace("seeds: [0, 1]", "seeds: []"), "seeds"),
         (SWEEP.replace("seeds: [0, 1]\n", ""), "seeds: is missing"),
     ],
