@@ -7,6 +7,7 @@ folders are written by the workers themselves, into a folder that all machines s
 
 import asyncio
 import multiprocessing
+import re
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -33,6 +34,9 @@ from experiments.executors.isolation import IsolatedWorkers
 from experiments.identity import code_hash, shaping_versions
 from experiments.run_task import Failure, RunReport, RunTask, failed
 
+ADDRESS = re.compile(r"\w+://[^/]+:(?P<port>\d+)")
+MAX_PORT = 65_535
+ALLOWED_ADDRESS = "allowed: tcp://host:8786 or such (rearview cluster starts one here)"
 CONNECT_PATIENCE = 10.0  # [s]
 COUNT_INTERVAL = 1.0  # between two questions who is there [s]
 NO_WORKER_PATIENCE = 60.0  # without a single worker before the sweep gives up [s]
@@ -215,13 +219,14 @@ def local_cluster(workers: int, port: int) -> Iterator[str]:
 
 def _connect(address: str) -> Client:
     """Connect to a scheduler."""
+    found = ADDRESS.fullmatch(address)
+    if found is None or int(found["port"]) > MAX_PORT:
+        raise ConfigError(f"--cluster {address}: is no address; {ALLOWED_ADDRESS}")
     try:
         return Client(address, timeout=CONNECT_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
-        raise ConfigError(
-            f"--cluster {address}: no dask scheduler answers there; allowed: an "
-            "address such as tcp://host:8786 (rearview cluster starts one here)"
-        ) from error
+        words = f"no dask scheduler answers there; {ALLOWED_ADDRESS}"
+        raise ConfigError(f"--cluster {address}: {words}") from error
 
 
 def _about_worker(token: Path) -> tuple[str, dict[str, str | None], bool, bool]:

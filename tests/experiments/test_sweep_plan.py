@@ -1,6 +1,7 @@
 """Sweep files and the runs that they make."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -214,6 +215,23 @@ def test_shipped_sweeps_make_runs(name):
     first = next(iter(runs))
     assert first.scenario.simulation.seed == sweep.all_seeds[0]
     assert isinstance(sweep, Sweep)
+
+
+def test_example_of_the_readme_makes_runs(tmp_path):
+    text = (SWEEP_FOLDER.parent / "README.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    file = write(tmp_path, example.replace("my_road.yaml", "lane_change_three"))
+    sweep, document = load_sweep(file)
+    assert sweep.count == 2 * 3 * 2 * 2 * 16 * 20
+    runs = iter(Plan(sweep, document))
+    labels = {run.label for run, _ in zip(runs, range(3 * 1280), strict=False)}
+    assert labels == {"sumo", "lane_change", "careful"}
+
+
+def test_table_of_shipped_sweeps_counts_their_runs():
+    text = (SWEEP_FOLDER.parent / "README.md").read_text(encoding="utf-8")
+    found = dict(re.findall(r"^\| `(\w+)` \| (\d+) \|", text, re.MULTILINE))
+    assert found == {name: str(load_sweep(name)[0].count) for name in sweep_names()}
 
 
 @pytest.mark.slow
