@@ -4,11 +4,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from experiments import statistics as st
 from experiments.config_errors import unknown_name
 from experiments.errors import ConfigError
 from experiments.metrics import columns
 from experiments.results import LABEL, Row, axis_columns
+
+Statistic = Callable[..., float]
 
 RATES: Mapping[str, Callable[[Row], bool | None]] = {
     "arrived": lambda row: row[columns.ARRIVED],
@@ -43,10 +47,14 @@ class Line:
     p_value: float | None = None
     p_holm: float | None = None
     seeds_needed: int | None = None  # for a power of 0.8
+    rate: bool = False  # how often something happened, not how much
 
 
 def compare(
-    rows: Sequence[Row], baseline: str, metrics: Sequence[str] | None = None
+    rows: Sequence[Row],
+    baseline: str,
+    metrics: Sequence[str] | None = None,
+    statistic: Statistic = np.mean,
 ) -> list[Line]:
     """Compare every planner with the baseline.
 
@@ -54,6 +62,7 @@ def compare(
         rows: Of a sweep's results.
         baseline: Label of a planner.
         metrics: Names of rates or columns with numbers; the usual ones if None.
+        statistic: `numpy.mean` or `numpy.median`.
 
     Returns:
         Lines by metric, the baseline's first. The p values of all lines are corrected
@@ -62,6 +71,8 @@ def compare(
     Raises:
         ConfigError: If there is no such planner or metric.
     """
+    if not rows:
+        raise ConfigError("there are no runs to compare")
     groups = _by_label(rows)
     if baseline not in groups:
         raise ConfigError(
@@ -74,7 +85,7 @@ def compare(
         _check_metric(metric, rows)
         for label in labels:
             other = groups[baseline] if label != baseline else None
-            line = _line(metric, label, groups[label], other)
+            line = _line(metric, label, groups[label], other, statistic)
             lines += [line] if line is not None else []
     return _corrected(lines)
 
@@ -84,25 +95,29 @@ def _line(
     label: str,
     own: Mapping[tuple[str, ...], Row],
     baseline: Mapping[tuple[str, ...], Row] | None,
+    statistic: Statistic,
 ) -> Line | None:
     """Compare one planner by one metric; None if it does not apply to any run."""
-    rate = RATES.get(metric)
-    read = rate or (lambda row: row[metric])
+    read = RATES.get(metric) or (lambda row: row[metric])
     values = {key: read(row) for key, row in own.items()}
     known = {key: value for key, value in values.items() if value is not None}
     if not known:
         return None
     data = list(known.values())
-    value = st.wilson(sum(map(bool, data)), len(data)) if rate else st.bootstrap(data)
-    line = Line(metric, label, len(data), value)
+    rate = all(isinstance(value, bool) for value in data)
+    value = st.wilson(sum(data), len(data)) if rate else st.bootstrap(data, statistic)
+    line = Line(metric, label, len(data), value, rate=rate)
     if baseline is None:
         return line
     there = {key: read(row) for key, row in baseline.items()}
     common = [key for key in known if there.get(key) is not None]
     if not common:
         return line
-    pair = [there[key] for key in common], [known[key] for key in common]
-    return _with_rates(line, *pair) if rate else _with_difference(line, *pair)
+    first: list[Any] = [there[key] for key in common]
+    second: list[Any] = [known[key] for key in common]
+    if rate:
+        return _with_rates(line, first, second)
+    return _with_difference(line, st.paired_difference(first, second, statistic))
 
 
 def _with_rates(line: Line, first: list[Any], second: list[Any]) -> Line:
@@ -120,13 +135,12 @@ def _with_rates(line: Line, first: list[Any], second: list[Any]) -> Line:
     )
 
 
-def _with_difference(line: Line, first: list[Any], second: list[Any]) -> Line:
+def _with_difference(line: Line, found: st.PairedDifference) -> Line:
     """Add the comparison of a quantity."""
-    found = st.paired_difference(first, second)
     return replace(
         line,
         pairs=found.pairs,
-        difference=found.mean,
+        difference=found.center,
         effect=found.effect,
         test="Wilcoxon",
         p_value=found.p_value,
@@ -146,7 +160,7 @@ def _corrected(lines: Sequence[Line]) -> list[Line]:
 
 def _by_label(rows: Sequence[Row]) -> dict[str, dict[tuple[str, ...], Row]]:
     """Sort rows by planner, then by everything that makes a pair."""
-    axes = axis_columns(list(rows[0])) if rows else []
+    axes = axis_columns(list(rows[0]))
     groups: dict[str, dict[tuple[str, ...], Row]] = {}
     for row in rows:
         names = (columns.SCENARIO, columns.SEED, *axes)

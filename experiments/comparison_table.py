@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from experiments.compare import RATES, Line
+from experiments.compare import Line
 from experiments.errors import ConfigError, ResultsError
 from experiments.statistics import Interval
 
@@ -134,8 +134,7 @@ EXPORTS: dict[str, Callable[[Sequence[Line]], str]] = {
 
 def _cells(line: Line) -> tuple[str, ...]:
     """Write one line."""
-    rate = line.metric in RATES
-    other = line.difference
+    rate, other = line.rate, line.difference
     return (
         line.metric,
         line.label,

@@ -9,6 +9,8 @@ from experiments.config import Scenario
 from experiments.planners import planner_source
 from experiments.scenario_file import config_hash
 
+SHAPING = ("python", "libsumo", "numpy", "scipy", "numba")
+
 
 def run_identity(scenario: Scenario, net_file: Path | None) -> dict[str, Any]:
     """Say what a run is made from.
@@ -50,6 +52,12 @@ def run_hashes(scenario: Scenario, net_file: Path | None) -> dict[str, str | Non
 def code_hash() -> str:
     """Hash the code as it was when this process first asked: that is what it runs."""
     return manifest.code_hash()
+
+
+def shaping_versions() -> dict[str, str | None]:
+    """Give the versions of what the numbers come from: with others, other traces."""
+    found = _versions()
+    return {name: found[name] for name in SHAPING}
 
 
 @cache

@@ -3,14 +3,16 @@
 It also fills the cache of compiled loops before several workers would do so at once.
 """
 
+import logging
 import statistics
 import tempfile
 from collections.abc import Mapping
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
 from pebble import ProcessExpired
 
@@ -19,14 +21,20 @@ from experiments.episode import run_episode
 from experiments.errors import ExperimentError
 from experiments.executors.executor import WorkerSettings
 from experiments.executors.isolation import IsolatedWorkers
+from experiments.executors.worker import drive_shortly
 from experiments.planners import PLANNERS
 from experiments.scenario_file import check_scenario
 from experiments.strict_yaml import Document
-from experiments.sweep import Kind, Survey
+from experiments.sweep import Kind, Missing, Survey
 
 COMPILE_PATIENCE = 600.0  # for the first run of a planner with nothing compiled [s]
 LOADED = 0.5  # of its steps is what a run takes beside them once all is loaded
+STAND_IN = "cruise"  # for users' planners, while loops are compiled
 MAX_KINDS = 12  # kinds that are tried; more would take longer than they tell
+
+T = TypeVar("T")
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +60,11 @@ def fly(
         The estimate, and the scenarios that are safe to warm up with.
     """
     kinds = dict(list(survey.kinds.items())[:MAX_KINDS])
-    pool = IsolatedWorkers(min(workers, len(kinds)), replace(settings, warm_up=()))
+    stand_ins = _loaded(_stand_ins(kinds), settings)
+    times: dict[Kind, float] = {}
+    pool = IsolatedWorkers(
+        min(workers, len(kinds)), replace(settings, warm_up=stand_ins)
+    )
     try:
         futures = {}
         for kind, missing in kinds.items():
@@ -60,25 +72,71 @@ def fly(
             patience = timeout + (COMPILE_PATIENCE if known else 0.0)
             config = missing.first.scenario.resolved()
             futures[kind] = pool.call(time_of, config, patience)
-        times: dict[Kind, float] = {}
         for kind, future in futures.items():
-            try:
-                times[kind] = future.result()
-            except (ExperimentError, TimeoutError, ProcessExpired, RuntimeError):
-                continue  # the run itself will tell
+            seconds = _outcome(future)
+            times |= {} if seconds is None else {kind: seconds}
     finally:
         pool.stop()
-    return Pilot(_total(survey, times), _warm_up(survey, times))
+    warm_up = (*stand_ins, *_warm_up(survey, times))
+    return Pilot(_total(survey, times), warm_up)
 
 
-def time_of(config: Mapping[str, Any]) -> float:
+def time_of(config: Mapping[str, Any]) -> float | None:
     """Drive a run and say how long it takes once everything is loaded [s].
 
     The first drive loads or compiles something; where that took the most of it, the
-    run is driven again.
+    run is driven again. None if it raises.
     """
-    first, steps = _drive(config)
-    return first if first - steps < LOADED * steps else _drive(config)[0]
+    try:
+        first, steps = _drive(config)
+        return first if first - steps < LOADED * steps else _drive(config)[0]
+    except (Exception, KeyboardInterrupt, SystemExit):  # the run itself will tell
+        log.exception("pilot")
+        return None
+
+
+def load(config: Mapping[str, Any]) -> bool:
+    """Drive the begin of a scenario, so that its loops are compiled."""
+    drive_shortly(check_scenario(Document("pilot", dict(config))))
+    return True
+
+
+def _stand_ins(kinds: Mapping[Kind, Missing]) -> tuple[Mapping[str, Any], ...]:
+    """Put a planner of this project into the worlds of users' planners.
+
+    Theirs have no patience for the compiling of our loops: they may hang.
+    """
+    worlds: dict[str, Mapping[str, Any]] = {}
+    for missing in kinds.values():
+        scenario = missing.first.scenario
+        if scenario.planner.name not in PLANNERS:
+            config = {**scenario.resolved(), "planner": {"name": STAND_IN}}
+            worlds.setdefault(scenario.world, config)
+    return tuple(worlds.values())
+
+
+def _loaded(
+    configs: tuple[Mapping[str, Any], ...], settings: WorkerSettings
+) -> tuple[Mapping[str, Any], ...]:
+    """Compile what scenarios need; give those with which it worked."""
+    if not configs:
+        return ()
+    pool = IsolatedWorkers(1, replace(settings, warm_up=()))
+    try:
+        futures = [pool.call(load, config, COMPILE_PATIENCE) for config in configs]
+        done = [_outcome(future) for future in futures]
+    finally:
+        pool.stop()
+    return tuple(config for config, ok in zip(configs, done, strict=True) if ok)
+
+
+def _outcome(future: Future[T]) -> T | None:
+    """Wait for what comes out of a worker; None if it dies or raises."""
+    try:
+        return future.result()
+    except (TimeoutError, ProcessExpired, RuntimeError, ExperimentError) as error:
+        log.warning("pilot: %s", error)
+        return None
 
 
 def _drive(config: Mapping[str, Any]) -> tuple[float, float]:

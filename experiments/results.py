@@ -4,6 +4,7 @@ The run folders are the truth; `results.parquet` can be rebuilt from them at any
 """
 
 import json
+import os
 import sys
 from collections.abc import Sequence
 from itertools import chain
@@ -49,7 +50,7 @@ def rebuild(folder: Path) -> int:
     rows = [_row(run) for run in run_folders(folder)]
     rows.sort(key=_order)
     path = folder / RESULTS
-    aside = path.with_name(f".{RESULTS}")
+    aside = path.with_name(f".{RESULTS}.{os.getpid()}")  # others may rebuild too
     try:
         _write(rows, aside)
         aside.replace(path)
@@ -159,12 +160,14 @@ def _cell(value: Any) -> Any:
     return json.dumps(value) if isinstance(value, list | dict) else value
 
 
-def _order(row: Row) -> tuple[str, ...]:
-    """Sort by scenario, planner, axes, seed."""
-    first = (columns.SCENARIO, LABEL)
-    axes = axis_columns(list(row))
-    seed = f"{row[columns.SEED]:012d}"
-    return (*(str(row[key]) for key in first), *(str(row[key]) for key in axes), seed)
+def _order(row: Row) -> tuple[Any, ...]:
+    """Sort by scenario, planner, axes, seed; numbers by size, before words."""
+    axes = sorted(axis_columns(list(row)))
+    keys = (columns.SCENARIO, LABEL, *axes, columns.SEED)
+    return tuple(
+        (0, value, "") if isinstance(value, int | float) else (1, 0, str(value))
+        for value in map(row.get, keys)
+    )
 
 
 def _read(path: Path) -> Row:

@@ -12,8 +12,9 @@ from typing import Any
 from experiments.config import Scenario
 from experiments.config.sweep import KeepTraces
 from experiments.cosim.records import Ending, EpisodeStatus
-from experiments.episode import RunFolder, run_episode
+from experiments.episode import OnStep, RunFolder, run_episode
 from experiments.errors import ConfigError, ExperimentError, ResultsError
+from experiments.identity import code_hash
 from experiments.metrics.row import row_without_episode
 from experiments.run_folder import whole_folder
 from experiments.scenario_file import CONFIG_FILE, check_scenario, config_text
@@ -31,7 +32,9 @@ class Failure(StrEnum):
     LOST_WORKER = "lost_worker"
     INVALID = "invalid_configuration"
     ERROR = "error"  # a mistake of ours
-    DISK = "disk"  # nothing could be written: no row, the sweep stops
+    # no row, the sweep stops:
+    DISK = "disk"  # nothing could be written
+    OTHER_CODE = "other_code"  # the worker has another version than the sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,16 +80,28 @@ class RunReport:
             Failure.LOST_WORKER,
         )
 
+    @property
+    def ends_sweep(self) -> bool:
+        """Tell whether no other run could be driven either."""
+        return self.failure in (Failure.DISK, Failure.OTHER_CODE)
 
-def drive(task: RunTask) -> RunReport:
+
+def drive(task: RunTask, on_step: OnStep | None = None) -> RunReport:
     """Drive a run and leave its run folder; whatever goes wrong is a report.
 
     A process that dies, hangs or eats the memory is its executor's business.
+
+    Args:
+        task: The run.
+        on_step: Gets every step; KeyboardInterrupt raised in it comes out of here.
     """
     started = perf_counter()
+    if code_hash() != task.facts["code_hash"]:
+        words = "a worker has another version of the code than the sweep"
+        return failed(task, Failure.OTHER_CODE, words)
     try:
         scenario = scenario_of(task)
-        outcome = run_episode(scenario, choice=_run_folder(task))
+        outcome = run_episode(scenario, on_step=on_step, choice=_run_folder(task))
     except ResultsError as error:
         return failed(task, Failure.DISK, str(error))
     except ConfigError as error:

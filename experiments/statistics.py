@@ -28,6 +28,8 @@ SEED = 0  # of the resampling: the same runs give the same interval
 # differences, 3 / pi (Hodges and Lehmann 1956): it needs so many more pairs.
 WILCOXON_EFFICIENCY = 3.0 / math.pi
 LEAST_PAIRS = 2
+# From here on the normal approximation of the power is exact to a pair in thousands.
+MANY_PAIRS = 10_000
 # From here on the percentile interval: BCa would look at n² numbers for a correction
 # that goes with 1 / sqrt(n).
 MANY = 5000
@@ -48,8 +50,7 @@ class PairedDifference:
     """How far a quantity differs between two planners on common seeds."""
 
     pairs: int
-    mean: Interval  # of the differences, second minus first
-    median: float
+    center: Interval  # mean or median of the differences, second minus first
     effect: float | None  # Cohen's d of paired differences; None without any spread
     p_value: float  # Wilcoxon's signed ranks, two-sided; 1 if all pairs are equal
 
@@ -113,30 +114,28 @@ def bootstrap(
 
 
 def paired_difference(
-    first: ArrayLike, second: ArrayLike, confidence: float = CONFIDENCE
+    first: ArrayLike,
+    second: ArrayLike,
+    statistic: Callable[..., float] = np.mean,
+    confidence: float = CONFIDENCE,
 ) -> PairedDifference:
     """Compare a quantity on common seeds.
 
     Args:
         first: Of the baseline, one value a seed.
         second: Of the other planner, in the same order.
+        statistic: `numpy.mean` or `numpy.median`, of the differences.
         confidence: Of the interval.
 
     Returns:
-        Mean difference with bootstrap interval, median, effect size, Wilcoxon test
+        That of the differences with bootstrap interval, effect size, Wilcoxon test
         (Wilcoxon 1945, zeros kept by Pratt 1959).
     """
     difference = np.asarray(second, np.float64) - np.asarray(first, np.float64)
     spread = float(difference.std(ddof=1)) if difference.size > 1 else 0.0
-    mean = bootstrap(difference, np.mean, confidence)
-    effect = mean.value / spread if spread > 0.0 else None
-    return PairedDifference(
-        difference.size,
-        mean,
-        float(np.median(difference)),
-        effect,
-        wilcoxon(difference),
-    )
+    center = bootstrap(difference, statistic, confidence)
+    effect = float(difference.mean()) / spread if spread > 0.0 else None
+    return PairedDifference(difference.size, center, effect, wilcoxon(difference))
 
 
 def wilcoxon(difference: FloatArray) -> float:
@@ -233,9 +232,11 @@ def seeds_for_difference(effect: float, power: float = 0.8, level: float = 0.05)
         The least number of pairs for the paired t test (noncentral t), enlarged by
         the efficiency of Wilcoxon's test.
     """
-    pairs = LEAST_PAIRS
-    while _power_of_t(abs(effect), pairs, level) < power:
-        pairs = max(pairs + 1, _closer(abs(effect), pairs, power, level))
+    z = float(stats.norm.ppf(1.0 - level / 2.0) + stats.norm.ppf(power))
+    normal = math.floor((z / effect) ** 2)  # a little too small
+    pairs = max(LEAST_PAIRS, normal)
+    while pairs < MANY_PAIRS and _power_of_t(abs(effect), pairs, level) < power:
+        pairs += 1
     return math.ceil(pairs / WILCOXON_EFFICIENCY)
 
 
@@ -308,9 +309,3 @@ def _power_of_t(effect: float, pairs: int, level: float) -> float:
     above = stats.nct.sf(critical, freedom, shift)
     below = stats.nct.cdf(-critical, freedom, shift)
     return float(np.nan_to_num(above) + np.nan_to_num(below))
-
-
-def _closer(effect: float, pairs: int, power: float, level: float) -> int:
-    """Jump to just below the normal approximation, which is too small."""
-    z = float(stats.norm.ppf(1.0 - level / 2.0) + stats.norm.ppf(power))
-    return max(pairs, math.floor((z / effect) ** 2))

@@ -8,7 +8,8 @@ from typing import Protocol
 from experiments.config.sweep import Sweep
 from experiments.errors import ResultsError
 from experiments.executors.executor import Executor
-from experiments.run_task import Failure, RunReport, RunTask, record_failure
+from experiments.identity import shaping_versions
+from experiments.run_task import RunReport, RunTask, record_failure
 from experiments.sweep_folder import finished, remove_unfinished, run_folder
 from experiments.sweep_plan import Plan, PlannedRun
 
@@ -37,7 +38,8 @@ class Survey:
 
     planned: int
     there: int
-    code: dict[str, str] = field(default_factory=dict)  # what -> its hash
+    others: int = 0  # runs in the folder that the plan does not ask for
+    code: dict[str, str] = field(default_factory=dict)  # what -> hash or version
     kinds: dict[Kind, "Missing"] = field(default_factory=dict)
 
     @property
@@ -70,7 +72,7 @@ class _Work:
 def survey(plan: Plan, folder: Path) -> Survey:
     """Go through all runs of a plan once; raises ConfigError for a bad one."""
     there = finished(folder)
-    code: dict[str, str] = {}
+    code = {name: str(version) for name, version in shaping_versions().items()}
     kinds: dict[Kind, Missing] = {}
     count = 0
     for run in plan:
@@ -80,7 +82,7 @@ def survey(plan: Plan, folder: Path) -> Survey:
             kind = (run.label, run.scenario.name)
             kinds.setdefault(kind, Missing(run)).count += 1
         _note_code(run, code)
-    return Survey(len(plan), count, code, kinds)
+    return Survey(len(plan), count, len(there) - count, code, kinds)
 
 
 def drive_missing(
@@ -102,7 +104,8 @@ def drive_missing(
         limit: Drive no more than so many.
 
     Raises:
-        ResultsError: If a disk is full; what is there is whole and stays.
+        ResultsError: If a disk is full, or a worker has other code; what is there
+            is whole and stays.
         ExecutorError: If all who drive are lost.
     """
     work = _Work(_tasks(plan, sweep, folder, limit))
@@ -169,11 +172,8 @@ def _take(report: RunReport, work: _Work, retries: int, show: Show) -> None:
             work.again.append(report.task.again())
             return
         report = record_failure(report)
-    if report.failure is Failure.DISK:
-        raise ResultsError(
-            f"{report.reason}; the sweep stops, all finished runs are whole; when "
-            "there is room again, the same command goes on"
-        )
+    if report.ends_sweep:
+        raise ResultsError(report.reason)
     show.report(report)
 
 

@@ -1,7 +1,8 @@
 """The folder of a sweep: who works in it, what is finished, of which code.
 
 sweep.yaml       what was asked for
-code.json        hashes of the code and of a user's planners
+code.json        what made the runs: hashes of the code and of users' planners,
+                 versions of libraries
 runs/ab/abcd.../ one folder a run, under the first two characters of its id
 results.parquet  one row a run, rebuilt from the run folders
 progress.json    how far it is
@@ -12,8 +13,9 @@ import fcntl
 import json
 import os
 import shutil
+import uuid
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -68,13 +70,17 @@ def locked(folder: Path) -> Iterator[None]:
     with lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+        except BlockingIOError:
             lock.seek(0)
             owner = lock.read().strip() or "another process"
             raise ConfigError(
                 f"{folder}: another sweep is at work in it ({owner}); allowed: "
                 "another --out, or wait"
             ) from None
+        except OSError as error:  # a file system without locks
+            raise ResultsError(
+                f"{folder}: cannot be locked: {error.strerror}"
+            ) from error
         lock.truncate(0)
         lock.write(f"process {os.getpid()} on {os.uname().nodename}")
         lock.flush()
@@ -87,7 +93,7 @@ def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
     Args:
         folder: Locked.
         sweep: What is asked for; it may ask for more or other runs than before.
-        code: Hashes of the code and of the users' planners.
+        code: Hashes of the code and of the users' planners, versions of libraries.
 
     Raises:
         ConfigError: If the folder belongs to another sweep, or its runs came from
@@ -121,9 +127,16 @@ def load_sweep_copy(folder: Path) -> Sweep:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what processes that died left of their run folders."""
+    """Remove what processes that died left of their run folders.
+
+    One of them may be alive on another machine: its folder goes out of its hands
+    before it is emptied, or it could be put in its place half empty.
+    """
     for left in (folder / "runs").glob("*/.unfinished-*"):
-        shutil.rmtree(left, ignore_errors=True)
+        doomed = left.with_name(f".unfinished-{uuid.uuid4().hex}")
+        with suppress(FileNotFoundError):  # it has just been put in its place
+            left.rename(doomed)
+        shutil.rmtree(doomed, ignore_errors=True)
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -145,11 +158,9 @@ def _check_code(
     folder: Path, before: Mapping[str, Any], now: Mapping[str, Any]
 ) -> None:
     """Refuse to mix the results of two versions of the code."""
-    if not (folder / "runs").is_dir():
-        return
     changed = [key for key in now if key in before and before[key] != now[key]]
-    if changed:
-        count = len(finished(folder))
+    count = len(finished(folder)) if changed else 0
+    if count:
         raise ConfigError(
             f"{folder}: its {count} runs are of another version of {changed[0]} "
             f"({before[changed[0]][:8]}, now {now[changed[0]][:8]}) and stay as they "

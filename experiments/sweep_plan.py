@@ -27,6 +27,8 @@ ID_LENGTH = 16  # characters of the run's hash: 64 bits tell a million runs apar
 
 Point = dict[str, Plain]  # scenario key -> value
 
+_NOT_FOR_AXES = (("name",), ("planner",), ("planner", "name"), ("simulation", "seed"))
+
 
 @dataclass(frozen=True, slots=True)
 class PlannedRun:
@@ -40,7 +42,7 @@ class PlannedRun:
 
 
 class Plan:
-    """The runs of a sweep, made one by one: a million of them need no memory."""
+    """The runs of a sweep, made one by one; only their ids are kept."""
 
     def __init__(self, sweep: Sweep, document: Document) -> None:
         self._sweep = sweep
@@ -49,10 +51,6 @@ class Plan:
         self._set = [
             self._change("set", key, value) for key, value in sweep.set.items()
         ]
-        self._points = list(axis_points(sweep.axes))
-        for planner in sweep.planners:
-            if planner.name not in PLANNERS:  # its file is part of the identity
-                make_planner(planner.name, planner.settings)
 
     def __len__(self) -> int:
         return self._sweep.count
@@ -76,15 +74,21 @@ class Plan:
     def _all(self) -> Iterator[PlannedRun]:
         """Make the runs in order."""
         sweep = self._sweep
-        for base, planner, point, seed in product(
-            self._bases, sweep.planners, self._points, sweep.all_seeds
-        ):
-            yield self._run(base, planner, point, seed)
+        for base, planner in product(self._bases, sweep.planners):
+            for index, point in enumerate(axis_points(sweep.axes)):
+                for seed in sweep.all_seeds:
+                    yield self._run(base, planner, point, seed, first=index == 0)
 
     def _run(
-        self, base: Document, planner: SweptPlanner, point: Point, seed: int
+        self,
+        base: Document,
+        planner: SweptPlanner,
+        point: Point,
+        seed: int,
+        *,
+        first: bool,
     ) -> PlannedRun:
-        """Make one run."""
+        """Make one run; `first`: of its planner."""
         place = self._places.where(("planners",))
         changes: list[Change] = [(("planner",), planner.name, place)]
         changes += [
@@ -96,9 +100,33 @@ class Plan:
         seed_place = self._places.where(("seeds",))
         changes.append((("simulation", "seed"), seed, seed_place))
         scenario = check_scenario(changed(base, changes))
+        if seed == self._sweep.all_seeds[0]:
+            self._check_planner(scenario, point, first=first)
         hashes = run_hashes(scenario, net_file_of(scenario))
         run_id = str(hashes["run_hash"])[:ID_LENGTH]
         return PlannedRun(run_id, scenario, planner.shown, point, hashes)
+
+    def _check_planner(self, scenario: Scenario, point: Point, *, first: bool) -> None:
+        """Make the planner: its settings may be none of its settings.
+
+        That of a user once only, which also loads it for its identity; it may be slow.
+        """
+        choice = scenario.planner
+        if not (first or choice.name in PLANNERS):
+            return
+        try:
+            make_planner(choice.name, choice.settings)
+        except ConfigError as error:
+            raise ConfigError(f"{self._blamed(point, str(error))}: {error}") from error
+
+    def _blamed(self, point: Point, problem: str) -> str:
+        """Say where a setting that a planner refuses was written."""
+        key = problem.partition(": ")[0]
+        for section, keys in (("axes", point), ("set", self._sweep.set)):
+            for written in keys:
+                if f"{key}.".startswith(f"{written}."):
+                    return self._where(section, written)
+        return self._places.where(("planners",))
 
     def _change(self, section: str, key: str, value: Any) -> Change:
         """Say which key of the scenario takes which value, and where that stands."""
@@ -106,7 +134,7 @@ class Plan:
         path = parse_key(key)
         if path is None:
             raise ConfigError(f"{where}: {key}: is no key; allowed: key.path")
-        if path[0] == "name" or path in (("simulation", "seed"), ("planner",)):
+        if path in _NOT_FOR_AXES:
             raise ConfigError(
                 f"{where}: {key}: is not for axes; allowed: seeds, planners, scenarios"
             )

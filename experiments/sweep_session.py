@@ -9,12 +9,17 @@ from pathlib import Path
 from experiments.config.sweep import Sweep
 from experiments.errors import ConfigError, ResultsError
 from experiments.executors.executor import Executor, WorkerSettings
-from experiments.results import rebuild
+from experiments.results import rebuild, refresh
 from experiments.strict_yaml import Document
 from experiments.sweep import Survey, drive_missing, survey
 from experiments.sweep_folder import LOG, RESULTS, locked, take
 from experiments.sweep_plan import Plan
 from experiments.sweep_progress import Counts, SweepProgress, duration, sweep_progress
+
+STOPPED = (
+    "the sweep stops, all finished runs are whole; once that is mended, the same "
+    "command goes on"
+)
 
 
 class SweepSession:
@@ -61,8 +66,8 @@ class SweepSession:
                 estimate, warm = self._pilot(found, self._folder / LOG)
                 yield estimate
                 yield from self._drive(found, warm)
-            elif not (self._folder / RESULTS).exists():
-                rebuild(self._folder)
+            else:
+                refresh(self._folder)
         yield f"results: {self._folder / RESULTS}"
 
     def _drive(self, found: Survey, warm: WorkerSettings) -> Iterator[str]:
@@ -79,11 +84,14 @@ class SweepSession:
                     progress,
                     self._limit,
                 )
+                rebuild(self._folder)
+                progress.write("finished" if todo >= found.missing else "limit reached")
+            except ResultsError as error:
+                self._leave(progress, error)
+                raise ResultsError(f"{error}; {STOPPED}") from error
             except BaseException as error:
                 self._leave(progress, error)
                 raise
-            rebuild(self._folder)
-            progress.write("finished" if todo >= found.missing else "limit reached")
         statuses = ", ".join(f"{n} {name}" for name, n in counts.by_status.items())
         yield (
             f"{counts.done} runs in {duration(counts.elapsed)} "
@@ -102,7 +110,8 @@ class SweepSession:
     def _numbers(self, found: Survey) -> str:
         """Say how many runs there are."""
         there = f", {found.there} of them are there" if found.there else ""
-        return f"{self._sweep.name}: {found.planned} runs{there}"
+        others = f"; {found.others} others stay in its results" if found.others else ""
+        return f"{self._sweep.name}: {found.planned} runs{there}{others}"
 
     def _pilot(self, found: Survey, log: Path) -> tuple[str, WorkerSettings]:
         """Try one run of each kind; say how long all will take."""

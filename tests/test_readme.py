@@ -16,6 +16,7 @@ from experiments.cli import app
 from experiments.outcome_table import SHOWN
 from experiments.planners import PLANNERS
 from experiments.scenario_file import load_scenario, scenario_names
+from experiments.sweep_file import load_sweep
 from sumo_nets.build import net_path
 
 ROOT = Path(__file__).parent.parent
@@ -62,7 +63,7 @@ def rearview_arguments(command: str) -> list[str]:
     assert done.returncode == 0, done.stderr
     last = shlex.split(done.stdout.splitlines()[-1])
     called = last[0].endswith("rearview")
-    assert called == (words[1] in {"experiment", "figure"}), last
+    assert called == (words[1] in {"experiment", "figure", "sweep"}), last
     return last[1:] if called else []
 
 
@@ -97,6 +98,8 @@ def test_commands_parse(command):
     if not arguments or "--help" in arguments:
         return
     given = parse(arguments).params
+    if "file" in given:
+        load_sweep(given["file"])
     if "scenario" not in given:
         return
     name = given["scenario"]

@@ -76,19 +76,27 @@ def compare(
     metric: Annotated[
         list[str] | None, typer.Option(help="Only this metric; may be repeated.")
     ] = None,
+    median: Annotated[
+        bool, typer.Option("--median", help="Medians instead of means.")
+    ] = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help=".csv, .md or .tex")
     ] = None,
 ) -> None:
     """Compare planners with a baseline on common seeds, with intervals and tests."""
     with one_line_errors():
+        import numpy as np
+
         from experiments.compare import compare as compared
         from experiments.comparison_table import HEADER, cells, export
         from experiments.results import rows
 
         condition = f" WHERE {where}" if where else ""
         lines = compared(
-            rows(folder, f"SELECT * FROM runs{condition}"), baseline, metric
+            rows(folder, f"SELECT * FROM runs{condition}"),
+            baseline,
+            metric,
+            np.median if median else np.mean,
         )
         if output is None:
             _print(HEADER, cells(lines), Format.TABLE)

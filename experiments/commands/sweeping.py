@@ -71,7 +71,7 @@ def sweep(
             for line in session.preview():
                 sys.stdout.write(f"{line}\n")
             return
-        _drive(session, _command(file, out))
+        _drive(session, shlex.join(["rearview", *sys.argv[1:]]))
 
 
 def rerun(
@@ -132,9 +132,3 @@ def _drive(session: "SweepSession", again: str) -> None:
             f"rearview: interrupted; all finished runs are whole, go on with: {again}\n"
         )
         raise typer.Exit(INTERRUPTED) from None
-
-
-def _command(file: str, out: Path | None) -> str:
-    """Write the command that goes on with a sweep."""
-    place = [] if out is None else ["--out", str(out)]
-    return shlex.join(["rearview", "sweep", file, *place])

@@ -7,6 +7,7 @@ folders are written by the workers themselves, into a folder that all machines s
 
 import asyncio
 import multiprocessing
+import re
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -30,10 +31,14 @@ from distributed import (
 from experiments.errors import ConfigError, ExecutorError
 from experiments.executors.executor import WorkerSettings
 from experiments.executors.isolation import IsolatedWorkers
-from experiments.identity import code_hash
+from experiments.identity import code_hash, shaping_versions
 from experiments.run_task import Failure, RunReport, RunTask, failed
 
+ADDRESS = re.compile(r"\w+://[^/]+:(?P<port>\d+)")
+MAX_PORT = 65_535
+ALLOWED_ADDRESS = "allowed: tcp://host:8786 or such (rearview cluster starts one here)"
 CONNECT_PATIENCE = 10.0  # [s]
+COUNT_INTERVAL = 1.0  # between two questions who is there [s]
 NO_WORKER_PATIENCE = 60.0  # without a single worker before the sweep gives up [s]
 DAEMON = "distributed.worker.daemon"
 # the processes of daemons may not have processes of their own, and a run needs one
@@ -72,7 +77,8 @@ class ClusterExecutor:
         self._client = _connect(address)
         self._futures: dict[object, Future[Any]] = {}
         self._over: SimpleQueue[tuple[RunTask, Future[Any]]] = SimpleQueue()
-        self._seen_worker = monotonic()
+        self._threads, self._seen_worker = 0, monotonic()
+        self._counted = -COUNT_INTERVAL
         try:
             self._check_workers(folder)
         except BaseException:
@@ -82,8 +88,11 @@ class ClusterExecutor:
     @property
     def workers(self) -> int:
         """Threads of all workers, which may come and go."""
-        threads: Mapping[str, int] = self._client.nthreads()
-        return max(1, sum(threads.values()))
+        now = monotonic()
+        if now - self._counted > COUNT_INTERVAL:
+            self._counted = now
+            self._count_threads()
+        return max(1, self._threads)
 
     def submit(self, task: RunTask) -> None:
         """Send a run to the scheduler."""
@@ -129,18 +138,30 @@ class ClusterExecutor:
     def _check_alive(self) -> None:
         """Give up when nobody is left who could drive."""
         if self._client.status != "running":
-            raise ExecutorError(
-                f"{self._address}: the scheduler is lost; the same command goes on "
-                "with what is missing"
-            )
-        now = monotonic()
-        if self._client.nthreads():
-            self._seen_worker = now
-        elif now - self._seen_worker > NO_WORKER_PATIENCE:
+            raise self._lost()
+        self._count_threads()
+        if monotonic() - self._seen_worker > NO_WORKER_PATIENCE:
             raise ExecutorError(
                 f"{self._address}: no worker for {NO_WORKER_PATIENCE:.0f} s; the same "
                 "command goes on with what is missing"
             )
+
+    def _count_threads(self) -> None:
+        """Ask the scheduler who is there."""
+        try:
+            threads: Mapping[str, int] = self._client.nthreads()
+        except (OSError, TimeoutError) as error:  # distributed's errors are OSErrors
+            raise self._lost() from error
+        self._threads = sum(threads.values())
+        if self._threads:
+            self._seen_worker = monotonic()
+
+    def _lost(self) -> ExecutorError:
+        """Say that the scheduler does not answer any more."""
+        return ExecutorError(
+            f"{self._address}: the scheduler is lost; the same command goes on with "
+            "what is missing"
+        )
 
     def _check_workers(self, folder: Path) -> None:
         """Refuse workers that are none, or have other code or another disk."""
@@ -152,9 +173,12 @@ class ClusterExecutor:
             found = self._client.run(_about_worker, token)
         finally:
             token.unlink()
-        for worker, (code, sees, daemon) in found.items():
+        for worker, (code, versions, sees, daemon) in found.items():
+            here = shaping_versions()
             if code != code_hash():
                 problem = "has another version of the code"
+            elif versions != here:
+                problem = f"has {_listed(versions)}; allowed: {_listed(here)}, as here"
             elif not sees:
                 problem = f"does not see {folder}; allowed: a folder all machines share"
             elif daemon:
@@ -195,19 +219,25 @@ def local_cluster(workers: int, port: int) -> Iterator[str]:
 
 def _connect(address: str) -> Client:
     """Connect to a scheduler."""
+    found = ADDRESS.fullmatch(address)
+    if found is None or int(found["port"]) > MAX_PORT:
+        raise ConfigError(f"--cluster {address}: is no address; {ALLOWED_ADDRESS}")
     try:
         return Client(address, timeout=CONNECT_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
-        raise ConfigError(
-            f"--cluster {address}: no dask scheduler answers there; allowed: an "
-            "address such as tcp://host:8786 (rearview cluster starts one here)"
-        ) from error
+        words = f"no dask scheduler answers there; {ALLOWED_ADDRESS}"
+        raise ConfigError(f"--cluster {address}: {words}") from error
 
 
-def _about_worker(token: Path) -> tuple[str, bool, bool]:
+def _about_worker(token: Path) -> tuple[str, dict[str, str | None], bool, bool]:
     """Say, on a worker, what decides whether it can drive."""
     daemon = bool(multiprocessing.current_process().daemon)
-    return code_hash(), token.exists(), daemon
+    return code_hash(), shaping_versions(), token.exists(), daemon
+
+
+def _listed(versions: Mapping[str, str | None]) -> str:
+    """Write versions of libraries."""
+    return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
 def _drive_here(task: RunTask, settings: WorkerSettings, key: str) -> RunReport:

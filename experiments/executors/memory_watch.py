@@ -28,9 +28,12 @@ class MemoryWatch:
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
 
-    def ended(self, process: int | None) -> bool:
-        """Tell whether it was the watch that ended a process."""
-        return process in self._ended
+    def ended(self, process: int) -> bool:
+        """Tell, once, whether the watch ended a process; its number comes again."""
+        if process not in self._ended:
+            return False
+        self._ended.discard(process)
+        return True
 
     def stop(self) -> None:
         """Stop looking."""
@@ -40,14 +43,15 @@ class MemoryWatch:
     def _watch(self) -> None:
         """Look until stopped."""
         while not self._stopped.wait(INTERVAL):
-            for mark in self._register.iterdir():
-                self._look_at(int(mark.name))
+            with suppress(FileNotFoundError):  # someone tidied the temporary files
+                for mark in self._register.iterdir():
+                    self._look_at(int(mark.name))
 
     def _look_at(self, process: int) -> None:
         """End a process that takes too much."""
         try:
             taken = psutil.Process(process).memory_info().rss
-        except psutil.NoSuchProcess:
+        except psutil.Error:  # it is gone
             (self._register / str(process)).unlink(missing_ok=True)
             return
         if taken > self._limit and process not in self._ended:

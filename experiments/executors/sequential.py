@@ -2,6 +2,7 @@
 
 from collections import deque
 
+from experiments.crash_guard import interrupts_between_steps
 from experiments.executors.executor import WorkerSettings
 from experiments.executors.worker import warm_up
 from experiments.run_task import RunReport, RunTask, drive
@@ -22,7 +23,10 @@ class SequentialExecutor:
 
     def next_report(self, patience: float) -> RunReport | None:  # noqa: ARG002
         """Drive the next run."""
-        return drive(self._waiting.popleft()) if self._waiting else None
+        if not self._waiting:
+            return None
+        with interrupts_between_steps() as check_interrupt:
+            return drive(self._waiting.popleft(), lambda _: check_interrupt())
 
     def stop(self) -> None:
         """Forget what waits."""

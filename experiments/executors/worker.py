@@ -7,10 +7,10 @@ import os
 import signal
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from experiments.config import Scenario
 from experiments.cosim.records import StepRecord
@@ -29,6 +29,8 @@ from experiments.strict_yaml import Document
 
 WARM_UP_DRIVE = 10.0  # of each warm-up scenario, after which all loops are loaded [s]
 _PR_SET_PDEATHSIG = 1  # of prctl(2)
+
+T = TypeVar("T")
 
 log = logging.getLogger(__name__)
 
@@ -57,15 +59,18 @@ def drive_watched(task: RunTask, register: Path) -> RunReport:
         register: Folder where the process leaves its id while it drives. One that
             waits for work must not be ended: it may hold the lock of the queue.
     """
-    mark = register / str(os.getpid())
-    mark.touch()
-    try:
-        return drive(task)
-    except (KeyboardInterrupt, SystemExit) as error:  # raised by a user's planner
-        words = f"{type(error).__name__}: {error}"
-        return record_failure(failed(task, Failure.ERROR, words))
-    finally:
-        mark.unlink(missing_ok=True)
+    with _watched(register):
+        try:
+            return drive(task)
+        except (KeyboardInterrupt, SystemExit) as error:  # raised by a user's planner
+            words = f"{type(error).__name__}: {error}"
+            return record_failure(failed(task, Failure.ERROR, words))
+
+
+def call_watched(function: Callable[[Any], T], argument: Any, register: Path) -> T:
+    """Call a function under the eyes of the memory watch; arguments as above."""
+    with _watched(register):
+        return function(argument)
 
 
 def warm_up(scenarios: Iterable[Mapping[str, Any]]) -> None:
@@ -87,6 +92,17 @@ def drive_shortly(scenario: Scenario) -> None:
 
     with tempfile.TemporaryDirectory(prefix="rearview-") as out, suppress(_WarmError):
         run_episode(scenario, out=Path(out), on_step=on_step)
+
+
+@contextmanager
+def _watched(register: Path) -> Iterator[None]:
+    """Have this process looked after."""
+    mark = register / str(os.getpid())
+    mark.touch()
+    try:
+        yield
+    finally:
+        mark.unlink(missing_ok=True)
 
 
 def _die_with_parent() -> None:

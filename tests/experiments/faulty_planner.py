@@ -42,6 +42,10 @@ def _raise() -> None:
     raise RuntimeError("no idea")
 
 
+def _leave() -> None:
+    raise KeyboardInterrupt  # as if someone had pressed Ctrl-C, who had not
+
+
 def _eat_memory() -> None:
     eaten = []
     while True:
@@ -55,4 +59,5 @@ _FAULTS = {
     "hang": _hang,
     "raise": _raise,
     "memory": _eat_memory,
+    "leave": _leave,
 }

@@ -121,6 +121,36 @@ def test_metric_that_applies_to_no_run_is_left_out(sweep):
     assert "min_ttc_s" not in metrics
 
 
+def test_yes_and_no_is_a_rate(sweep):
+    rows = results.rows(sweep)
+    for row in rows:
+        row["changed_before_blockage"] = row["seed"] % 3 == 0
+    first, second = compare(rows, "slow", ["changed_before_blockage"])
+    assert (first.rate, second.test) == (True, "McNemar")
+    assert first.value.value == pytest.approx(4 / 12)
+    assert "33.3 %" in as_markdown([first])
+
+
+def test_medians(sweep):
+    rows = results.rows(sweep)
+    slow, fast = compare(rows, "slow", ["travel_time_s"], np.median)
+    times = [r["travel_time_s"] for r in rows if r["label"] == "slow"]
+    assert slow.value.value == np.median(times)
+    mean = compare(rows, "slow", ["travel_time_s"])[1]
+    assert fast.difference.value != mean.difference.value
+    assert fast.p_value == mean.p_value
+
+
+def test_rows_are_sorted_by_size(sweep):
+    for number, goal in enumerate((100.0, 9.0, 20.0)):
+        folder = run_folder(sweep, f"fast{number:02d}")
+        about = json.loads((folder / "manifest.json").read_text())
+        about["sweep"]["point"]["ego.goal_m"] = goal
+        (folder / "manifest.json").write_text(json.dumps(about))
+    goals = [r["ego.goal_m"] for r in results.rows(sweep) if r["label"] == "fast"]
+    assert goals == [9.0, 20.0, *[100.0] * 10]
+
+
 def test_exports(sweep, tmp_path):
     lines = compare(results.rows(sweep), "slow", ["travel_time_s", "collided"])
     read = list(csv.DictReader(io.StringIO(as_csv(lines))))
@@ -147,6 +177,8 @@ def test_bad_names_are_refused(sweep):
         compare(rows, "slwo")
     with pytest.raises(ConfigError, match="did you mean travel_time_s"):
         compare(rows, "slow", ["travel_time"])
+    with pytest.raises(ConfigError, match="no runs to compare"):
+        compare([], "slow")
 
 
 def test_commands(sweep, capsys, tmp_path):

@@ -33,7 +33,8 @@ def test_wilson_as_published(successes, trials, low, high):
 
 
 def test_wilcoxon_as_published():
-    assert st.wilcoxon(np.array(DARWIN, float)) == pytest.approx(0.04126, abs=5e-6)
+    """The example in the documentation of scipy.stats.wilcoxon: W = 24, exact."""
+    assert st.wilcoxon(np.array(DARWIN, float)) == pytest.approx(0.041259765625)
 
 
 @pytest.mark.parametrize("difference", [[1.5, 2.0, -0.5, 3.0], [1, -2, 3, 4, 5, 6.5]])
@@ -52,15 +53,18 @@ def test_wilcoxon_is_all_signs_tried(difference):
 
 def test_equal_pairs_are_no_difference():
     found = st.paired_difference([1.0, 2.0, 3.0], [1.0, 2.0, 3.0])
-    assert (found.mean.value, found.median, found.p_value) == (0.0, 0.0, 1.0)
+    assert (found.center.value, found.p_value) == (0.0, 1.0)
     assert found.effect is None
 
 
 def test_effect_is_mean_over_spread():
     found = st.paired_difference(np.zeros(15), DARWIN)
-    assert found.mean.value == pytest.approx(20.9333, abs=1e-4)  # Fisher 1935
+    assert found.center.value == pytest.approx(20.9333, abs=1e-4)  # Fisher 1935
     assert found.effect * math.sqrt(15) == pytest.approx(2.148, abs=5e-4)  # his t
-    assert found.mean.low < 20.9333 < found.mean.high
+    assert found.center.low < 20.9333 < found.center.high
+    middle = st.paired_difference(np.zeros(15), DARWIN, np.median)
+    assert (middle.center.value, middle.effect) == (24.0, found.effect)
+    assert middle.p_value == found.p_value
 
 
 def test_bca_as_published():
@@ -93,6 +97,27 @@ def test_mcnemar_is_all_outcomes_tried(b, c):
     chance = [math.comb(n, k) / 2**n for k in range(n + 1)]
     as_far = sum(p for p in chance if p <= chance[b] * (1 + 1e-9))
     assert st.mcnemar(b, c) == pytest.approx(as_far)
+
+
+@pytest.mark.parametrize(
+    ("b", "c", "p"),
+    [
+        # Cavo 2012 in Fagerland, Lydersen and Laake, Statistical Analysis of
+        # Contingency Tables, 2017, chapter 8; from the tests of their R package
+        (6, 16, 0.052479),
+        (11, 3, 0.05737304687500008),  # calcugator.com, chi2_mcnemar
+    ],
+)
+def test_mcnemar_as_published(b, c, p):
+    assert st.mcnemar(b, c) == pytest.approx(p, abs=5e-7)
+
+
+def test_tango_as_published():
+    """Cavo 2012, as above: -0.0621 (-0.1240 to -0.0054), 161 pairs."""
+    interval = st.tango(6, 16, 161)
+    assert interval.value == pytest.approx(-0.0621, abs=5e-5)
+    assert interval.low == pytest.approx(-0.1240, abs=5e-5)
+    assert interval.high == pytest.approx(-0.0054, abs=5e-5)
 
 
 @pytest.mark.parametrize(("gained", "lost", "pairs"), [(8, 3, 40), (1, 6, 25)])
@@ -137,7 +162,7 @@ def test_paired_rates_count_the_discordant_pairs():
 
 
 def test_holm_as_published():
-    """The example of R's p.adjust: the third is lifted to the second."""
+    """Wikipedia, Holm-Bonferroni method: at 5 % the first and the fourth stand."""
     assert st.holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
     assert st.holm([]) == []
     assert st.holm([0.9, 0.8]) == [1.0, 1.0]
@@ -152,6 +177,14 @@ def test_seeds_as_gpower(effect, pairs):
 
 def test_very_large_effect_needs_few_seeds():
     assert st.seeds_for_difference(1e3) == 3
+
+
+def test_tiny_effect_needs_many_seeds():
+    """Beyond what can be counted pair by pair: (z / effect)², for Wilcoxon."""
+    z = 1.959964 + 0.841621
+    for effect in (0.03, 0.003, 1e-9):
+        expected = (z / effect) ** 2 * math.pi / 3
+        assert st.seeds_for_difference(effect) == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -196,6 +229,31 @@ def test_tango_covers():
         for i in (st.tango(int(b), int(c), n) for b, c, _ in draws)
     ]
     assert 0.94 <= np.mean(covered) <= 0.97
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("error")
+def test_wilcoxon_keeps_its_level():
+    """Of equal planners one in twenty is told apart, with ties and zeros, too."""
+    rng = np.random.default_rng(8)
+    for n in (20, 60):  # up to 13 all signs are tried, which takes a second each
+        data = np.round(rng.normal(0.0, 2.0, (2000, n)))
+        found = np.mean([st.wilcoxon(row) < 0.05 for row in data])
+        assert 0.03 <= found <= 0.06
+
+
+@pytest.mark.slow
+def test_median_bootstrap_covers(monkeypatch):
+    """Percentile of a skewed median, 41 values."""
+    monkeypatch.setattr(st, "RESAMPLES", 999)
+    rng = np.random.default_rng(7)
+    covered = [
+        i.low <= 1.0 <= i.high
+        for i in (
+            st.bootstrap(rng.lognormal(0.0, 0.5, 41), np.median) for _ in range(1500)
+        )
+    ]
+    assert 0.92 <= np.mean(covered) <= 0.98
 
 
 @pytest.mark.slow

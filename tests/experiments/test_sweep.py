@@ -7,18 +7,34 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
+import duckdb
 import psutil
 import pytest
 import yaml
 
 from experiments.cli import app
+from experiments.errors import ResultsError
+from experiments.executors.executor import WorkerSettings
+from experiments.executors.sequential import SequentialExecutor
+from experiments.metrics.row import row_without_episode
 from experiments.results import UNSTEADY_COLUMNS, rebuild, rows
-from experiments.sweep_folder import finished, run_folder, run_folders
+from experiments.run_task import Failure, drive
+from experiments.sweep import drive_missing, task_of
+from experiments.sweep_file import load_sweep
+from experiments.sweep_folder import (
+    finished,
+    remove_unfinished,
+    run_folder,
+    run_folders,
+)
+from experiments.sweep_plan import Plan
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
+TIMEOUT = 8  # of a run that takes 0.1 s: other jobs may have the machine [s]
 ROAD = """\
 name: empty_road
 world: kinematic
@@ -39,7 +55,7 @@ def write_sweep(folder: Path, count: int, faults: dict[int, str] | None = None, 
         "planners": ["faulty_planner:make"],
         "axes": {"zip": axes},
         "seeds": [1],
-        "timeout_s": 3,
+        "timeout_s": TIMEOUT,
         "memory_mb": 900,
         "retries": 0,
         **keys,
@@ -47,6 +63,19 @@ def write_sweep(folder: Path, count: int, faults: dict[int, str] | None = None, 
     path = folder / "light.yaml"
     path.write_text(yaml.safe_dump(sweep))
     return str(path)
+
+
+def pretend(sweep: str, out: Path) -> None:
+    """Leave the folders of all runs of a sweep without driving them."""
+    plan = Plan(*load_sweep(sweep))
+    for run in plan:
+        about = {"sweep": {"name": "light", "label": run.label, "point": run.point}}
+        about |= {"trace_hash": "0", "attempts": 1, "wall_s": 0.1}
+        row = row_without_episode(run.scenario.name, "p", 1, "arrived")
+        folder = run_folder(out, run.run_id)
+        folder.mkdir(parents=True)
+        (folder / "manifest.json").write_text(json.dumps(about))
+        (folder / "metrics.json").write_text(json.dumps(row))
 
 
 def environment() -> dict[str, str]:
@@ -78,6 +107,14 @@ def rearview(*arguments: object) -> subprocess.CompletedProcess:
     process = start(*arguments)
     out, err = process.communicate(timeout=180)
     return subprocess.CompletedProcess(arguments, process.returncode, out, err)
+
+
+def last_words(stderr: str) -> str:
+    """Give the one line that says why a sweep stopped, after lines of progress."""
+    *before, last = stderr.splitlines()
+    assert all(" runs done" in line for line in before), stderr
+    assert last.startswith("rearview: ")
+    return last
 
 
 def steady(folder: Path) -> list[dict]:
@@ -185,10 +222,12 @@ def test_other_code_and_other_sweep_are_refused(tmp_path, refusal):
     code["code"]["the code"] = "0" * 64
     (out / "code.json").write_text(json.dumps(code))
     message = refusal("sweep", sweep, "--out", out)
-    assert (
-        f"its 2 runs are of another version of the code (00000000, now {now[:8]})"
-        in (message)
-    )
+    words = f"its 2 runs are of another version of the code (00000000, now {now[:8]})"
+    assert words in message
+    code["code"] |= {"the code": now, "numpy": "1.0"}
+    (out / "code.json").write_text(json.dumps(code))
+    message = refusal("sweep", sweep, "--out", out)
+    assert "are of another version of numpy (1.0, now " in message
     other = write_sweep(tmp_path, 2, name="heavy")
     assert "belongs to the sweep light" in refusal("sweep", other, "--out", out)
     assert sorted(finished(out)) == before
@@ -222,12 +261,31 @@ def test_faults_cost_one_run_each(tmp_path):
     assert "SIGSEGV" in failed["segfault"]["reason"]
     assert failed["segfault"]["exit_code"] == -signal.SIGSEGV
     assert failed["hang"]["failure"] == "wall_clock"
-    assert failed["hang"]["reason"] == "took longer than 3 s of wall clock"
+    assert failed["hang"]["reason"] == f"took longer than {TIMEOUT} s of wall clock"
     assert failed["memory"]["failure"] == "memory"
     assert failed["memory"]["reason"] == "took more than 900 MB of memory"
     assert failed["raise"]["failure"] is None
     assert failed["raise"]["status"] == "planner_failed"
     assert failed["hang"]["collisions"] is None  # unknown, not 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", ["segfault", "hang", "raise", "memory", "leave"])
+def test_fault_in_the_very_first_run(tmp_path, fault):
+    """The run that the estimate is made of: it costs its row, not the sweep."""
+    sweep = write_sweep(tmp_path, 3, {0: fault}, memory_mb=700)
+    out = tmp_path / "out"
+    done = rearview("sweep", sweep, "--out", out, "--workers", "1")
+    assert done.returncode == 0, done.stderr
+    assert [row["arrived"] for row in rows(out)] == [False, True, True]
+    failure = {
+        "segfault": "process_died",
+        "hang": "wall_clock",
+        "raise": None,
+        "memory": "memory",
+        "leave": "error",
+    }
+    assert rows(out)[0]["failure"] == failure[fault]
 
 
 @pytest.mark.slow
@@ -261,18 +319,21 @@ def test_killed_twice_and_resumed_is_as_undisturbed(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("workers", [0, 2])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.usefixtures("interruptible")
-def test_interrupt_stops_cleanly_and_says_how_to_go_on(tmp_path, number):
+def test_interrupt_stops_cleanly_and_says_how_to_go_on(tmp_path, number, workers):
     out = tmp_path / "out"
-    process = start("sweep", write_sweep(tmp_path, 300), "--out", out)
+    sweep = write_sweep(tmp_path, 300)
+    process = start("sweep", sweep, "--out", out, "--workers", workers)
     wait_for(out, 10, process)
     os.killpg(process.pid, number)  # as a terminal does
     _, err = process.communicate(timeout=20)
     assert process.returncode == 130
-    assert err.count("\n") == 1
-    assert f"go on with: rearview sweep {tmp_path}/light.yaml --out {out}" in err
+    again = f"rearview sweep {tmp_path}/light.yaml --out {out} --workers {workers}"
+    assert last_words(err).endswith(f"go on with: {again}")
     assert len(rows(out)) == len(finished(out)) >= 10
+    assert all(row["arrived"] for row in rows(out))
     assert not list((out / "runs").glob("*/.unfinished-*"))
     assert json.loads((out / "progress.json").read_text())["state"] == "interrupted"
 
@@ -283,9 +344,9 @@ def test_full_disk_is_a_clear_stop(tmp_path, tiny_disk):
     out = tiny_disk / "out"
     done = rearview("sweep", write_sweep(tmp_path, 200), "--out", out)
     assert done.returncode == 2
-    assert done.stderr.count("\n") == 1, done.stderr
-    assert "No space left on device" in done.stderr
-    assert "the same command goes on" in done.stderr
+    message = last_words(done.stderr)
+    assert "No space left on device" in message
+    assert message.endswith("the same command goes on")
     there = list(run_folders(out))
     assert 0 < len(there) < 200
     for run in there:
@@ -347,6 +408,26 @@ def test_interrupt_and_lost_dask_worker_cost_no_run(tmp_path):
     assert [row["status"] for row in rows(out)] == ["arrived"] * 150
 
 
+@pytest.mark.slow
+def test_lost_scheduler_is_a_clear_stop(tmp_path):
+    out = tmp_path / "out"
+    sweep = write_sweep(tmp_path, 300)
+    cluster = start("cluster", "--workers", "2")
+    try:
+        address = cluster.stdout.readline().strip()
+        process = start("sweep", sweep, "--out", out, "--cluster", address)
+        wait_for(out, 10, process)
+    finally:
+        os.killpg(cluster.pid, signal.SIGKILL)
+        cluster.communicate(timeout=30)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 2
+    assert err.splitlines()[-1].endswith(
+        "the scheduler is lost; the same command goes on with what is missing"
+    )
+    assert len(rows(out)) == len(finished(out)) >= 10
+
+
 def is_worker(process: psutil.Process) -> bool:
     """Tell a dask worker from the helpers of multiprocessing."""
     return "spawn_main" in " ".join(process.cmdline())
@@ -369,14 +450,22 @@ def test_dask_gives_the_same_rows(tmp_path):
 
 
 @pytest.mark.slow
-def test_wrong_cluster_address_is_one_line(tmp_path):
+@pytest.mark.parametrize(
+    ("address", "words"),
+    [
+        ("tcp://127.0.0.1:1", "no dask scheduler answers there"),
+        ("tcp://no.such.host:8786", "no dask scheduler answers there"),
+        ("nonsense", "is no address"),
+        ("tcp://", "is no address"),
+        ("tcp://127.0.0.1:99999", "is no address"),
+    ],
+)
+def test_wrong_cluster_address_is_one_line(tmp_path, address, words):
     sweep = write_sweep(tmp_path, 2)
-    done = rearview(
-        "sweep", sweep, "--out", tmp_path / "o", "--cluster", "tcp://127.0.0.1:1"
-    )
+    done = rearview("sweep", sweep, "--out", tmp_path / "o", "--cluster", address)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1, done.stderr
-    assert "no dask scheduler answers there" in done.stderr
+    assert words in done.stderr
 
 
 @pytest.mark.slow
@@ -404,6 +493,82 @@ def test_trace_does_not_depend_on_what_ran_before(tmp_path):
     about = json.loads((folder / "manifest.json").read_text())
     assert about["trace_hash"] == hashes[0][1]
     assert len(set(hashes[0])) == 3
+
+
+@pytest.mark.slow
+def test_nothing_to_do_is_quick(tmp_path):
+    """A thousand finished runs: 2 s of processor, whoever else has the machine."""
+    out = tmp_path / "out"
+    sweep = write_sweep(tmp_path, 1000)
+    pretend(sweep, out)
+    done = rearview("sweep", sweep, "--out", out)  # compiles byte code
+    assert "light: 1000 runs, 1000 of them are there" in done.stdout, done.stderr
+    before = os.times()
+    rearview("sweep", sweep, "--out", out)
+    after = os.times()
+    children = after.children_user + after.children_system
+    assert children - before.children_user - before.children_system < 2.0
+
+
+def test_stale_results_are_gathered_though_nothing_is_missing(tmp_path, monkeypatch):
+    """As after a kill between the last run and the gathering."""
+    monkeypatch.chdir(HERE)
+    out = tmp_path / "out"
+    sweep = write_sweep(tmp_path, 3)
+    pretend(sweep, out)
+    lost = next(run_folders(out))
+    lost.rename(tmp_path / "aside")
+    assert rebuild(out) == 2
+    (tmp_path / "aside").rename(lost)
+    app(["sweep", sweep, "--out", str(out)], standalone_mode=False)
+    with duckdb.connect() as database:
+        found = database.execute(f"SELECT count(*) FROM '{out}/results.parquet'")
+        assert found.fetchone() == (3,)
+
+
+def test_runs_that_are_not_asked_for_are_said(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(HERE)
+    out = tmp_path / "out"
+    pretend(write_sweep(tmp_path, 3), out)
+    sweep = write_sweep(tmp_path, 2)
+    app(["sweep", sweep, "--out", str(out)], standalone_mode=False)
+    words = "light: 2 runs, 2 of them are there; 1 others stay in its results"
+    assert words in capsys.readouterr().out
+
+
+def test_worker_with_other_code_ends_the_sweep(tmp_path, monkeypatch):
+    monkeypatch.chdir(HERE)
+    asked, document = load_sweep(write_sweep(tmp_path, 2))
+    plan = Plan(asked, document)
+    task = task_of(next(iter(plan)), asked, tmp_path)
+    other = replace(task, facts={**task.facts, "code_hash": "0" * 64})
+    report = drive(other)
+    assert (report.failure, report.ends_sweep) == (Failure.OTHER_CODE, True)
+    assert not task.folder.exists()
+
+    class Foreign(SequentialExecutor):
+        def submit(self, _):
+            super().submit(other)
+
+    settings = WorkerSettings(900, tmp_path / "log", HERE)
+    with pytest.raises(ResultsError, match="another version of the code"):
+        drive_missing(plan, asked, tmp_path, lambda: Foreign(settings), Silent())
+    assert not list(run_folders(tmp_path))
+
+
+class Silent:
+    def report(self, report): ...
+
+    def tick(self): ...
+
+
+def test_unfinished_folders_are_taken_out_of_other_hands(tmp_path):
+    """Who still fills one can no longer put it in its place."""
+    left = tmp_path / "runs" / "ab" / ".unfinished-12-x"
+    left.mkdir(parents=True)
+    (left / "metrics.json").write_text("{}")
+    remove_unfinished(tmp_path)
+    assert list((tmp_path / "runs" / "ab").iterdir()) == []
 
 
 @pytest.mark.slow

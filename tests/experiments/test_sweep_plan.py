@@ -1,6 +1,7 @@
 """Sweep files and the runs that they make."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -139,7 +140,20 @@ def test_scenario_files_are_relative_to_the_sweep(tmp_path):
         ("axes: {grid: {ego.goal_m: []}}", "allowed: a list, at least 1"),
         ("axes: {grid: {ego.goal_m: [many]}}", "ego.goal_m: is the text 'many'"),
         ("axes: {grid: {simulation.seed: [1]}}", "is not for axes; allowed: seeds"),
+        ("axes: {grid: {planner.name: [sumo]}}", "is not for axes; allowed: seeds"),
         ("axes: {grid: {'a..b': [1]}}", "is no key; allowed: key.path"),
+        (
+            "axes: {grid: {planner.settings.margn: [1.0]}}",
+            "planner.settings.margn: unknown key; did you mean margin",
+        ),
+        (
+            "axes: {zip: {planner.settings.margin: [0.5, wide]}}",
+            "planner.settings.margin: is 'wide'",
+        ),
+        (
+            "set: {planner.settings.weights.jrk: 1.0}",
+            "planner.settings.weights.jrk: unknown key; did you mean jerk",
+        ),
         (
             "axes: {zip: {ego.goal_m: [1, 2], ego.start_m: [1]}}",
             "ego.goal_m has 2, ego.start_m has 1 values; allowed: lists of the same",
@@ -178,6 +192,10 @@ def test_bad_sweeps_are_one_line(tmp_path, change, message):
         (SWEEP.replace("[cruise]", "[]"), "planners: is a list of 0"),
         (SWEEP.replace("[cruise]", "[cruise, cruise]"), "is the second cruise"),
         (SWEEP.replace("[cruise]", "['nowhere:make']"), "cannot import nowhere"),
+        (
+            SWEEP.replace("[cruise]", "[{name: cruise, settings: {margn: 1.0}}]"),
+            "small.yaml:3: planner.settings.margn: unknown key",
+        ),
         (SWEEP.replace("seeds: [0, 1]", "seeds: []"), "seeds"),
         (SWEEP.replace("seeds: [0, 1]\n", ""), "seeds: is missing"),
     ],
@@ -197,6 +215,23 @@ def test_shipped_sweeps_make_runs(name):
     first = next(iter(runs))
     assert first.scenario.simulation.seed == sweep.all_seeds[0]
     assert isinstance(sweep, Sweep)
+
+
+def test_example_of_the_readme_makes_runs(tmp_path):
+    text = (SWEEP_FOLDER.parent / "README.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    file = write(tmp_path, example.replace("my_road.yaml", "lane_change_three"))
+    sweep, document = load_sweep(file)
+    assert sweep.count == 2 * 3 * 2 * 2 * 16 * 20
+    runs = iter(Plan(sweep, document))
+    labels = {run.label for run, _ in zip(runs, range(3 * 1280), strict=False)}
+    assert labels == {"sumo", "lane_change", "careful"}
+
+
+def test_table_of_shipped_sweeps_counts_their_runs():
+    text = (SWEEP_FOLDER.parent / "README.md").read_text(encoding="utf-8")
+    found = dict(re.findall(r"^\| `(\w+)` \| (\d+) \|", text, re.MULTILINE))
+    assert found == {name: str(load_sweep(name)[0].count) for name in sweep_names()}
 
 
 @pytest.mark.slow
