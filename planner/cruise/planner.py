@@ -1,11 +1,13 @@
 """The cruise planner: [Thesis] ch. 4 made fit for the closed loop."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from planner.bodies import Bodies
 from planner.cruise import costs
+from planner.cruise.alternatives import alternatives_of
 from planner.cruise.cycle import Cycle, disc_cover, front_limit
 from planner.cruise.evaluation import (
     CONSISTENCY,
@@ -68,10 +70,11 @@ class CruisePlanner:
         survivors = np.flatnonzero(verdict == Check.PASSED)
         blocking = _blocker_of_cheapest(cycle.bodies, verdict, blocker, total)
         candidates = verdict.size + sum(cycle.dropped.values())
+        looked_at = partial(alternatives_of, cycle, verdict)
         if survivors.size == 0:
-            return _fall_back(
-                scene, self.settings, cycle, last, (candidates, removed, blocking)
-            )
+            counts_of = candidates, removed, blocking
+            found = _fall_back(scene, self.settings, cycle, last, counts_of)
+            return replace(found, alternatives=looked_at)
         best = int(survivors[np.argmin(total[survivors])])
         trajectory = cycle.trajectory(best)
         stats = PlanStats(
@@ -86,7 +89,8 @@ class CruisePlanner:
             },
             blocker=blocking,
         )
-        return PlanResult(PlanStatus.OK, trajectory, CruiseMemory(trajectory), stats)
+        memory_now = CruiseMemory(trajectory)
+        return PlanResult(PlanStatus.OK, trajectory, memory_now, stats, looked_at)
 
 
 def _price(
