@@ -133,7 +133,8 @@ def _read(
 def _restored(values: Column, kind: Kind) -> Column:
     """Bring a column back into the form it was written from."""
     if not np.ma.getmaskarray(values).any():
-        return column(np.ma.getdata(values), kind)
+        plain = np.ma.getdata(values)
+        return column(plain, kind) if kind is Kind.NUMBER else plain  # NaN is nothing
     if kind is Kind.TEXT:
         return column(values.tolist(), kind)
     return values

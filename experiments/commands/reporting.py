@@ -24,15 +24,26 @@ def report(
         Path | None,
         typer.Option("-o", "--output", help="An .html file.  [FOLDER/report.html]"),
     ] = None,
+    runs: Annotated[
+        bool,
+        typer.Option("--runs", help="Of a sweep: also of each run that has a trace."),
+    ] = False,
 ) -> None:
     """Write the page of a run or a sweep: one file, opens anywhere, offline."""
     with one_line_errors():
         from experiments.report.run_page import is_run, save_run_page
-        from experiments.report.sweep_page import is_sweep, save_sweep_page
+        from experiments.report.sweep_page import (
+            is_sweep,
+            save_run_pages,
+            save_sweep_page,
+        )
 
-        sweep = is_sweep(folder) and not is_run(folder)
-        save = save_sweep_page if sweep else save_run_page
-        sys.stdout.write(f"{save(folder, output)}\n")
+        if is_run(folder) or not is_sweep(folder):
+            sys.stdout.write(f"{save_run_page(folder, output)}\n")
+            return
+        if runs:
+            sys.stdout.write(f"{save_run_pages(folder)} pages of runs\n")
+        sys.stdout.write(f"{save_sweep_page(folder, output)}\n")
 
 
 def figure(

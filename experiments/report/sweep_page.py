@@ -20,10 +20,14 @@ from experiments.report.run_page import save_run_page
 from experiments.report.sweep_data import sweep_data
 from experiments.results import LABEL, RUN_ID, Row, axis_columns, rows
 from experiments.scenario_file import CONFIG_FILE
-from experiments.sweep_folder import load_sweep_copy, run_folder, run_folders
+from experiments.sweep_folder import (
+    RERUNS,
+    load_sweep_copy,
+    run_folder,
+    run_folders,
+)
 from experiments.trace_files import file_name
 
-RERUNS = "reruns"  # folder of the runs that were repeated, in that of the sweep
 STEP_KEY = "simulation.step_s"
 TO_MS = 1e3  # from seconds
 _SCRIPTS = ("unpack.js", "theme.js", "plot.js", "plots.js", "sweep.js")

@@ -1,6 +1,7 @@
 // The pictures of a sweep: distributions, heat map, scatter, planning times.
 
 const ROW = 36; // of a distribution [px]
+const NARROW = 600; // a plot less wide has the names above its rows [px]
 const BINS = 24; // of a histogram
 const MOST_CELLS = 12; // of a heat map along one axis; more values are put into bins
 
@@ -49,19 +50,22 @@ function drawSign(c, number, x, y, r) {
 
 function drawDistribution(canvas, metric, groups, colours) {
   const longest = Math.max(...groups.map(({ name }) => name.length));
-  const left = Math.min(canvas.clientWidth * 0.36, 14 + 6.4 * longest);
-  canvas.style.height = `${groups.length * ROW + 46}px`;
+  const narrow = canvas.clientWidth < NARROW;
+  const left = narrow ? 14 : Math.min(canvas.clientWidth * 0.36, 14 + 6.4 * longest);
+  const tall = narrow ? ROW + 16 : ROW;
+  canvas.style.height = `${groups.length * tall + 46}px`;
   const frame = new Frame(canvas, { left, right: 14, top: 6, bottom: 36 });
   const [low, high] = rangeOf(metric.values);
   const room = 0.03 * (high - low);
   const c = frame.begin(colours, [low - room, high + room], [0, groups.length]);
   frame.xAxis(named(metric));
   groups.forEach((group, number) => {
-    const y = frame.py(groups.length - number - 0.5);
+    const y = frame.py(groups.length - number - 0.5) + (narrow ? 8 : 0);
     c.fillStyle = colours.text;
-    c.textAlign = "right";
+    c.textAlign = narrow ? "left" : "right";
     c.textBaseline = "middle";
-    writeFitting(c, group.name, left - 8, y, left - 10);
+    if (narrow) c.fillText(group.name, 2, y - 20);
+    else writeFitting(c, group.name, left - 8, y, left - 10);
     if (group.rows.length === 0) return;
     const colour = colours[`series-${group.label % 6}`];
     c.fillStyle = colour;
@@ -270,9 +274,14 @@ function drawHistograms(canvas, metric, groups, deadlines, colours) {
   const low = Math.log10(Math.max(least, 1e-4)) - 0.1;
   const high = Math.log10(Math.max(most, 1e-3)) + 0.1;
   const c = frame.begin(colours, [low, high], [0, groups.length]);
-  const tens = [];
-  for (let k = Math.ceil(low); k <= high; k += 1) tens.push(k);
-  frame.xAxis(`${named(metric)}, logarithmic`, (k) => String(Number((10 ** k).toPrecision(6))), tens);
+  const round = [];
+  for (let k = Math.floor(low); k <= high; k += 1) {
+    for (const digit of [1, 2, 5]) round.push(k + Math.log10(digit));
+  }
+  const inside = round.filter((value) => value >= low && value <= high);
+  const shown = inside.length > 12 ? inside.filter((value) => Number.isInteger(value)) : inside;
+  const written = (value) => String(Number((10 ** value).toPrecision(1)));
+  frame.xAxis(`${named(metric)}, logarithmic`, written, shown);
   groups.forEach((group, number) => {
     const base = frame.py(groups.length - number - 1) - 1;
     const counts = new Array(BINS).fill(0);
