@@ -198,16 +198,15 @@ def _crashed(
 def _report(outcome: "Outcome", *, as_json: bool) -> int:
     """Write the page, print the outcome and turn it into an exit status."""
     page = reporting.write_page(outcome.folder)
-    place = None if page is None else str(page)
     if as_json:
-        row = {**outcome.row, "run_folder": str(outcome.folder), "report": place}
+        row: dict[str, Any] = {**outcome.row, "run_folder": str(outcome.folder)}
         sys.stdout.write(json.dumps(row) + "\n")
     else:
         from experiments.outcome_table import print_outcome
 
         print_outcome(outcome)
-        if place is not None:
-            sys.stdout.write(f"report: {place}\n")
+        if page is not None:
+            sys.stdout.write(f"report: {page}\n")
     return ARRIVED if outcome.row["arrived"] else OTHER_OUTCOME
 
 
