@@ -5,15 +5,20 @@ this. What is wrong becomes an error that names it, and the loop ends the episod
 it: the status is `planner_failed`.
 """
 
+import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from numbers import Integral, Real
 
+import numpy as np
+
 from experiments.errors import ExperimentError
-from planner.interface import Planner, PlanResult, PlanStats, PlanStatus
+from planner.interface import Alternative, Planner, PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
 from planner.states import Trajectory
+
+log = logging.getLogger(__name__)
 
 
 class PlannerContractError(ExperimentError):
@@ -55,7 +60,8 @@ def checked(result: object) -> PlanResult:
     if not isinstance(result.trajectory, Trajectory | None):
         raise _wrong("trajectory", result.trajectory, "a Trajectory or None")
     status, stats = PlanStatus(result.status), _checked_stats(result.stats)
-    return replace(result, status=status, stats=stats)
+    shown = _checked_alternatives(result.alternatives)
+    return replace(result, status=status, stats=stats, alternatives=shown)
 
 
 def _checked_stats(stats: object) -> PlanStats:
@@ -80,6 +86,34 @@ def _checked_stats(stats: object) -> PlanStats:
         },
         blocker=stats.blocker,
     )
+
+
+def _checked_alternatives(
+    give: object,
+) -> Callable[[], tuple[Alternative, ...]] | None:
+    """Wrap what gives the candidates: a mistake in it costs only the picture."""
+    if give is None:
+        return None
+    if not callable(give):
+        raise _wrong("alternatives", give, "a function or None")
+
+    def checked_ones() -> tuple[Alternative, ...]:
+        try:
+            return tuple(_plain(one) for one in give())
+        except Exception:  # anyone's code, called after the plan is made
+            log.warning("the planner's alternatives cannot be drawn", exc_info=True)
+            return ()
+
+    return checked_ones
+
+
+def _plain(one: Alternative) -> Alternative:
+    """Bring an alternative into arrays of one length."""
+    x, y = np.broadcast_arrays(
+        np.atleast_1d(np.asarray(one.x, dtype=np.float64)),
+        np.asarray(one.y, dtype=np.float64),
+    )
+    return Alternative(str(one.verdict), x, y)
 
 
 def _named(name: str, values: object) -> Mapping[str, object]:

@@ -1,4 +1,4 @@
-"""The command line: `rearview run | figure | sweep | results | ...`.
+"""The command line: `rearview run | report | sweep | results | ...`.
 
 Exit status: 0 arrived (or done), 1 any other outcome of an episode, 2 bad input, 3 a
 mistake of ours, 130 Ctrl-C. Heavy modules are imported where they are needed, so that
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from experiments.commands import evaluating, sweeping
+from experiments.commands import evaluating, reporting, sweeping
 from experiments.commands.one_line import (
     ARRIVED,
     BAD_INPUT,
@@ -44,6 +44,7 @@ app = typer.Typer(
 )
 sweeping.add_to(app)
 evaluating.add_to(app)
+reporting.add_to(app)
 
 
 def main() -> None:
@@ -130,24 +131,6 @@ def list_() -> None:
 
 
 @app.command()
-def figure(
-    run_folder: Annotated[
-        Path, typer.Argument(metavar="RUN", help="A folder that `run` left.")
-    ],
-    *,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help=".png, .svg or .pdf  [RUN/figure.png]"),
-    ] = None,
-) -> None:
-    """Draw a run: the view from above, and speed, offset, clearance over time."""
-    with one_line_errors():
-        from experiments.report.figures import save_figure
-
-        sys.stdout.write(f"{save_figure(run_folder, output)}\n")
-
-
-@app.command()
 def schema(
     *,
     sweep: Annotated[
@@ -175,7 +158,7 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
     """Run, show, and give the exit status."""
     with one_line_errors():
         from experiments.crash_guard import interrupts_between_steps
-        from experiments.episode import run_episode
+        from experiments.episode import RunFolder, run_episode
         from experiments.progress import progress
 
         _announce_compilation()
@@ -189,7 +172,13 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
                 check_interrupt()
                 show(record)
 
-            outcome = run_episode(scenario, out=out, gui=gui, on_step=on_step)
+            outcome = run_episode(
+                scenario,
+                out=out,
+                gui=gui,
+                on_step=on_step,
+                choice=RunFolder(keeps_candidates=True),
+            )
         return _report(outcome, as_json=as_json)
 
 
@@ -207,7 +196,8 @@ def _crashed(
 
 
 def _report(outcome: "Outcome", *, as_json: bool) -> int:
-    """Print the outcome and turn it into an exit status."""
+    """Write the page, print the outcome and turn it into an exit status."""
+    page = reporting.write_page(outcome.folder)
     if as_json:
         row: dict[str, Any] = {**outcome.row, "run_folder": str(outcome.folder)}
         sys.stdout.write(json.dumps(row) + "\n")
@@ -215,6 +205,8 @@ def _report(outcome: "Outcome", *, as_json: bool) -> int:
         from experiments.outcome_table import print_outcome
 
         print_outcome(outcome)
+        if page is not None:
+            sys.stdout.write(f"report: {page}\n")
     return ARRIVED if outcome.row["arrived"] else OTHER_OUTCOME
 
 

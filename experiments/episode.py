@@ -3,11 +3,12 @@
 import json
 import shlex
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from experiments.candidates import CandidateLog, write_candidates
 from experiments.config import Scenario
 from experiments.cosim.loop import LoopSettings, run_loop
 from experiments.cosim.plant import PerfectTracking
@@ -59,6 +60,7 @@ class RunFolder:
     target: Path | None = None  # instead of the usual name
     keeps_trace: Callable[[Ending], bool] = lambda _: True
     facts: Mapping[str, Any] = field(default_factory=dict)  # for the manifest
+    keeps_candidates: bool = False  # of the cycles, with the trace
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +78,7 @@ class _Recorder:
     """Keeps every step and when it came."""
 
     forward: OnStep | None
+    candidates: CandidateLog | None = None
     records: list[StepRecord] = field(default_factory=list)
     elapsed: list[float] = field(default_factory=list)
     started: float | None = None
@@ -84,10 +87,19 @@ class _Recorder:
         """Take one step."""
         now = perf_counter()
         self.started = now if self.started is None else self.started
-        self.records.append(record)
+        self.records.append(self._lightened(record))
         self.elapsed.append(now - self.started)
         if self.forward is not None:
             self.forward(record)
+
+    def _lightened(self, record: StepRecord) -> StepRecord:
+        """Take out of a plan what holds on to all that its cycle calculated."""
+        plan = record.plan
+        if plan is None or plan.alternatives is None:
+            return record
+        if self.candidates is not None:
+            self.candidates.add(record.index, plan.alternatives())
+        return replace(record, plan=replace(plan, alternatives=None))
 
 
 def run_episode(
@@ -121,7 +133,8 @@ def run_episode(
     if layout.network is not None:
         check_simulator()
     planner = make_scenario_planner(scenario)
-    recorder = _Recorder(on_step)
+    log = CandidateLog() if choice.keeps_candidates else None
+    recorder = _Recorder(on_step, log)
     identity = run_identity(scenario, _net_file(layout))
     target = choice.target or out / _folder_name(scenario, identity["run_hash"])
     with whole_folder(target) as folder:
@@ -142,6 +155,8 @@ def run_episode(
         place = Place(folder, target, choice, started)
         if choice.keeps_trace(ending):
             write_map(_road_map(layout), folder)
+            if log is not None:
+                write_candidates(log, folder)
         without = vehicles_without_ego(scenario, layout, trace, world, folder)
         if without is not None and choice.keeps_trace(ending):
             file = folder / WITHOUT_EGO_FILE

@@ -13,10 +13,14 @@ from experiments.executors.local import LocalExecutor
 from experiments.identity import run_hashes
 from experiments.run_task import RunReport, RunTask, record_failure
 from experiments.scenario_file import CONFIG_FILE, load_scenario
-from experiments.sweep_folder import LOG, load_sweep_copy, require_sweep, run_folders
+from experiments.sweep_folder import (
+    LOG,
+    RERUNS,
+    load_sweep_copy,
+    require_sweep,
+    run_folders,
+)
 from experiments.sweep_plan import net_file_of
-
-RERUNS = "reruns"  # folder in that of the sweep
 
 
 @dataclass(frozen=True, slots=True)

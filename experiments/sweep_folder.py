@@ -7,6 +7,8 @@ runs/ab/abcd.../ one folder a run, under the first two characters of its id
 results.parquet  one row a run, rebuilt from the run folders
 progress.json    how far it is
 workers.log      what SUMO and planners print
+reruns/abcd...   runs that were done again, with their whole trace
+report.html      the page of the sweep
 """
 
 import fcntl
@@ -28,6 +30,7 @@ SHARD = 2  # characters of the id that name the folder above the run's
 RESULTS = "results.parquet"
 PROGRESS = "progress.json"
 LOG = "workers.log"
+RERUNS = "reruns"  # folder of the runs that were done again
 _SWEEP, _CODE, _LOCK = "sweep.yaml", "code.json", ".lock"
 
 

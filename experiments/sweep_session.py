@@ -69,6 +69,9 @@ class SweepSession:
             else:
                 refresh(self._folder)
         yield f"results: {self._folder / RESULTS}"
+        from experiments.report.sweep_page import save_sweep_page  # takes scipy
+
+        yield f"report: {save_sweep_page(self._folder)}"
 
     def _drive(self, found: Survey, warm: WorkerSettings) -> Iterator[str]:
         """Drive under the eyes of a progress display."""

@@ -69,14 +69,28 @@ def read_trace(folder: Path) -> Trace:
     tables: dict[str, Table] = {}
     with duckdb.connect(config={"threads": 1}) as database:
         for name, kinds in {**TABLES, "timing": TIMING}.items():
-            path = folder / file_name(name)
-            try:
-                tables[name] = _read(database, kinds, path)
-            except duckdb.Error as error:
-                raise ResultsError(f"{path}: cannot be read: {_short(error)}") from (
-                    error
-                )
+            tables[name] = _read_or_refuse(database, kinds, folder / file_name(name))
     return Trace(**tables)
+
+
+def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
+    """Read one table that `write_tables` wrote.
+
+    Raises:
+        ResultsError: If the file is missing, damaged or of another schema version.
+    """
+    with duckdb.connect(config={"threads": 1}) as database:
+        return _read_or_refuse(database, kinds, path)
+
+
+def _read_or_refuse(
+    database: duckdb.DuckDBPyConnection, kinds: Mapping[str, Kind], path: Path
+) -> Table:
+    """Read one table; what is wrong with it is one line."""
+    try:
+        return _read(database, kinds, path)
+    except duckdb.Error as error:
+        raise ResultsError(f"{path}: cannot be read: {_short(error)}") from error
 
 
 def _write(
@@ -119,7 +133,8 @@ def _read(
 def _restored(values: Column, kind: Kind) -> Column:
     """Bring a column back into the form it was written from."""
     if not np.ma.getmaskarray(values).any():
-        return column(np.ma.getdata(values), kind)
+        plain = np.ma.getdata(values)
+        return column(plain, kind) if kind is Kind.NUMBER else plain  # NaN is nothing
     if kind is Kind.TEXT:
         return column(values.tolist(), kind)
     return values

@@ -1,12 +1,12 @@
 """The contract between a planner and whoever calls it."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Protocol
 
 from planner.scene import Scene
-from planner.states import Trajectory
+from planner.states import FloatArray, Trajectory
 
 
 class PlanStatus(StrEnum):
@@ -33,17 +33,33 @@ class PlanStats:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Alternative:
+    """A trajectory that a cycle looked at, thinned to be drawn; (n_points,) [m]."""
+
+    verdict: str  # KEPT, or the check that removed it, as in PlanStats.removed
+    x: FloatArray
+    y: FloatArray
+
+
+KEPT = "kept"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class PlanResult:
     """Outcome of one planning cycle.
 
     `trajectory` is None only when the scene was invalid. `memory` belongs to the
     planner: the caller hands it back in the next cycle and looks at nothing in it.
+    `alternatives` gives some of the trajectories looked at to who wants to draw them;
+    it is a call because only they should pay for it, and right after the cycle because
+    it holds on to all that the cycle calculated.
     """
 
     status: PlanStatus
     trajectory: Trajectory | None
     memory: object
     stats: PlanStats = field(default_factory=PlanStats)
+    alternatives: Callable[[], tuple[Alternative, ...]] | None = None
 
 
 class Planner(Protocol):

@@ -13,6 +13,7 @@ from experiments.commands.one_line import (
     OTHER_OUTCOME,
     one_line_errors,
 )
+from experiments.commands.reporting import write_page
 
 if TYPE_CHECKING:
     from experiments.sweep_session import SweepSession
@@ -90,6 +91,9 @@ def rerun(
 
         repeated = repeat(folder, run_id)
         sys.stdout.write(f"{repeated.verdict}\nrun folder: {repeated.folder}\n")
+        page = write_page(repeated.folder)
+        if page is not None:
+            sys.stdout.write(f"report: {page}\n")
         if open_folder:
             typer.launch(str(repeated.folder))
         if not repeated.same:

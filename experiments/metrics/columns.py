@@ -30,6 +30,7 @@ PLANNING_P50: Final = "planning_ms_p50"
 PLANNING_P95: Final = "planning_ms_p95"
 PLANNING_P99: Final = "planning_ms_p99"
 PLANNING_MAX: Final = "planning_ms_max"
+DEADLINE_MISSES: Final = "deadline_misses"
 STEPS_PER_SECOND: Final = "steps_per_s"
 REAR_MAX_DECELERATION: Final = "rear_max_deceleration_mps2"
 REAR_SPEED_LOSS: Final = "rear_speed_loss_mps"
@@ -48,6 +49,7 @@ TIMING_COLUMNS: Final = (
     PLANNING_P95,
     PLANNING_P99,
     PLANNING_MAX,
+    DEADLINE_MISSES,
     STEPS_PER_SECOND,
 )
 

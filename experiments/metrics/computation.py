@@ -7,6 +7,8 @@ import numpy as np
 from experiments.trace import Trace
 from planner.interface import PlanStatus
 
+TO_MS = 1e3  # from seconds
+
 
 def fallback_cycles(trace: Trace) -> int:
     """Number of planning cycles that ended in anything but a fresh plan."""
@@ -34,6 +36,13 @@ def planning_percentiles(
     if not times.size:
         return [None] * len(percentiles)
     return [float(value) for value in np.percentile(times, percentiles)]
+
+
+def deadline_misses(trace: Trace) -> int:
+    """Planning cycles that took longer, by the wall clock, than a step lasts."""
+    deadline = TO_MS * float(trace.fact("step_s"))
+    times = np.ma.compressed(trace.timing["planning_ms"])
+    return int(np.count_nonzero(times > deadline))
 
 
 def steps_per_second(trace: Trace) -> float | None:

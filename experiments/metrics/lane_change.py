@@ -71,7 +71,7 @@ def blockage(trace: Trace) -> float | None:
     stands right in its way at the offset of the start.
     """
     ends = np.ma.filled(trace.steps["l_m"][:1], np.nan)
-    if trace.obstacles["x_m"].size == 0 or not np.isfinite(ends).all():
+    if trace.obstacles["x_m"].size == 0 or not np.isfinite(ends).any():
         return None
     half = float(trace.fact("width_m")) / 2.0
     s, l, along, across = _on_road(trace)

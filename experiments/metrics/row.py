@@ -84,6 +84,7 @@ def _computation(trace: Trace) -> dict[str, Cell]:
         columns.PLANNING_P95: p95,
         columns.PLANNING_P99: p99,
         columns.PLANNING_MAX: largest,
+        columns.DEADLINE_MISSES: computation.deadline_misses(trace),
         columns.STEPS_PER_SECOND: computation.steps_per_second(trace),
     }
 

@@ -7,6 +7,7 @@ from matplotlib.patches import Polygon
 from matplotlib.patheffects import Normal, Stroke
 
 from experiments.report import palette
+from experiments.report.outlines import offset_line, rectangle
 from experiments.report.run_record import RunRecord, numbers
 from experiments.road_map import MapLane
 from experiments.trace import Table
@@ -14,7 +15,6 @@ from planner.states import FloatArray
 
 MARGIN = 14.0  # shown about the ego's way [m]
 REACH = 50.0  # vehicles farther from the ego then are left out [m]
-CORNER_POINTS = 9  # of a quarter circle
 NUMBER_GAP = 8.0  # of a moment's number from the ego's centre [pt]
 DASHES = (0.0, (6.0, 7.0))  # of lane lines, in line widths
 
@@ -50,51 +50,6 @@ def draw_from_above(axes: Axes, run: RunRecord) -> LineCollection:
     axes.set(xlim=(x_min, x_max), ylim=(y_min, y_max), xlabel="x [m]", ylabel="y [m]")
     axes.set_aspect("equal")
     return way
-
-
-def rectangle(
-    x: float, y: float, heading: float, length: float, width: float, radius: float = 0.0
-) -> FloatArray:
-    """Outline a rectangle that is grown by `radius` on all sides.
-
-    Args:
-        x: Centre [m].
-        y: Centre [m].
-        heading: [rad].
-        length: Before it is grown [m].
-        width: Before it is grown [m].
-        radius: [m].
-
-    Returns:
-        Points counter-clockwise, (n, 2) [m].
-    """
-    quarter = np.linspace(0.0, np.pi / 2.0, CORNER_POINTS if radius > 0.0 else 1)
-    along, across = [], []
-    for k, (i, j) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
-        angle = quarter + k * np.pi / 2.0
-        along.append(i * length / 2.0 + radius * np.cos(angle))
-        across.append(j * width / 2.0 + radius * np.sin(angle))
-    u, v = np.concatenate(along), np.concatenate(across)
-    cos, sin = np.cos(heading), np.sin(heading)
-    return np.column_stack((x + u * cos - v * sin, y + u * sin + v * cos))
-
-
-def offset_line(points: FloatArray, offset: float) -> FloatArray:
-    """Shift a polyline sideways, positive to the left; (n, 2) [m].
-
-    The offset is taken along the mean normal of the two segments at each point and
-    stretched so that both segments are shifted by it.
-    """
-    steps = np.diff(points, axis=0)
-    normals = np.column_stack((-steps[:, 1], steps[:, 0]))
-    normals /= np.maximum(np.hypot(*normals.T), 1e-9)[:, None]
-    before = np.concatenate((normals[:1], normals))
-    after = np.concatenate((normals, normals[-1:]))
-    cosine = 1.0 + np.sum(before * after, axis=1)  # 2 cos² of half the bend
-    shifted: FloatArray = (
-        points + offset * (before + after) / np.maximum(cosine, 0.2)[:, None]
-    )
-    return shifted
 
 
 def _draw_lanes(axes: Axes, run: RunRecord) -> None:

@@ -1,10 +1,12 @@
 """The cruise planner: [Thesis] ch. 4 made fit for the closed loop."""
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from planner.cruise import costs
+from planner.cruise.alternatives import alternatives_of
 from planner.cruise.choice import Choice, Pricing, choose
 from planner.cruise.costs import JERK, OFFSET
 from planner.cruise.cycle import Cycle, disc_cover, front_limit
@@ -59,10 +61,13 @@ class CruisePlanner:
         )
         choice = choose(found, *self._pricing.columns(remembers=last is not None))
         stats = _statistics(cycle, found, choice)
+        looked_at = partial(alternatives_of, cycle, found.verdict.ravel())
         if choice.best < 0:
-            return _fall_back(scene, self.settings, cycle, stats)
+            instead = _fall_back(scene, self.settings, cycle, stats)
+            return replace(instead, alternatives=looked_at)
         trajectory = cycle.trajectory(choice.best)
-        return PlanResult(PlanStatus.OK, trajectory, CruiseMemory(trajectory), stats)
+        memory_now = CruiseMemory(trajectory)
+        return PlanResult(PlanStatus.OK, trajectory, memory_now, stats, looked_at)
 
 
 def _statistics(cycle: Cycle, found: Evaluation, choice: Choice) -> PlanStats:

@@ -318,6 +318,7 @@ def test_row_has_the_columns_of_the_design_in_order():
         "planning_ms_p95",
         "planning_ms_p99",
         "planning_ms_max",
+        "deadline_misses",
         "steps_per_s",
         "rear_max_deceleration_mps2",
         "rear_speed_loss_mps",

@@ -1,0 +1,80 @@
+"""`rearview report | figure | video`: what a run or a sweep left, to be looked at."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.commands.one_line import one_line_errors
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands to the command line."""
+    app.command()(report)
+    app.command()(figure)
+
+
+def report(
+    folder: Annotated[
+        Path, typer.Argument(metavar="RUN|SWEEP", help="Folder of a run or a sweep.")
+    ],
+    *,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="An .html file.  [FOLDER/report.html]"),
+    ] = None,
+    runs: Annotated[
+        bool,
+        typer.Option("--runs", help="Of a sweep: also of each run that has a trace."),
+    ] = False,
+) -> None:
+    """Write the page of a run or a sweep: one file, opens anywhere, offline."""
+    with one_line_errors():
+        from experiments.report.run_page import is_run, save_run_page
+        from experiments.report.sweep_page import (
+            is_sweep,
+            save_run_pages,
+            save_sweep_page,
+        )
+
+        if is_run(folder) or not is_sweep(folder):
+            sys.stdout.write(f"{save_run_page(folder, output)}\n")
+            return
+        if runs:
+            sys.stdout.write(f"{save_run_pages(folder)} pages of runs\n")
+        sys.stdout.write(f"{save_sweep_page(folder, output)}\n")
+
+
+def figure(
+    run_folder: Annotated[
+        Path, typer.Argument(metavar="RUN", help="A folder that `run` left.")
+    ],
+    *,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help=".png, .svg or .pdf  [RUN/figure.png]"),
+    ] = None,
+) -> None:
+    """Draw a run: the view from above, and speed, offset, clearance over time."""
+    with one_line_errors():
+        from experiments.report.figures import save_figure
+
+        sys.stdout.write(f"{save_figure(run_folder, output)}\n")
+
+
+def write_page(folder: Path) -> Path | None:
+    """Write the page of a run that has just ended.
+
+    Returns:
+        The page's file; None if it cannot be written, which is said on stderr: the run
+        itself is whole.
+    """
+    from experiments.errors import ResultsError
+    from experiments.report.run_page import save_run_page
+
+    try:
+        return save_run_page(folder)
+    except ResultsError as error:
+        sys.stderr.write(f"rearview: no page of this run: {error}\n")
+        return None

@@ -1,0 +1,73 @@
+"""Columns of numbers packed into a page: quantised, little-endian, base64.
+
+A number in JSON takes about ten characters, a quantised one less than three. A browser
+unpacks a million of them in some ten milliseconds.
+"""
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from planner.states import FloatArray
+
+NOTHING = 65535  # code of a value that is not there
+CODES = 65534  # steps between the least and the largest value
+
+Packed = dict[str, Any]
+
+
+def pack(values: FloatArray, resolution: float) -> Packed:
+    """Pack a column.
+
+    Args:
+        values: (n,); NaN where there is nothing.
+        resolution: Largest step between neighbouring codes that still will do, in the
+            column's unit. Where 16 bits cannot give it, float32 stands in.
+
+    Returns:
+        `{"low", "step", "data"}` with 16-bit codes, or `{"data"}` with float32.
+    """
+    there = values[np.isfinite(values)]
+    low, high = (float(there.min()), float(there.max())) if there.size else (0.0, 0.0)
+    if high - low > resolution * CODES:
+        return pack_exact(values)
+    step = (high - low) / CODES or 1.0  # any will do where all values are one
+    with np.errstate(invalid="ignore"):
+        codes = np.where(np.isfinite(values), np.rint((values - low) / step), NOTHING)
+    return {
+        "low": low,
+        "step": step,
+        "data": _base64(codes.astype("<u2").tobytes()),
+    }
+
+
+def pack_counts(counts: Any) -> Packed:
+    """Pack whole numbers from 0 to 2³² - 1, exactly."""
+    array = np.asarray(counts)
+    if array.size == 0 or array.max() < NOTHING:
+        return {"low": 0, "step": 1, "data": _base64(array.astype("<u2").tobytes())}
+    return {"whole": True, "data": _base64(array.astype("<u4").tobytes())}
+
+
+def pack_exact(values: FloatArray) -> Packed:
+    """Pack numbers as float32: seven digits, wherever they lie."""
+    return {"data": _base64(values.astype("<f4").tobytes())}
+
+
+def unpack(packed: Packed) -> FloatArray:
+    """Unpack a column, as the page does it."""
+    data = base64.b64decode(packed["data"])
+    if packed.get("whole"):
+        return np.frombuffer(data, "<u4").astype(np.float64)
+    if "step" not in packed:
+        return np.frombuffer(data, "<f4").astype(np.float64)
+    codes = np.frombuffer(data, "<u2")
+    return np.where(
+        codes == NOTHING, np.nan, packed["low"] + packed["step"] * codes.astype(float)
+    )
+
+
+def _base64(data: bytes) -> str:
+    """Write bytes as text."""
+    return base64.b64encode(data).decode("ascii")

@@ -1,0 +1,137 @@
+"""The page of a sweep in a real browser: choosing, hovering, following links."""
+
+import pytest
+
+from experiments.report.sweep_page import save_run_pages, save_sweep_page
+from experiments.results import rows
+from experiments.road_map import RoadMap, write_map
+from experiments.sweep_folder import run_folder
+from experiments.trace_files import write_trace
+from tests.experiments.report.conftest import NARROW, WIDE
+from tests.experiments.report.run_folders import (
+    HOSTILE,
+    driven_trace,
+    write_sweep,
+)
+
+pytestmark = [pytest.mark.slow, pytest.mark.browser]
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory):
+    folder = write_sweep(tmp_path_factory.mktemp("sweeps") / "made", seeds=5)
+    trace = driven_trace(5)
+    for row in rows(folder):
+        own = run_folder(folder, row["run_id"])
+        write_trace(trace, own)
+        write_map(RoadMap(), own)
+    save_run_pages(folder)
+    save_sweep_page(folder)
+    return folder
+
+
+def mean_arrivals(folder):
+    """Percent arrived by planner, then by target speed."""
+    table = rows(folder)
+    found = []
+    for label in ("cruise", "old"):
+        for speed in (8.0, 11.0):
+            arrived = [
+                row["arrived"]
+                for row in table
+                if (row["label"], row["ego.target_speed_mps"]) == (label, speed)
+            ]
+            found.append(f"{100 * sum(arrived) / len(arrived):.0f} %")
+    assert len(set(found)) > 1
+    return found
+
+
+def test_points_lead_to_the_page_of_their_run(sweep, show):
+    page = show(sweep / "report.html").page
+    canvas = page.locator("#scatter")
+    canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    point = page.evaluate("window.rearview.scatter.points[7]")
+    page.mouse.move(box["x"] + point["px"], box["y"] + point["py"])
+    hint = page.locator("#scatter-hint").inner_text()
+    assert "travel time" in hint
+    assert "seed" in hint
+    page.mouse.click(box["x"] + point["px"], box["y"] + point["py"])
+    run_id = page.evaluate(f"window.rearview.sweep.ids[{point['row']}]")
+    assert page.locator("#chosen-id").inner_text() == run_id
+    assert run_id in page.locator("#chosen-command").inner_text()
+    page.locator("#chosen-link").click()
+    page.wait_for_url(f"**/{run_id}/report.html")
+    assert page.locator("#play").inner_text() == "Play"
+
+
+def test_failures_lead_to_their_run(sweep, show):
+    page = show(sweep / "report.html").page
+    page.locator("summary").first.click()
+    link = page.locator("li a").first
+    name = link.inner_text()
+    link.click()
+    page.wait_for_url(f"**/{name}/report.html")
+
+
+def test_the_arrow_keys_go_from_run_to_run(sweep, show):
+    page = show(sweep / "report.html").page
+    page.locator("#scatter").focus()
+    seen = []
+    for key in ("ArrowRight", "ArrowRight", "ArrowLeft"):
+        page.keyboard.press(key)
+        seen.append(page.locator("#chosen-id").inner_text())
+    assert seen[0] == seen[2] != seen[1]
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.id") == "chosen-link"
+
+
+def test_what_is_chosen_is_drawn(sweep, show):
+    page = show(sweep / "report.html").page
+    label = page.locator("#distribution").get_attribute("aria-label")
+    assert "travel time [s]" in label
+    assert "curved · old median" in label
+    page.locator("#distribution-metric").select_option("min_clearance_m")
+    label = page.locator("#distribution").get_attribute("aria-label")
+    assert "least clearance [m]" in label
+    page.locator("#heat-x").select_option(label="ego.target_speed_mps")
+    page.locator("#heat-y").select_option(label="planner")
+    page.locator("#heat-metric").select_option("arrived")
+    cells = page.locator("#heat td").all_inner_texts()
+    assert cells == mean_arrivals(sweep)
+    page.locator("#planning-metric").select_option("planning_ms_max")
+    items = page.locator("#planning-words li").all_inner_texts()
+    late = sum(row["planning_ms_max"] > 100.0 for row in rows(sweep))
+    assert late > 0
+    assert sum(int(item.split(" in ")[1].split()[0]) for item in items) == late
+
+
+def test_hostile_reasons_run_nothing(tmp_path, show):
+    folder = write_sweep(tmp_path / "made", seeds=5, reason=HOSTILE)
+    page = show(save_sweep_page(folder)).page
+    page.locator("#scatter").focus()
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("window.hacked") is None
+    assert page.locator("img").count() == 0
+    assert "hacked" in page.locator("td.wide").first.inner_text()
+
+
+def test_a_sweep_without_runs_is_a_whole_page(tmp_path, show):
+    folder = write_sweep(tmp_path / "made", seeds=0)
+    page = show(save_sweep_page(folder)).page
+    assert "There are no runs" in page.locator(".notice").inner_text()
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["wide", "narrow"])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_is_cut_off_and_axe_finds_nothing(sweep, show, size, scheme):
+    from axe_playwright_python.sync_playwright import Axe
+
+    page = show(sweep / "report.html", size, scheme).page
+    assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
+    for summary in page.locator("summary").all():
+        summary.click()
+    page.locator("#scatter").focus()
+    page.keyboard.press("ArrowRight")
+    violations = Axe().run(page).response["violations"]
+    assert [(v["id"], v["impact"]) for v in violations] == []
