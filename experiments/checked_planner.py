@@ -70,6 +70,8 @@ def _checked_stats(stats: object) -> PlanStats:
         raise _wrong("stats", stats, "PlanStats")
     if not isinstance(stats.reason, str):
         raise _wrong("stats.reason", stats.reason, "text")
+    if not isinstance(stats.explanation, str):
+        raise _wrong("stats.explanation", stats.explanation, "text")
     if not isinstance(stats.blocker, str | None):
         raise _wrong("stats.blocker", stats.blocker, "text or None")
     return PlanStats(
@@ -85,6 +87,7 @@ def _checked_stats(stats: object) -> PlanStats:
             for key, value in _named("stats.costs", stats.costs).items()
         },
         blocker=stats.blocker,
+        explanation=str(stats.explanation),
     )
 
 

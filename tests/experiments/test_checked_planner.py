@@ -50,6 +50,7 @@ def test_a_status_in_words_becomes_the_status():
         (PlanResult(OK, "left", None), "trajectory is str 'left'; allowed: a Traj"),
         (PlanResult(OK, None, None, "stats"), "stats is str 'stats'"),
         (result(reason=None), "stats.reason is NoneType"),
+        (result(explanation=None), "stats.explanation is NoneType"),
         (result(blocker=3), "stats.blocker is int 3; allowed: text or None"),
         (result(candidates="many"), "stats.candidates is str 'many'"),
         (result(survivors=1.5), "stats.survivors is float 1.5; allowed: a whole"),
