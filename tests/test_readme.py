@@ -62,7 +62,7 @@ def rearview_arguments(command: str) -> list[str]:
     assert done.returncode == 0, done.stderr
     last = shlex.split(done.stdout.splitlines()[-1])
     called = last[0].endswith("rearview")
-    assert called == (words[1] in {"experiment", "figure", "report", "video"}), last
+    assert called == (words[1] in {"experiment", "figure", "report", "sweep"}), last
     return last[1:] if called else []
 
 

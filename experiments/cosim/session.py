@@ -36,7 +36,7 @@ from sumo_nets.net_reader import check_complete
 
 PLAN_ID = "rearview.plan"  # of the line drawn in SUMO's window
 PLAN_COLOUR = (213, 94, 0, 255)  # as in all pictures
-PLAN_LAYER = 200.0  # above the vehicles
+PLAN_LAYER = 200  # above the vehicles
 PLAN_WIDTH = 0.4  # [m]
 SYSTEM_LIBRARIES = "libgl1 libx11-6 libxext6 libxrender1 libatomic1 libexpat1"
 
@@ -191,10 +191,14 @@ class SumoWorld:
                 sumo.polygon.add(PLAN_ID, points, *look)
 
     def close(self) -> None:
-        """End the simulation; allowed at any time and more than once."""
+        """End the simulation; allowed at any time and more than once.
+
+        A simulation with a window stays until its process ends: libsumo 1.28 blocks
+        forever now and then when it is to close one.
+        """
         sumo, self._sumo, self._ghost = self._sumo, None, None
         self._reader = None
-        if sumo is not None and sumo.isLoaded():
+        if sumo is not None and sumo.isLoaded() and not self._settings.gui:
             with sumo_errors(sumo, "closing"):
                 sumo.close()
 

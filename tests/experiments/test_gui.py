@@ -11,6 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent.parent
 CODE = """
+import os
 import sys
 from pathlib import Path
 
@@ -37,22 +38,21 @@ def on_step(record):
 
 
 run_episode(scenario, out=Path(sys.argv[1]), gui=True, on_step=on_step)
-print(f"{len(shapes)} plans drawn")
+print(f"{len(shapes)} plans drawn", flush=True)
+os._exit(0)  # as the command line does
 """
 
 
-@pytest.mark.sumo
-@pytest.mark.slow
-def test_the_plan_is_drawn_in_sumos_window(tmp_path):
+def under_a_display(*command):
+    """Run a command under a virtual display; gives status, stdout and stderr."""
     if shutil.which("xvfb-run") is None:
         words = "xvfb-run is not installed"
         if os.environ.get("REARVIEW_NEEDS_BROWSER"):
             pytest.fail(words)
         pytest.skip(words)
     screen = "-screen 0 320x240x24"  # drawn by the processor: small is fast
-    command = ["xvfb-run", "-a", "-s", screen, sys.executable, "-c", CODE]
     process = subprocess.Popen(
-        [*command, str(tmp_path)],
+        ["xvfb-run", "-a", "-s", screen, sys.executable, *command],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -60,9 +60,28 @@ def test_the_plan_is_drawn_in_sumos_window(tmp_path):
         start_new_session=True,
     )
     try:
-        out, err = process.communicate(timeout=300)
+        out, err = process.communicate(timeout=200)
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         raise
-    assert process.returncode == 0, err
+    return process.returncode, out, err
+
+
+@pytest.mark.sumo
+@pytest.mark.slow
+def test_the_plan_is_drawn_in_sumos_window(tmp_path):
+    status, out, err = under_a_display("-c", CODE, str(tmp_path))
+    assert status == 0, err
     assert "5 plans drawn" in out
+
+
+@pytest.mark.sumo
+@pytest.mark.slow
+def test_the_command_comes_to_its_end(tmp_path):
+    words = ["-m", "experiments", "run", "straight", "--gui", "--set", "traffic=none"]
+    short = ["--set", "simulation.duration_s=1", "--out", str(tmp_path)]
+    status, out, err = under_a_display(*words, *short)
+    assert status == 1, err
+    assert "timeout: s = " in out
+    (page,) = tmp_path.glob("*/report.html")
+    assert f"report: {page}" in out
