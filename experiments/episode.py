@@ -13,6 +13,7 @@ from experiments.config import Scenario
 from experiments.cosim.loop import LoopSettings, run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import Ending, EpisodeStatus, StepRecord
+from experiments.cosim.world import PlanDisplay
 from experiments.doctor import check_simulator
 from experiments.egoless import vehicles_without_ego
 from experiments.errors import ConfigError
@@ -30,6 +31,7 @@ from experiments.worlds import TRAFFIC_FILE, make_world
 from planner.interface import Planner
 from planner.motion.prediction import Predictor, constant_speed, held_braking
 from planner.scene import Lanes
+from planner.states import Trajectory
 
 RUNS = Path("runs")
 WITHOUT_EGO_FILE = "vehicles_without_ego.parquet"
@@ -82,6 +84,7 @@ class _Recorder:
     records: list[StepRecord] = field(default_factory=list)
     elapsed: list[float] = field(default_factory=list)
     started: float | None = None
+    show_plan: Callable[[Trajectory], None] | None = None  # in a window
 
     def __call__(self, record: StepRecord) -> None:
         """Take one step."""
@@ -89,6 +92,9 @@ class _Recorder:
         self.started = now if self.started is None else self.started
         self.records.append(self._lightened(record))
         self.elapsed.append(now - self.started)
+        plan = record.plan.trajectory if record.plan is not None else None
+        if self.show_plan is not None and plan is not None:
+            self.show_plan(plan)
         if self.forward is not None:
             self.forward(record)
 
@@ -139,6 +145,8 @@ def run_episode(
     target = choice.target or out / _folder_name(scenario, identity["run_hash"])
     with whole_folder(target) as folder:
         world = make_world(scenario, layout, folder, gui=gui)
+        if gui and isinstance(world, PlanDisplay):
+            recorder.show_plan = world.show_plan
         try:
             ending = run_loop(
                 world,

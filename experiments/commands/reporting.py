@@ -13,6 +13,7 @@ def add_to(app: typer.Typer) -> None:
     """Add the commands to the command line."""
     app.command()(report)
     app.command()(figure)
+    app.command()(video)
 
 
 def report(
@@ -61,6 +62,25 @@ def figure(
         from experiments.report.figures import save_figure
 
         sys.stdout.write(f"{save_figure(run_folder, output)}\n")
+
+
+def video(
+    run_folder: Annotated[
+        Path, typer.Argument(metavar="RUN", help="A folder that `run` left.")
+    ],
+    *,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="An .mp4 or .gif file.")
+    ],
+    speed: Annotated[
+        float, typer.Option(help="How much faster than the run it is.")
+    ] = 1.0,
+) -> None:
+    """Film a run from above: road, vehicles, the ego and its plan."""
+    with one_line_errors():
+        from experiments.report.film import save_film
+
+        sys.stdout.write(f"{save_film(run_folder, output, speed)}\n")
 
 
 def write_page(folder: Path) -> Path | None:

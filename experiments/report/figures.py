@@ -57,7 +57,7 @@ def save_figure(folder: Path, file: Path | None = None) -> Path:
         allowed = ", ".join(f".{name}" for name in FORMATS)
         raise ConfigError(f"{target}: has no known suffix; allowed: {allowed}")
     run = read_run(folder)
-    _require_matplotlib()
+    require_matplotlib("figure")
     from matplotlib import rc_context
 
     with rc_context(_STYLE):  # type: ignore[arg-type]  # names checked at run time
@@ -150,13 +150,13 @@ def _moment_name(run: RunRecord, number: int) -> str:
     return f"{number + 1}: t = {run.time[run.moments[number]]:.1f} s"
 
 
-def _require_matplotlib() -> None:
+def require_matplotlib(command: str) -> None:
     """Say how to get matplotlib where it is missing."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
         raise ResultsError(
-            "rearview figure needs matplotlib, which cannot be imported "
+            f"rearview {command} needs matplotlib, which cannot be imported "
             f'({error}); install it: pip install "rearview[figures]"'
         ) from error
 

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from experiments.report.candidates import Candidates
 from experiments.report.curves import Curve, Series, curves
-from experiments.report.packed import Packed, pack, pack_counts
+from experiments.report.packed import Packed, pack, pack_counts, pack_exact
 from experiments.report.page_road import page_obstacles, page_road, page_signals
 from experiments.report.run_record import numbers
 from experiments.road_map import RoadMap
 from experiments.trace import Column, Table, Trace
 
-PLACE, ANGLE, SPEED, TIME = 0.01, 1e-3, 0.01, 1e-3  # resolutions [m, rad, m/s, s]
+PLACE, ANGLE, SPEED = 0.01, 1e-3, 0.01  # resolutions [m, rad, m/s]
 EVERY = 2  # of the points of a plan, every second one is shown
 
 
@@ -33,7 +33,7 @@ def replay(
     """
     return {
         "step": float(trace.fact("step_s")),
-        "time": pack(numbers(trace.steps["time_s"]), TIME),
+        "time": pack_exact(numbers(trace.steps["time_s"])),
         "ego": _ego(trace),
         "ghost": _ghost(trace),
         "vehicles": _vehicles(trace),

@@ -155,6 +155,16 @@ def test_slider_charts_and_facts_follow_one_clock(run, show):
     assert share == pytest.approx(0.8, abs=0.01)
 
 
+def test_a_link_may_name_a_moment(run, show):
+    page = show(run / "report.html").page
+    address = (run / "report.html").resolve().as_uri()
+    page.goto("data:,")
+    page.goto(f"{address}#t=4.2&show=names,nonsense")
+    settle(page)
+    assert step_of(page) == 42
+    assert page.locator("#names").is_checked()
+
+
 def test_zoom_pan_and_follow(run, show):
     page = show(run / "report.html").page
     settle(page)
