@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.bodies import touched_by
 from planner.fallback import fallback
-from planner.geometry.clearance import gaps_to
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.lane_change.attempt import Attempt, Tally
 from planner.lane_change.changing import go_on
@@ -117,25 +117,17 @@ def _fall_back(
     )
 
     def blocker(trajectory: Trajectory) -> str | None:
-        n = min(poses.shape[2], trajectory.t.size)
-        points = np.array(
-            [
-                trajectory.x,
-                trajectory.y,
-                np.cos(trajectory.heading),
-                np.sin(trajectory.heading),
-            ]
-        )[:, :n]
         vehicle = scene.vehicle
-        gaps = gaps_to(
-            points,
-            poses[:, :, :n],
+        return touched_by(
+            trajectory,
+            users.ids,
+            poses,
             extents,
-            np.array(vehicle.disc_offsets),
+            here.behind,
+            vehicle.disc_offsets,
             vehicle.disc_radius,
+            HARD_GAP,
         )
-        hits = np.flatnonzero((gaps < HARD_GAP) & ~here.behind)
-        return users.ids[int(hits[np.argmin(gaps[hits])])] if hits.size else None
 
     driven = None if last is None else last.trajectory
     status, trajectory = fallback(scene, driven, blocker, settings.speed.duration)
