@@ -268,7 +268,7 @@ def touched_by(
     ignored: BoolArray,
     discs: Sequence[float],
     radius: float,
-    least: float,
+    least: float | FloatArray,
 ) -> str | None:
     """Name the body that a trajectory comes nearest to, if it comes too near.
 
@@ -281,7 +281,7 @@ def touched_by(
         ignored: Bodies that do not count, (n,).
         discs: Of the ego, along its heading [m].
         radius: Of the discs [m].
-        least: Gap that is too small [m].
+        least: Gap that is too small, one for all or one for each [m].
     """
     n = min(poses.shape[2], trajectory.t.size)
     heading = trajectory.heading
