@@ -1,4 +1,4 @@
-"""s-T graphs of the cycles: kept beside the trace, thinned, and packed into the page."""
+"""s-T graphs of the cycles: kept beside the trace, thinned, packed into the page."""
 
 import numpy as np
 import pytest
