@@ -8,7 +8,6 @@ it: the status is `planner_failed`.
 import logging
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from numbers import Integral, Real
 
 import numpy as np
@@ -61,7 +60,7 @@ def checked(result: object) -> PlanResult:
         raise _wrong("trajectory", result.trajectory, "a Trajectory or None")
     status, stats = PlanStatus(result.status), _checked_stats(result.stats)
     shown = _checked_alternatives(result.alternatives)
-    return replace(result, status=status, stats=stats, alternatives=shown)
+    return PlanResult(status, result.trajectory, result.memory, stats, shown)
 
 
 def _checked_stats(stats: object) -> PlanStats:

@@ -25,10 +25,11 @@ from experiments.recording import Setting, build_trace
 from experiments.road_map import RoadMap, map_around, write_map
 from experiments.run_folder import whole_folder
 from experiments.scenario_file import CONFIG_FILE, config_text
+from experiments.speed_graphs import write_graphs
 from experiments.trace import SCHEMA_VERSION, TABLES, Table, Trace, trace_hash
 from experiments.trace_files import write_tables, write_trace
 from experiments.worlds import TRAFFIC_FILE, make_world
-from planner.interface import Planner
+from planner.interface import Planner, SpeedGraph
 from planner.motion.prediction import Predictor, constant_speed, held_braking
 from planner.scene import Lanes
 from planner.states import Trajectory
@@ -62,7 +63,7 @@ class RunFolder:
     target: Path | None = None  # instead of the usual name
     keeps_trace: Callable[[Ending], bool] = lambda _: True
     facts: Mapping[str, Any] = field(default_factory=dict)  # for the manifest
-    keeps_candidates: bool = False  # of the cycles, with the trace
+    keeps_candidates: bool = False  # of the cycles, and s-T graphs, with the trace
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +81,8 @@ class _Recorder:
     """Keeps every step and when it came."""
 
     forward: OnStep | None
-    candidates: CandidateLog | None = None
+    candidates: CandidateLog | None = None  # where they are to be kept, and graphs
+    graphs: list[tuple[int, SpeedGraph]] = field(default_factory=list)
     records: list[StepRecord] = field(default_factory=list)
     elapsed: list[float] = field(default_factory=list)
     started: float | None = None
@@ -101,11 +103,14 @@ class _Recorder:
     def _lightened(self, record: StepRecord) -> StepRecord:
         """Take out of a plan what holds on to all that its cycle calculated."""
         plan = record.plan
-        if plan is None or plan.alternatives is None:
+        if plan is None:
             return record
-        if self.candidates is not None:
+        if self.candidates is not None and plan.alternatives is not None:
             self.candidates.add(record.index, plan.alternatives())
-        return replace(record, plan=replace(plan, alternatives=None))
+        if self.candidates is not None and plan.speed_graph is not None:
+            self.graphs.append((record.index, plan.speed_graph()))
+        light = replace(plan, alternatives=None, speed_graph=None)
+        return replace(record, plan=light)
 
 
 def run_episode(
@@ -165,6 +170,7 @@ def run_episode(
             write_map(_road_map(layout), folder)
             if log is not None:
                 write_candidates(log, folder)
+                write_graphs(recorder.graphs, folder)
         without = vehicles_without_ego(scenario, layout, trace, world, folder)
         if without is not None and choice.keeps_trace(ending):
             file = folder / WITHOUT_EGO_FILE

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from experiments.report.candidates import Candidates
 from experiments.report.curves import Curve, Series, curves
+from experiments.report.graphs import packed_graphs
 from experiments.report.packed import Packed, pack, pack_counts, pack_exact
 from experiments.report.page_road import page_obstacles, page_road, page_signals
 from experiments.report.run_record import numbers
@@ -19,7 +20,10 @@ EVERY = 2  # of the points of a plan, every second one is shown
 
 
 def replay(
-    trace: Trace, road_map: RoadMap, candidates: Candidates | None
+    trace: Trace,
+    road_map: RoadMap,
+    candidates: Candidates | None,
+    graphs: Table | None = None,
 ) -> dict[str, Any]:
     """Gather what the page's scripts need.
 
@@ -27,6 +31,7 @@ def replay(
         trace: With at least one step.
         road_map: About it.
         candidates: Of the cycles, if they were recorded.
+        graphs: s-T graphs of the cycles, if they were recorded.
 
     Returns:
         Plain data for JSON.
@@ -44,6 +49,7 @@ def replay(
         "signals": page_signals(trace),
         "curves": [_curve(curve, trace) for curve in curves(trace)],
         "candidates": None if candidates is None else candidates.packed(trace),
+        "graphs": None if graphs is None else packed_graphs(graphs, trace),
     }
 
 

@@ -33,11 +33,6 @@ TO_MS = 1e3  # from seconds
 _SCRIPTS = ("unpack.js", "theme.js", "plot.js", "plots.js", "sweep.js")
 
 
-def is_sweep(folder: Path) -> bool:
-    """Tell whether a folder is one that a sweep was in."""
-    return (folder / "runs").is_dir() and (folder / "sweep.yaml").is_file()
-
-
 def save_sweep_page(folder: Path, file: Path | None = None) -> Path:
     """Write the page of a sweep.
 

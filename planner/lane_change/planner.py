@@ -1,6 +1,7 @@
 """The lane-change planner: keep, seek a gap, change, and turn back while one can."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from planner.lane_change.changing import go_on
 from planner.lane_change.keeping import keep
 from planner.lane_change.lane_choice import lane_at, wanted_lane
 from planner.lane_change.manoeuvre import Memory, Phase
+from planner.lane_change.picture import speed_graph_of
 from planner.lane_change.seeking import seek
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.situation import Situation, look
@@ -100,7 +102,8 @@ def _result(attempt: Attempt, last: Memory | None, tally: Tally) -> PlanResult:
         blocker=attempt.speed.ahead,
         explanation=f"{attempt.phase}: {attempt.why}" if attempt.why else attempt.phase,
     )
-    return PlanResult(PlanStatus.OK, trajectory, memory, stats)
+    graph = partial(speed_graph_of, attempt.speed, profile)
+    return PlanResult(PlanStatus.OK, trajectory, memory, stats, speed_graph=graph)
 
 
 def _fall_back(

@@ -20,6 +20,7 @@ function start(data) {
       }),
   );
   const facts = new Facts(run, scene);
+  const graph = run.graphs && new SpeedGraph(byId("graph"), run.graphs);
   const slider = byId("time");
   slider.max = run.time.length - 1;
 
@@ -42,6 +43,7 @@ function start(data) {
     scene.colours = theme();
     for (const chart of charts) chart.draw(scene.colours);
     facts.recolour();
+    if (graph) graph.draw(player.step, scene.colours);
     dirty = true;
   }
 
@@ -76,6 +78,7 @@ function start(data) {
     byId("clock").textContent = at;
     for (const chart of charts) chart.move(step);
     facts.show(step, charts);
+    if (graph) graph.draw(step, scene.colours);
   }
 
   const controls = { player, camera, shown, follow, fitAll, touch: () => { dirty = true; } };

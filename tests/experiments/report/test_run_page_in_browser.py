@@ -341,6 +341,10 @@ def test_pages_of_runs_on_each_road(tmp_path, show, name):
     page.locator("#time").fill("60")
     if page.locator("#candidates").count():
         page.locator("#candidates").check()
+    if name == "lane_change":
+        words = page.locator("#graph").get_attribute("aria-label")
+        assert words.startswith("s-T graph: ")
+        assert " m in " in words
     image = pixels(page)
     centre, _ = blob(image, EGO)
     middle = np.array([image.shape[1], image.shape[0]]) / 2
