@@ -56,7 +56,8 @@ class SpeedGraph {
       c.textAlign = "left";
       c.textBaseline = "middle";
       const [time, low, high] = knots[0];
-      c.fillText(id, frame.px(time) + 3, frame.py((low + high) / 2));
+      const last = frame.width - GRAPH.right - c.measureText(id).width - 2;
+      c.fillText(id, Math.min(frame.px(time) + 3, last), frame.py((low + high) / 2));
     }
     if (own) {
       c.beginPath();

@@ -258,17 +258,30 @@ def test_first_paint_and_thirty_frames_a_second_at_a_hundred_vehicles(tmp_path, 
     folder = write_run(tmp_path / "run", driven_trace(301, n_cars=100))
     page = show(save_run_page(folder)).page
     settle(page)
+    until(page, "performance.getEntriesByType('paint').length > 0")
     paint = page.evaluate("performance.getEntriesByType('paint')[0].startTime")
     assert paint < 2000
     page.locator("#play").click()
-    rates = []
-    for _ in range(5):  # the best of them: other processes may keep the cores busy
-        count = "[performance.now(), window.rearview.scene.frames]"
-        before = page.evaluate(count)
-        page.wait_for_timeout(1000)
-        after = page.evaluate(count)
-        rates.append((after[1] - before[1]) / (after[0] - before[0]) * 1e3)
-    assert max(rates) >= 30.0, rates
+    times = page.evaluate(
+        """seconds => new Promise(done => {
+          const [times, scene] = [[], window.rearview.scene];
+          let before = scene.frames;
+          const end = performance.now() + 1000 * seconds;
+          const look = now => {
+            if (scene.frames > before) times.push(performance.now());
+            before = scene.frames;
+            if (performance.now() < end) requestAnimationFrame(look);
+            else done(times);
+          };
+          requestAnimationFrame(look);
+        })""",
+        8,
+    )
+    # the best half a second: other processes may keep the cores busy
+    counts = [
+        np.searchsorted(times, begin + 500.0) - k for k, begin in enumerate(times)
+    ]
+    assert max(counts) >= 15, max(counts)
 
 
 def test_hostile_names_run_nothing_and_are_shown_as_they_are(tmp_path, show):
