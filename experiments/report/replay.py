@@ -128,7 +128,7 @@ def _cycles(trace: Trace) -> dict[str, Any]:
     steps = trace.steps
     return {
         "status": _texts(steps["plan_status"]),
-        "reason": _texts(steps["reason"]),
+        "reason": _texts(_why(steps)),
         "blocker": _texts(steps["blocker"]),
         "nearest": _texts(steps["nearest"]),
         "removed": _texts(steps["removed"]),
@@ -136,6 +136,13 @@ def _cycles(trace: Trace) -> dict[str, Any]:
         "candidates": pack_counts(np.ma.filled(steps["candidates"], 0)),
         "survivors": pack_counts(np.ma.filled(steps["survivors"], 0)),
     }
+
+
+def _why(steps: Table) -> Column:
+    """Give the reason of each cycle, or what the planner said about its choice."""
+    reason = np.ma.filled(steps["reason"], "").astype(str)
+    said = np.ma.filled(steps["explanation"], "").astype(str)
+    return np.where(reason != "", reason, said)
 
 
 def _texts(column: Column) -> dict[str, Any]:

@@ -344,7 +344,8 @@ def test_axe_finds_nothing_serious(run, show, size, scheme):
 
 @pytest.mark.sumo
 @pytest.mark.parametrize(
-    "name", ["straight", "curved", "intersection", "u_shaped", "lane_change"]
+    "name",
+    ["straight", "curved", "intersection", "u_shaped", "lane_change", "dense"],
 )
 def test_pages_of_runs_on_each_road(tmp_path, show, name):
     scenario = load_scenario(name, overrides=["simulation.duration_s=12"])
@@ -358,6 +359,8 @@ def test_pages_of_runs_on_each_road(tmp_path, show, name):
         words = page.locator("#graph").get_attribute("aria-label")
         assert words.startswith("s-T graph: ")
         assert " m in " in words
+    if name == "dense":
+        assert "sides " in page.locator("#fact-reason").inner_text()
     image = pixels(page)
     centre, _ = blob(image, EGO)
     middle = np.array([image.shape[1], image.shape[0]]) / 2
