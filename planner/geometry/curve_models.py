@@ -7,6 +7,7 @@ are tuples of pieces as `planner.geometry.curves` samples them.
 import numpy as np
 from numpy.typing import ArrayLike
 
+from planner.compiled import compiled
 from planner.geometry.curves import Piece
 from planner.states import FloatArray, freeze
 
@@ -112,9 +113,34 @@ def lane_change_b_spline(length: float, shift: float, c: float) -> tuple[Piece, 
         shift: From A to F along y [m].
         c: From A to C along x [m].
     """
-    x = [0.0, 0.5 * c, c, 0.5 * length, length - c, length - 0.5 * c, length]
-    y = [0.0, 0.0, 0.0, 0.5 * shift, shift, shift, shift]
-    return b_spline(np.column_stack([x, y]), LANE_CHANGE_KNOTS, CUBIC)
+    points = lane_change_points(float(length), float(c), (0.0, 0.0, 0.0), float(shift))
+    return b_spline(points, LANE_CHANGE_KNOTS, CUBIC)
+
+
+@compiled
+def lane_change_points(
+    length: float, c: float, start: tuple[float, float, float], end: float
+) -> FloatArray:
+    """Place the control points A, B, C, O, D, E, F of a lane change, (7, 2) [m].
+
+    With b the length of BC along x and AB the same, C's place across follows from the
+    derivatives of a clamped cubic at its start: y'' = (rise of BC - b y') / (3 b²).
+
+    Args:
+        length: From A to F along x [m].
+        c: From A to C along x [m].
+        start: y, dy/dx and d²y/dx² at A [m, -, 1/m].
+        end: y at F, where the curve ends straight [m].
+    """
+    y0, slope, bend = start
+    b = 0.5 * c
+    third = y0 + c * slope + 3.0 * b * b * bend
+    x = (0.0, b, c, 0.5 * length, length - c, length - b, length)
+    y = (y0, y0 + b * slope, third, 0.5 * (y0 + end), end, end, end)
+    points = np.empty((7, 2))
+    for k in range(7):
+        points[k, 0], points[k, 1] = x[k], y[k]
+    return points
 
 
 def b_spline(points: ArrayLike, knots: FloatArray, degree: int) -> tuple[Piece, ...]:

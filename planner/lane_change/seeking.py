@@ -1,5 +1,7 @@
 """Look for the cheapest change, now or farther on."""
 
+import math
+
 import numpy as np
 
 from planner.lane_change.attempt import Attempt, Tally
@@ -9,6 +11,8 @@ from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.situation import Situation, speed_task
 from planner.lane_change.speed import SpeedPlan, plan_speed
 from planner.lane_change.surroundings import in_lane
+
+KEPT = 1e-6  # a start this near to that of the last cycle is the same [m]
 
 
 def seek(
@@ -25,28 +29,25 @@ def seek(
     centre = float(np.interp(ego.s, scene.lanes.s, scene.lanes.centre[target]))
     best: tuple[float, float, ChangePath, SpeedPlan] | None = None
     followers = in_lane(scene, here.bodies, here.users, lane) & here.behind
-    for start in _starts(ego.s, last, settings):
-        change, refused = best_change(
-            scene.path, ego, centre, start, here.total, scene.vehicle, settings.path
-        )
-        tally.paths(refused)
-        if change is None:
+    task = speed_task(here)
+    for base, start, change in _changes(here, last, centre, settings, tally):
+        to_beat = math.inf if best is None else best[0] - base
+        if to_beat <= 0.0:  # even a speed plan that costs nothing would be dearer
             continue
         speed = plan_speed(
             change.path,
             scene.vehicle,
             here.users,
             ~followers,
-            speed_task(here),
+            task,
             settings.speed,
+            to_beat,
         )
         tally.speeds(speed)
         if _runs_into_blockage(here, change, speed):
             tally.removed["blockage"] = tally.removed.get("blockage", 0) + 1
-            continue
-        cost = speed.cost + change.cost + settings.manoeuvre.start_weight * start
-        if speed.profile is not None and (best is None or cost < best[0]):
-            best = cost, start, change, speed
+        elif speed.profile is not None and speed.cost < to_beat:
+            best = base + speed.cost, start, change, speed
     if best is None:
         return None
     _, start, change, speed = best
@@ -68,6 +69,33 @@ def seek(
         begun,
         why=f"gap behind {speed.ahead}, ahead of {speed.behind}",
     )
+
+
+def _changes(
+    here: Situation,
+    last: Memory | None,
+    centre: float,
+    settings: LaneChangeSettings,
+    tally: Tally,
+) -> list[tuple[float, float, ChangePath]]:
+    """Give (cost without speed, start, path) of the possible changes.
+
+    The one that was the best in the last cycle comes first: it is likely to be so
+    again, and a good one makes the others short work. The rest follow by their cost.
+    """
+    scene = here.scene
+    ego = scene.ego_frenet
+    changes = []
+    for start in _starts(ego.s, last, settings):
+        change, refused = best_change(
+            scene.path, ego, centre, start, here.total, scene.vehicle, settings.path
+        )
+        tally.paths(refused)
+        if change is not None:
+            base = change.cost + settings.manoeuvre.start_weight * start
+            changes.append((base, start, change))
+    kept = -math.inf if last is None or last.start_s is None else last.start_s - ego.s
+    return sorted(changes, key=lambda c: (abs(c[1] - kept) > KEPT, *c[:2]))
 
 
 def _runs_into_blockage(here: Situation, change: ChangePath, speed: SpeedPlan) -> bool:

@@ -1,9 +1,12 @@
 """Path and speed profile to a trajectory: the end of path-velocity decomposition."""
 
+import math
+
 import numpy as np
 
+from planner.compiled import compiled
 from planner.errors import InvalidInputError
-from planner.states import Path, SpeedProfile, Trajectory
+from planner.states import FloatArray, Path, SpeedProfile, Trajectory
 
 
 def trajectory_on(path: Path, profile: SpeedProfile) -> Trajectory:
@@ -11,7 +14,7 @@ def trajectory_on(path: Path, profile: SpeedProfile) -> Trajectory:
 
     Args:
         path: Long enough for the profile.
-        profile: Distances along it.
+        profile: Distances along it; they do not fall.
 
     Returns:
         The trajectory at the profile's times; between the path's points x, y, heading,
@@ -25,19 +28,44 @@ def trajectory_on(path: Path, profile: SpeedProfile) -> Trajectory:
         raise InvalidInputError(
             f"the profile drives {reach:.2f} m, the path has {path.distance[-1]:.2f} m"
         )
-    heading = np.unwrap(path.heading)
-    x, y, turned, curvature, s, l = (
-        np.interp(profile.distance, path.distance, column)
-        for column in (path.x, path.y, heading, path.curvature, path.s, path.l)
+    columns = _read(
+        profile.distance,
+        path.distance,
+        np.array([path.x, path.y, path.curvature, path.s, path.l, path.heading]),
     )
+    x, y, curvature, s, l, heading = columns
     return Trajectory(
         profile.t,
         x,
         y,
-        np.arctan2(np.sin(turned), np.cos(turned)),
+        heading,
         curvature,
         profile.speed,
         profile.acceleration,
         s,
         l,
     )
+
+
+@compiled
+def _read(driven: FloatArray, distance: FloatArray, columns: FloatArray) -> FloatArray:
+    """Interpolate columns, (n_columns, n_points), at the distances driven.
+
+    The distances must not fall. The last column is an angle: it turns the short way.
+    """
+    n_columns = columns.shape[0]
+    out = np.empty((n_columns, driven.size))
+    i = 0
+    for k in range(driven.size):
+        while i < distance.size - 2 and distance[i + 1] < driven[k]:
+            i += 1
+        share = (driven[k] - distance[i]) / (distance[i + 1] - distance[i])
+        share = min(max(share, 0.0), 1.0)
+        for c in range(n_columns):
+            rise = columns[c, i + 1] - columns[c, i]
+            if c == n_columns - 1:
+                rise = math.atan2(math.sin(rise), math.cos(rise))
+            out[c, k] = columns[c, i] + share * rise
+        angle = out[n_columns - 1, k]
+        out[n_columns - 1, k] = math.atan2(math.sin(angle), math.cos(angle))
+    return out

@@ -38,11 +38,13 @@ from planner.motion.vector_loops import (
     predicted,
     products,
     residuals,
+    shortfalls,
 )
 from planner.states import FloatArray
 
 SOLVED, INFEASIBLE, UNDECIDED, TOO_DEAR = 0, 1, 2, 3  # verdicts of `interior_point`
 PROOF_FROM = 2  # iterations before a proof of infeasibility is looked for
+CUT_FROM = 1  # and one of being too dear
 TO_THE_BOUND = 0.995  # share of the way to the nearest bound that a step may go
 LEAST_SLACK = 1.0  # at the beginning
 CUT_MARGIN = 1e-6  # by which a bound has to exceed the cost to beat, relative
@@ -112,7 +114,7 @@ def free_motion(
 
 
 @compiled
-def cheaper_than(  # noqa: PLR0915 - one algorithm, its steps in order
+def cheaper_than(  # noqa: C901, PLR0915 - one algorithm, its steps in order
     cost_to_beat: float,
     step: FloatArray,
     start: FloatArray,
@@ -171,6 +173,15 @@ def cheaper_than(  # noqa: PLR0915 - one algorithm, its steps in order
         return _states(table), table[3 + m, :-1].copy(), objective, SOLVED, 0
 
     free_objective, free_gain, free_room = objective, gain.copy(), room.copy()
+    margin = CUT_MARGIN * (1.0 + abs(cost_to_beat))
+    if cost_to_beat < NO_BOUND:  # what the free motion breaks may be proof enough
+        shortfalls(room, dual)
+        gather(dual, column, sign, sloped)
+        above = dot(dual, room)
+        above = _dearer(step, row, gain, sloped, above, gradient, feed, change)
+        if objective + above > cost_to_beat + margin:
+            jerk = table[3 + m, :-1].copy()
+            return _states(table), jerk, objective + above, TOO_DEAR, 0
     inverse, ratio, residual = np.empty(size), np.empty(size), np.empty(size)
     d_slack, d_dual, push = np.empty(size), np.empty(size), np.empty(size)
     _begin(room, active, slack, dual)
@@ -193,11 +204,10 @@ def cheaper_than(  # noqa: PLR0915 - one algorithm, its steps in order
             ):
                 jerk = table[3 + m, :-1].copy()
                 return _states(table), jerk, np.inf, INFEASIBLE, iteration
-        if iteration >= PROOF_FROM and cost_to_beat < NO_BOUND:
+        if iteration >= CUT_FROM and cost_to_beat < NO_BOUND:
             gather(dual, column, sign, sloped)
             above = dot(dual, free_room)
             above = _dearer(step, row, free_gain, sloped, above, gradient, feed, change)
-            margin = CUT_MARGIN * (1.0 + abs(cost_to_beat))
             if free_objective + above > cost_to_beat + margin:
                 jerk = table[3 + m, :-1].copy()
                 return _states(table), jerk, free_objective + above, TOO_DEAR, iteration

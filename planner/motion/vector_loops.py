@@ -18,6 +18,13 @@ def residuals(
 
 
 @compiled
+def shortfalls(room: FloatArray, short: FloatArray) -> None:
+    """Fill by how much rooms are negative."""
+    for i in range(room.size):
+        short[i] = max(-room[i], 0.0)
+
+
+@compiled
 def inverses(values: FloatArray, inverse: FloatArray) -> None:
     """Fill 1 / values."""
     for i in range(values.size):

@@ -6,13 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
+from planner.geometry.curve_models import LANE_CHANGE_KNOTS
 from planner.geometry.reference_path import ReferencePath
-from planner.lane_change.path import (
-    KNOTS,
-    best_change,
-    lane_keeping_path,
-    spline_offsets,
-)
+from planner.lane_change.change_shapes import BASIS, control_points, prices, sample
+from planner.lane_change.path import best_change, lane_keeping_path
 from planner.lane_change.settings import PathSettings
 from planner.states import Path
 from planner.vehicle import Vehicle
@@ -72,7 +69,8 @@ def test_the_spline_is_that_of_scipy_and_starts_with_the_given_derivatives(
     from dataclasses import replace
 
     state = replace(on_lanes().ego_frenet, l=l0, l_prime=slope, l_second=curve)
-    s, l, dl, ddl = spline_offsets(state, 1.75, 0.0, length, ratio)
+    points = control_points(state, 1.75, 0.0, [length], [ratio])[0]
+    s, l, dl, ddl = sample(points, BASIS)
     assert (l[0], dl[0], ddl[0]) == pytest.approx((l0, slope, curve), abs=1e-9)
     assert (l[-1], dl[-1], ddl[-1]) == pytest.approx((1.75, 0.0, 0.0), abs=1e-9)
     c = ratio * length
@@ -80,11 +78,25 @@ def test_the_spline_is_that_of_scipy_and_starts_with_the_given_derivatives(
     along = [0.0, b, c, length / 2, length - c, length - b, length]
     third = l0 + c * slope + 3.0 * b * b * curve
     across = [l0, l0 + b * slope, third, (l0 + 1.75) / 2, 1.75, 1.75, 1.75]
-    curve_of = BSpline(KNOTS, np.column_stack([along, across]), 3)
+    curve_of = BSpline(LANE_CHANGE_KNOTS, np.column_stack([along, across]), 3)
     u = np.linspace(0.0, 1.0, s.size)
     np.testing.assert_allclose(np.column_stack([s, l]), curve_of(u), atol=1e-9)
     inside = slice(2, -2)
     np.testing.assert_allclose(np.gradient(l, s)[inside], dl[inside], atol=5e-3)
+
+
+def test_the_price_is_the_integral_of_squared_curvature_and_the_length():
+    state = on_lanes().ego_frenet
+    points = control_points(state, 1.75, 0.0, [40.0, 70.0], [0.2])
+    costs, peaks = prices(points, BASIS, 4000.0, 0.02)
+    for k, length in enumerate((40.0, 70.0)):
+        curve = BSpline(LANE_CHANGE_KNOTS, points[k], 3)
+        u = np.linspace(0.0, 1.0, 20001)
+        (x1, y1), (x2, y2) = curve(u, 1).T, curve(u, 2).T
+        bent = (x1 * y2 - y1 * x2) / np.hypot(x1, y1) ** 3
+        whole = np.trapezoid(bent**2 * np.hypot(x1, y1), u)
+        assert costs[k] == pytest.approx(4000.0 * whole + 0.02 * length, rel=1e-3)
+        assert peaks[k] == pytest.approx(np.abs(bent).max(), rel=1e-3)
 
 
 def test_a_later_change_keeps_the_offset_first():
