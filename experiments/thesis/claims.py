@@ -12,6 +12,7 @@ from enum import StrEnum
 from experiments.statistics import wilson
 
 DIGITS = 4  # significant ones of every number that is reported
+NOTHING = 1e-9  # what is smaller is rounding
 Number = float | int
 
 
@@ -43,8 +44,10 @@ class Share:
             return None
         holds = sum(found)
         rate = wilson(holds, len(found))
-        ends = (100.0 * rate.value, 100.0 * rate.low, 100.0 * rate.high)
-        return cls(holds, len(found), *(round(end, 1) for end in ends), trials)
+        value, low, high = (
+            round(100.0 * end, 1) for end in (rate.value, rate.low, rate.high)
+        )
+        return cls(holds, len(found), value, low, high, trials)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +59,9 @@ class Claim:
     words: str
     published: Mapping[str, Number]
     measured: Mapping[str, Number]
-    picked: bool | None = None  # whether it holds where it was measured; None: not tried
+    picked: bool | None = (
+        None  # whether it holds where it was measured; None: not tried
+    )
     share: Share | None = None
     reason: str = ""
     on: str = "picked layout"  # where `measured` and `picked` are from
@@ -134,16 +139,26 @@ def shown(value: Number) -> Number:
     """Round to the digits that are reported; whole numbers stay whole."""
     if isinstance(value, int):
         return value
-    if value == 0.0 or not math.isfinite(value):
-        return float(value)
+    if not math.isfinite(value):
+        return value
+    if abs(value) < NOTHING:
+        return 0
     digits = DIGITS - 1 - math.floor(math.log10(abs(value)))
     rounded = round(value, max(digits, 0))
-    return int(rounded) if rounded == int(rounded) and digits <= 0 else rounded
+    return int(rounded) if rounded == int(rounded) else rounded
 
 
 def numbers(**values: float) -> dict[str, Number]:
     """Round named numbers; `_` in a name stands for a space."""
     return {name.replace("_", " "): shown(value) for name, value in values.items()}
+
+
+def printed(**values: float) -> dict[str, Number]:
+    """Name published numbers, which stay as printed."""
+    return {
+        name.replace("_", " "): int(value) if value == int(value) else value
+        for name, value in values.items()
+    }
 
 
 def decline(before: float, after: float) -> float:

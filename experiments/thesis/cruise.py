@@ -61,9 +61,7 @@ def cruise_chapter(effort: Effort, work: Work) -> Chapter:
             f"growing obstacle, {name}",
             drive,
             [
-                Drive(
-                    "straight", name, 0, (growing(radius),), disc=name != CLOSED_LOOP
-                )
+                Drive("straight", name, 0, (growing(radius),), disc=name != CLOSED_LOOP)
                 for radius in RADII
             ],
         )
@@ -101,9 +99,7 @@ def _picked(work: Work) -> dict[tuple[str, str], Driven]:
     """Drive the picked layouts."""
     keys = [*product(ROADS, METHODS), *product([OF_SCENARIO], METHODS[:2])]
     asked = [
-        Drive(
-            road.split(",")[0], name, overrides=(CURVED,) if road == "curved" else ()
-        )
+        Drive(road.split(",")[0], name, overrides=(CURVED,) if road == "curved" else ())
         for road, name in keys
     ]
     return dict(zip(keys, work.map("picked layouts", drive, asked), strict=True))
@@ -201,7 +197,11 @@ def _pictures(picked: dict[tuple[str, str], Driven]) -> tuple[Picture, ...]:
             title = f"Fig. {figure}, {road}: J_{field}"
             made.append(
                 Picture(
-                    f"fig_{figure}", title, "planning cycle", f"J_{field} {unit}", series
+                    f"fig_{figure}",
+                    title,
+                    "planning cycle",
+                    f"J_{field} {unit}",
+                    series,
                 )
             )
     return tuple(made)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from experiments.thesis.claims import Claim, Number, Share, decline, numbers
+from experiments.thesis.claims import Claim, Number, Share, decline, numbers, printed
 from experiments.thesis.cruise_drives import (
     CONVENTIONAL,
     JERK_AND_SAFETY,
@@ -22,8 +22,8 @@ ALIKE = 0.1  # means that differ by less than this share are alike
 BEGINS = 0.1  # the ego has begun to avoid when it is so far aside [m]
 
 JERK_REASON = (
-    "the terms are over their maxima of each cycle, so that a larger safety term "
-    "changes what jerk costs; with raw weights the share is lower still"
+    "the offset term asks for more steering than the conventional cost, which drifts "
+    "aside once and stays there; each term is divided by its maximum in the cycle"
 )
 Test = Callable[[Driven, Driven], bool]
 
@@ -75,7 +75,7 @@ def comparison_claims(drives: RoadDrives) -> Iterator[Claim]:
             f"4.2_{drives.road}_{name}",
             table.place,
             f"{drives.road}: the proposed method has the lower mean {column}",
-            numbers(
+            printed(
                 proposed=table.value(rows[0], column),
                 conventional=table.value(rows[1], column),
                 decline_percent=table.value(rows[0], f"{column} decline %"),
@@ -86,7 +86,9 @@ def comparison_claims(drives: RoadDrives) -> Iterator[Claim]:
                 decline_percent=decline(theirs, ours),
             ),
             ours < theirs,
-            Share.count(better, f"random layouts on road {drives.road}"),
+            Share.count(
+                better, f"random layouts on road {drives.road} that both drive"
+            ),
             reason,
         )
 
@@ -109,7 +111,7 @@ def course_claims(roads: Sequence[RoadDrives]) -> Iterator[Claim]:
             claim.test(*pair),
             Share.count(
                 (claim.test(a, b) for a, b in drives.pairs()),
-                f"random layouts on road {claim.road}",
+                f"random layouts on road {claim.road} that both drive",
             ),
             claim.reason,
         )
@@ -216,10 +218,10 @@ def influence_claims(roads: Sequence[RoadDrives]) -> Iterator[Claim]:
 
 
 def size_claim(
-    radii: Sequence[float], printed: Sequence[Driven], own: Sequence[Driven]
+    radii: Sequence[float], as_printed: Sequence[Driven], own: Sequence[Driven]
 ) -> Claim:
     """Check that the distance kept grows with the obstacle."""
-    kept = [one.clearance for one in printed]
+    kept = [one.clearance for one in as_printed]
     ours = [one.clearance for one in own]
     return Claim(
         "4.7.1_size",
@@ -350,7 +352,7 @@ def _courses() -> tuple[Course, ...]:
             road,
             text[key].place,
             f"{road}: {words}",
-            numbers(from_cycle=first, to_cycle=cycle(key)),
+            printed(from_cycle=first, to_cycle=cycle(key)),
             _window(field, first, cycle(key)),
             _compared(field, first, cycle(key), judge),
             reason,
@@ -364,7 +366,7 @@ def _courses() -> tuple[Course, ...]:
             "curved",
             begins.place,
             "curved: the proposed method begins to avoid earlier",
-            numbers(
+            printed(
                 proposed_m=begins.value,
                 conventional_m=text["curved_begins_conventional"].value,
             ),

@@ -46,12 +46,12 @@ CAR = Vehicle()
 LEAST_WAY = 20.0  # that is left after an obstacle to come back [m]
 
 
-def _with_weights(*weights: float) -> Callable[[], Planner]:
+def _with_weights(jerk: float, safety: float, offset: float) -> Callable[[], Planner]:
     """Make the printed planner with other weights of jerk, safety and offset."""
 
     def make() -> Planner:
-        all_weights = Weights(*weights, *ONLY_PRINTED)
-        return CruisePlanner(thesis_settings(SafetyTerm.SIZE_CONVOLUTION, all_weights))
+        weights = Weights(jerk, safety, offset, *ONLY_PRINTED)
+        return CruisePlanner(thesis_settings(SafetyTerm.SIZE_CONVOLUTION, weights))
 
     return make
 
@@ -112,14 +112,14 @@ def random_drive(road: str, method: str, seed: int) -> Drive:
     return Drive(road, method, seed, (RANDOM,))
 
 
-def standing(
+def standing(  # noqa: PLR0913, PLR0917 - the signature of predictors
     path: ReferencePath,
     x: FloatArray,
     y: FloatArray,
     heading: FloatArray,
     speed: FloatArray,
-    acceleration: FloatArray,
-    lateral_speed: FloatArray,
+    acceleration: FloatArray,  # noqa: ARG001 - part of the signature
+    lateral_speed: FloatArray,  # noqa: ARG001
     step: float,
     n_steps: int,
 ) -> Prediction:
@@ -189,7 +189,7 @@ def car_clearance(ego: CartesianState, discs: Obstacles) -> float:
     aside = np.abs(dy * cos - dx * sin) - 0.5 * CAR.width
     outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
     inside = np.minimum(np.maximum(ahead, aside), 0.0)
-    return float((outside + inside - discs.radius).min())
+    return float((outside + inside - discs.radius).min(initial=np.inf))
 
 
 def farthest_return(
@@ -200,7 +200,7 @@ def farthest_return(
     For each obstacle the least |l| from it to the next one or the goal; where less
     than 20 m are left, there is no room to come back.
     """
-    ends = [*obstacles[1:], goal]
+    ends = [*obstacles, goal][1:]
     worst = 0.0
     for start, end in zip(obstacles, ends, strict=True):
         between = np.abs(l[(s > start) & (s < end)])

@@ -216,13 +216,15 @@ def _sides_table(groups: Groups) -> ResultTable:
             all(getattr(m[SIDES], c) < getattr(m["adaptive"], c) for c in columns)
             for m in both
         )
-        priced = [m for m in methods if m[SIDES_PRINTED].solved and m["adaptive"].solved]
+        priced = [
+            m for m in methods if m[SIDES_PRINTED].solved and m["adaptive"].solved
+        ]
         cheaper = sum(
             m[SIDES_PRINTED].thesis_cost
             <= m["adaptive"].thesis_cost * (1.0 + COST_ROUNDING)
             for m in priced
         )
-        least = min((g.clearance for g in group if not math.isnan(g.clearance)))
+        least = min(g.clearance for g in group if not math.isnan(g.clearance))
         rows.append(
             (
                 n,
@@ -316,7 +318,9 @@ def _example(groups: Groups) -> Iterable[Picture]:
             obstacles = one.layout.obstacles()
             field = straight_field(obstacles, HALF_WIDTH, LENGTH)
             paths = {
-                f"{points} waypoints a layer": lattice_with("uniform", points)(field).path
+                f"{points} waypoints a layer": lattice_with("uniform", points)(
+                    field
+                ).path
                 for points in (FEWER, MORE)
             }
             there = {name: path for name, path in paths.items() if path is not None}
