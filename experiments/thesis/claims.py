@@ -105,7 +105,7 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """What a figure shows; `discs` are (x, y, radius)."""
+    """What a figure shows; `discs` are (x, y, radius), `points` are (x, y)."""
 
     id: str
     title: str
@@ -113,6 +113,7 @@ class Picture:
     y: str
     series: tuple[Series, ...]
     discs: tuple[tuple[float, float, float], ...] = ()
+    points: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,12 +5,11 @@ from itertools import product
 
 from experiments.thesis.claims import Chapter, Picture, ResultTable, Series, shown
 from experiments.thesis.cruise_claims import (
-    RoadDrives,
     comparison_claims,
-    course_claims,
     influence_claims,
     size_claim,
 )
+from experiments.thesis.cruise_courses import RoadDrives, course_claims
 from experiments.thesis.cruise_drives import (
     CLOSED_LOOP,
     CONVENTIONAL,

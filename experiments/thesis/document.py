@@ -10,14 +10,14 @@ Data = Mapping[str, Any]
 INTRODUCTION = """# The thesis, recomputed
 
 What "Enhanced Techniques in Path Planning and Optimization for Autonomous Vehicles
-across Diverse Traffic Conditions" (2024) says in its chapters on planning, beside what
-this code measures. `make thesis` writes this file; every number in it stands in
+across Diverse Traffic Conditions" says in its chapters on planning, beside what this
+code measures. `make thesis` writes this file; every number in it stands in
 `thesis.json` beside it, and nothing is typed in by hand.
 
 The thesis does not give its layouts. Those called *picked* were chosen among random
 ones because their outcome lies near the published one: they are examples. Evidence is
-the share of random layouts in which a claim holds, with Wilson's interval of 95 %. A
-claim holds if it holds in all of them."""
+the share of random layouts in which a claim holds, with Wilson's interval. A claim
+holds if it holds in all of them."""
 
 
 def document(numbers: Data) -> str:

@@ -24,6 +24,7 @@ def svg(picture: Data) -> str:
     ]
     parts += _axes(picture, place)
     parts += [_disc(disc, place) for disc in picture["discs"]]
+    parts += [_point(x, y, place) for x, y in picture["points"]]
     parts += [_line(k, one, place) for k, one in enumerate(picture["series"])]
     return "\n".join([*parts, "</svg>"])
 
@@ -60,6 +61,8 @@ def _spans(picture: Data) -> tuple[tuple[float, float], tuple[float, float]]:
     for s, l, radius in picture["discs"]:
         xs += [s - radius, s + radius]
         ys += [l - radius, l + radius]
+    xs += [x for x, _ in picture["points"]]
+    ys += [y for _, y in picture["points"]]
     return _span(xs), _span(ys)
 
 
@@ -116,6 +119,13 @@ def _disc(disc: Sequence[float], place: _Placed) -> str:
     radii = f'rx="{radius * place.per_x:.1f}" ry="{radius * place.per_y:.1f}"'
     return (
         f'<ellipse class="disc" cx="{place.x(s):.1f}" cy="{place.y(l):.1f}" {radii}/>'
+    )
+
+
+def _point(x: float, y: float, place: _Placed) -> str:
+    """Draw a point."""
+    return (
+        f'<circle class="point" cx="{place.x(x):.1f}" cy="{place.y(y):.1f}" r="1.8"/>'
     )
 
 
