@@ -8,7 +8,6 @@ it: the status is `planner_failed`.
 import logging
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from numbers import Integral, Real
 
 import numpy as np
@@ -61,7 +60,7 @@ def checked(result: object) -> PlanResult:
         raise _wrong("trajectory", result.trajectory, "a Trajectory or None")
     status, stats = PlanStatus(result.status), _checked_stats(result.stats)
     shown = _checked_alternatives(result.alternatives)
-    return replace(result, status=status, stats=stats, alternatives=shown)
+    return PlanResult(status, result.trajectory, result.memory, stats, shown)
 
 
 def _checked_stats(stats: object) -> PlanStats:
@@ -70,6 +69,8 @@ def _checked_stats(stats: object) -> PlanStats:
         raise _wrong("stats", stats, "PlanStats")
     if not isinstance(stats.reason, str):
         raise _wrong("stats.reason", stats.reason, "text")
+    if not isinstance(stats.explanation, str):
+        raise _wrong("stats.explanation", stats.explanation, "text")
     if not isinstance(stats.blocker, str | None):
         raise _wrong("stats.blocker", stats.blocker, "text or None")
     return PlanStats(
@@ -85,6 +86,7 @@ def _checked_stats(stats: object) -> PlanStats:
             for key, value in _named("stats.costs", stats.costs).items()
         },
         blocker=stats.blocker,
+        explanation=str(stats.explanation),
     )
 
 

@@ -10,10 +10,10 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -108,7 +108,7 @@ def run(  # noqa: PLR0913, one parameter an option
             return _crashed(loaded, out, process, death, as_json=as_json)
 
         if gui:  # a window belongs to the process that made it
-            raise typer.Exit(episode())
+            _end_with_window(episode)
         from experiments.crash_guard import guarded
 
         raise typer.Exit(guarded(episode, crashed))
@@ -194,6 +194,17 @@ def _crashed(
         remove_unfinished(out, process)
         reason = f"the process of the episode {death}"
         return _report(record_crash(scenario, reason, out), as_json=as_json)
+
+
+def _end_with_window(episode: Callable[[], int]) -> NoReturn:
+    """Run, then end at once: SUMO's window would keep the process from ending."""
+    try:
+        status = episode()
+    except typer.Exit as stop:
+        status = stop.exit_code
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
 
 
 def _report(outcome: "Outcome", *, as_json: bool) -> int:

@@ -13,6 +13,7 @@ from experiments.config import Scenario
 from experiments.cosim.loop import LoopSettings, run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import Ending, EpisodeStatus, StepRecord
+from experiments.cosim.world import PlanDisplay
 from experiments.doctor import check_simulator
 from experiments.egoless import vehicles_without_ego
 from experiments.errors import ConfigError
@@ -24,12 +25,14 @@ from experiments.recording import Setting, build_trace
 from experiments.road_map import RoadMap, map_around, write_map
 from experiments.run_folder import whole_folder
 from experiments.scenario_file import CONFIG_FILE, config_text
+from experiments.speed_graphs import write_graphs
 from experiments.trace import SCHEMA_VERSION, TABLES, Table, Trace, trace_hash
 from experiments.trace_files import write_tables, write_trace
 from experiments.worlds import TRAFFIC_FILE, make_world
-from planner.interface import Planner
+from planner.interface import Planner, SpeedGraph
 from planner.motion.prediction import Predictor, constant_speed, held_braking
 from planner.scene import Lanes
+from planner.states import Trajectory
 
 RUNS = Path("runs")
 WITHOUT_EGO_FILE = "vehicles_without_ego.parquet"
@@ -60,7 +63,7 @@ class RunFolder:
     target: Path | None = None  # instead of the usual name
     keeps_trace: Callable[[Ending], bool] = lambda _: True
     facts: Mapping[str, Any] = field(default_factory=dict)  # for the manifest
-    keeps_candidates: bool = False  # of the cycles, with the trace
+    keeps_candidates: bool = False  # of the cycles, and s-T graphs, with the trace
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,10 +81,12 @@ class _Recorder:
     """Keeps every step and when it came."""
 
     forward: OnStep | None
-    candidates: CandidateLog | None = None
+    candidates: CandidateLog | None = None  # where they are to be kept, and graphs
+    graphs: list[tuple[int, SpeedGraph]] = field(default_factory=list)
     records: list[StepRecord] = field(default_factory=list)
     elapsed: list[float] = field(default_factory=list)
     started: float | None = None
+    show_plan: Callable[[Trajectory], None] | None = None  # in a window
 
     def __call__(self, record: StepRecord) -> None:
         """Take one step."""
@@ -89,17 +94,23 @@ class _Recorder:
         self.started = now if self.started is None else self.started
         self.records.append(self._lightened(record))
         self.elapsed.append(now - self.started)
+        plan = record.plan.trajectory if record.plan is not None else None
+        if self.show_plan is not None and plan is not None:
+            self.show_plan(plan)
         if self.forward is not None:
             self.forward(record)
 
     def _lightened(self, record: StepRecord) -> StepRecord:
         """Take out of a plan what holds on to all that its cycle calculated."""
         plan = record.plan
-        if plan is None or plan.alternatives is None:
+        if plan is None:
             return record
-        if self.candidates is not None:
+        if self.candidates is not None and plan.alternatives is not None:
             self.candidates.add(record.index, plan.alternatives())
-        return replace(record, plan=replace(plan, alternatives=None))
+        if self.candidates is not None and plan.speed_graph is not None:
+            self.graphs.append((record.index, plan.speed_graph()))
+        light = replace(plan, alternatives=None, speed_graph=None)
+        return replace(record, plan=light)
 
 
 def run_episode(
@@ -139,6 +150,8 @@ def run_episode(
     target = choice.target or out / _folder_name(scenario, identity["run_hash"])
     with whole_folder(target) as folder:
         world = make_world(scenario, layout, folder, gui=gui)
+        if gui and isinstance(world, PlanDisplay):
+            recorder.show_plan = world.show_plan
         try:
             ending = run_loop(
                 world,
@@ -157,6 +170,7 @@ def run_episode(
             write_map(_road_map(layout), folder)
             if log is not None:
                 write_candidates(log, folder)
+                write_graphs(recorder.graphs, folder)
         without = vehicles_without_ego(scenario, layout, trace, world, folder)
         if without is not None and choice.keeps_trace(ending):
             file = folder / WITHOUT_EGO_FILE

@@ -6,8 +6,8 @@ It also fills the cache of compiled loops before several workers would do so at 
 import logging
 import statistics
 import tempfile
-from collections.abc import Mapping
-from concurrent.futures import Future
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, wait
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -16,7 +16,9 @@ from typing import Any, TypeVar
 
 from pebble import ProcessExpired
 
+from experiments.config import Scenario
 from experiments.cosim.records import StepRecord
+from experiments.crash_guard import interrupts_between_steps
 from experiments.episode import run_episode
 from experiments.errors import ExperimentError
 from experiments.executors.executor import WorkerSettings
@@ -29,6 +31,7 @@ from experiments.sweep import Kind, Missing, Survey
 
 COMPILE_PATIENCE = 600.0  # for the first run of a planner with nothing compiled [s]
 LOADED = 0.5  # of its steps is what a run takes beside them once all is loaded
+PATIENCE = 0.2  # between two looks whether it was interrupted [s]
 STAND_IN = "cruise"  # for users' planners, while loops are compiled
 MAX_KINDS = 12  # kinds that are tried; more would take longer than they tell
 
@@ -60,25 +63,33 @@ def fly(
         The estimate, and the scenarios that are safe to warm up with.
     """
     kinds = dict(list(survey.kinds.items())[:MAX_KINDS])
-    stand_ins = _loaded(_stand_ins(kinds), settings)
-    times: dict[Kind, float] = {}
-    pool = IsolatedWorkers(
-        min(workers, len(kinds)), replace(settings, warm_up=stand_ins)
-    )
-    try:
-        futures = {}
-        for kind, missing in kinds.items():
-            known = missing.first.scenario.planner.name in PLANNERS
-            patience = timeout + (COMPILE_PATIENCE if known else 0.0)
-            config = missing.first.scenario.resolved()
-            futures[kind] = pool.call(time_of, config, patience)
-        for kind, future in futures.items():
-            seconds = _outcome(future)
-            times |= {} if seconds is None else {kind: seconds}
-    finally:
-        pool.stop()
+    with interrupts_between_steps() as check_interrupt:
+        stand_ins = _loaded(_stand_ins(kinds), settings, check_interrupt)
+        pool = IsolatedWorkers(
+            min(workers, len(kinds)), replace(settings, warm_up=stand_ins)
+        )
+        times: dict[Kind, float] = {}
+        try:
+            futures = {
+                kind: _try(pool, missing.first.scenario, timeout)
+                for kind, missing in kinds.items()
+            }
+            for kind, future in futures.items():
+                seconds = _outcome(future, check_interrupt)
+                times |= {} if seconds is None else {kind: seconds}
+        finally:
+            pool.stop()
     warm_up = (*stand_ins, *_warm_up(survey, times))
     return Pilot(_total(survey, times), warm_up)
+
+
+def _try(
+    pool: IsolatedWorkers, scenario: Scenario, timeout: float
+) -> Future[float | None]:
+    """Have a run driven; what is ours may have to be compiled first."""
+    known = scenario.planner.name in PLANNERS
+    patience = timeout + (COMPILE_PATIENCE if known else 0.0)
+    return pool.call(time_of, scenario.resolved(), patience)
 
 
 def time_of(config: Mapping[str, Any]) -> float | None:
@@ -116,7 +127,9 @@ def _stand_ins(kinds: Mapping[Kind, Missing]) -> tuple[Mapping[str, Any], ...]:
 
 
 def _loaded(
-    configs: tuple[Mapping[str, Any], ...], settings: WorkerSettings
+    configs: tuple[Mapping[str, Any], ...],
+    settings: WorkerSettings,
+    check_interrupt: Callable[[], None],
 ) -> tuple[Mapping[str, Any], ...]:
     """Compile what scenarios need; give those with which it worked."""
     if not configs:
@@ -124,14 +137,16 @@ def _loaded(
     pool = IsolatedWorkers(1, replace(settings, warm_up=()))
     try:
         futures = [pool.call(load, config, COMPILE_PATIENCE) for config in configs]
-        done = [_outcome(future) for future in futures]
+        done = [_outcome(future, check_interrupt) for future in futures]
     finally:
         pool.stop()
     return tuple(config for config, ok in zip(configs, done, strict=True) if ok)
 
 
-def _outcome(future: Future[T]) -> T | None:
+def _outcome(future: Future[T], check_interrupt: Callable[[], None]) -> T | None:
     """Wait for what comes out of a worker; None if it dies or raises."""
+    while not wait((future,), PATIENCE).done:
+        check_interrupt()
     try:
         return future.result()
     except (TimeoutError, ProcessExpired, RuntimeError, ExperimentError) as error:

@@ -171,9 +171,9 @@ def _numbers(state: Any) -> tuple[float, ...]:
 
 
 def _plan_cells(record: StepRecord) -> tuple[object, ...]:
-    """Make the cells about the plan, from plan_status to blocker."""
+    """Make the cells about the plan, from plan_status to explanation."""
     if record.plan is None:
-        return (None,) * 7
+        return (None,) * 8
     stats = record.plan.stats
     return (
         str(record.plan.status),
@@ -183,6 +183,7 @@ def _plan_cells(record: StepRecord) -> tuple[object, ...]:
         json.dumps(dict(stats.removed), sort_keys=True),
         json.dumps({k: float(v) for k, v in stats.costs.items()}, sort_keys=True),
         stats.blocker,
+        stats.explanation,
     )
 
 

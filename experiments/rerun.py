@@ -7,6 +7,7 @@ from typing import Any
 
 from experiments import results
 from experiments.config.sweep import KeepTraces
+from experiments.crash_guard import interrupts_between_steps
 from experiments.errors import ConfigError, ResultsError
 from experiments.executors.executor import WorkerSettings
 from experiments.executors.local import LocalExecutor
@@ -21,6 +22,8 @@ from experiments.sweep_folder import (
     run_folders,
 )
 from experiments.sweep_plan import net_file_of
+
+PATIENCE = 0.5  # between two looks whether it was interrupted [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,16 +54,15 @@ def repeat(folder: Path, run_id: str) -> Repeated:
     before = results.manifest(run)
     task = _task(folder, run, before)
     sweep = load_sweep_copy(folder)
-    executor = LocalExecutor(
-        WorkerSettings(sweep.memory_mb, folder / LOG, Path.cwd()), workers=1
-    )
-    try:
-        executor.submit(task)
-        report = None
-        while report is None:
-            report = executor.next_report(1.0)
-    finally:
-        executor.stop()
+    settings = WorkerSettings(sweep.memory_mb, folder / LOG, Path.cwd())
+    with interrupts_between_steps() as check_interrupt:
+        executor = LocalExecutor(settings, workers=1)
+        try:
+            executor.submit(task)
+            while (report := executor.next_report(PATIENCE)) is None:
+                check_interrupt()
+        finally:
+            executor.stop()
     return _judged(before, report)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 from experiments.config import Scenario
 from experiments.config.sweep import KeepTraces
 from experiments.cosim.records import Ending, EpisodeStatus
-from experiments.episode import OnStep, RunFolder, run_episode
+from experiments.episode import RunFolder, run_episode
 from experiments.errors import ConfigError, ExperimentError, ResultsError
 from experiments.identity import code_hash
 from experiments.metrics.row import row_without_episode
@@ -86,14 +86,10 @@ class RunReport:
         return self.failure in (Failure.DISK, Failure.OTHER_CODE)
 
 
-def drive(task: RunTask, on_step: OnStep | None = None) -> RunReport:
+def drive(task: RunTask) -> RunReport:
     """Drive a run and leave its run folder; whatever goes wrong is a report.
 
     A process that dies, hangs or eats the memory is its executor's business.
-
-    Args:
-        task: The run.
-        on_step: Gets every step; KeyboardInterrupt raised in it comes out of here.
     """
     started = perf_counter()
     if code_hash() != task.facts["code_hash"]:
@@ -101,7 +97,7 @@ def drive(task: RunTask, on_step: OnStep | None = None) -> RunReport:
         return failed(task, Failure.OTHER_CODE, words)
     try:
         scenario = scenario_of(task)
-        outcome = run_episode(scenario, on_step=on_step, choice=_run_folder(task))
+        outcome = run_episode(scenario, choice=_run_folder(task))
     except ResultsError as error:
         return failed(task, Failure.DISK, str(error))
     except ConfigError as error:

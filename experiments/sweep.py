@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Protocol
 
 from experiments.config.sweep import Sweep
+from experiments.crash_guard import interrupts_between_steps
 from experiments.errors import ResultsError
 from experiments.executors.executor import Executor
 from experiments.identity import shaping_versions
@@ -107,19 +108,23 @@ def drive_missing(
         ResultsError: If a disk is full, or a worker has other code; what is there
             is whole and stays.
         ExecutorError: If all who drive are lost.
+        KeyboardInterrupt: After Ctrl-C or SIGTERM, between two reports.
     """
     work = _Work(_tasks(plan, sweep, folder, limit))
-    executor = make_executor()
-    try:
-        while _feed(executor, work):
-            report = executor.next_report(PATIENCE)
-            if report is not None:
-                work.running -= 1
-                _take(report, work, sweep.retries, show)
-            show.tick()
-    finally:
-        executor.stop()
-        remove_unfinished(folder)
+    # an interrupt inside an executor could leave its locks and queues in pieces
+    with interrupts_between_steps() as check_interrupt:
+        executor = make_executor()
+        try:
+            while _feed(executor, work):
+                report = executor.next_report(PATIENCE)
+                if report is not None:
+                    work.running -= 1
+                    _take(report, work, sweep.retries, show)
+                show.tick()
+                check_interrupt()
+        finally:
+            executor.stop()
+            remove_unfinished(folder)
 
 
 def task_of(run: PlannedRun, sweep: Sweep, folder: Path) -> RunTask:

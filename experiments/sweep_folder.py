@@ -51,6 +51,11 @@ def finished(folder: Path) -> set[str]:
     return {run.name for run in run_folders(folder)}
 
 
+def is_sweep(folder: Path) -> bool:
+    """Tell whether a folder is one that a sweep was in."""
+    return (folder / "runs").is_dir() and (folder / _SWEEP).is_file()
+
+
 def require_sweep(folder: Path) -> None:
     """Refuse a folder that no sweep was in."""
     if not (folder / "runs").is_dir():

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from experiments.errors import ResultsError
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 Column = NDArray[Any]
 Table = Mapping[str, Column]
@@ -69,13 +69,14 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
         "centre_s_m": _NUMBER,  # centre of the ego's rectangle
         "centre_l_m": _NUMBER,
         "heading_error_rad": _NUMBER,  # against the reference path
-        "plan_status": _TEXT,  # null where nothing was planned, as all until blocker
+        "plan_status": _TEXT,  # null without a plan, as all until explanation
         "reason": _TEXT,
         "candidates": _COUNT,
         "survivors": _COUNT,
         "removed": _TEXT,  # JSON: check -> candidates removed by it
         "costs": _TEXT,  # JSON: term -> cost of the chosen trajectory
         "blocker": _TEXT,
+        "explanation": _TEXT,  # why this plan; empty where a planner says nothing
         "stop_line_m": _NUMBER,  # nearest one that holds now
         "clearance_m": _NUMBER,  # null without any body
         "nearest": _TEXT,

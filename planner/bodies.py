@@ -1,15 +1,17 @@
 """Obstacles and vehicles as one table of bodies, indexed by time."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner.compiled import compiled
+from planner.geometry.clearance import gaps_to
 from planner.geometry.projection import foot
 from planner.geometry.reference_path import EVERYWHERE, NO_DIRECTION, PathTable
 from planner.scene import Prediction, Scene
-from planner.states import BoolArray, FloatArray
+from planner.states import BoolArray, FloatArray, Trajectory
 
 CORRIDOR_MARGIN = 0.3  # lateral overlap is judged this much wider than the bodies [m]
 
@@ -256,3 +258,36 @@ def _nearest_ahead(
         speed[i] = max(moved / (step * (after - before)), 0.0)
         stays = stays and np.isfinite(rear[i])  # on the ego's road
     return found if stays else -1, rear, speed
+
+
+def touched_by(
+    trajectory: Trajectory,
+    ids: Sequence[str],
+    poses: FloatArray,
+    extents: FloatArray,
+    ignored: BoolArray,
+    discs: Sequence[float],
+    radius: float,
+    least: float | FloatArray,
+) -> str | None:
+    """Name the body that a trajectory comes nearest to, if it comes too near.
+
+    Args:
+        trajectory: Of the ego.
+        ids: Of the bodies.
+        poses: x, y, cos and sin of the heading at the trajectory's times, (n, 4, n_t);
+            what lies beyond the last is not looked at.
+        extents: Half length, half width, radius, (n, 3) [m].
+        ignored: Bodies that do not count, (n,).
+        discs: Of the ego, along its heading [m].
+        radius: Of the discs [m].
+        least: Gap that is too small, one for all or one for each [m].
+    """
+    n = min(poses.shape[2], trajectory.t.size)
+    heading = trajectory.heading
+    points = np.stack([trajectory.x, trajectory.y, np.cos(heading), np.sin(heading)])
+    gaps = gaps_to(
+        np.ascontiguousarray(points[:, :n]), poses, extents, np.array(discs), radius
+    )
+    hits = np.flatnonzero((gaps < least) & ~ignored)
+    return ids[int(hits[np.argmin(gaps[hits])])] if hits.size else None

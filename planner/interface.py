@@ -45,14 +45,32 @@ KEPT = "kept"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class SpeedGraph:
+    """The s-T graph of a cycle, to be drawn: when which vehicle is where on the path.
+
+    `distance` is the chosen one at the times `t`, both (n_knots,). A vehicle forbids
+    the distances from `lower` to `upper`, both (n_vehicles, n_knots), NaN where it is
+    not in the way.
+    """
+
+    t: FloatArray  # [s]
+    distance: FloatArray  # of the ego's rear axle along its path [m]
+    ids: tuple[str, ...]
+    sides: tuple[str, ...]  # how the ego passes each: before it, after it
+    lower: FloatArray  # [m]
+    upper: FloatArray  # [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class PlanResult:
     """Outcome of one planning cycle.
 
     `trajectory` is None only when the scene was invalid. `memory` belongs to the
     planner: the caller hands it back in the next cycle and looks at nothing in it.
-    `alternatives` gives some of the trajectories looked at to who wants to draw them;
-    it is a call because only they should pay for it, and right after the cycle because
-    it holds on to all that the cycle calculated.
+    `alternatives` gives some of the trajectories looked at to who wants to draw them,
+    `speed_graph` the s-T graph behind the chosen one. They are calls because only who
+    draws should pay for it, and belong right after the cycle because they hold on to
+    all that it calculated.
     """
 
     status: PlanStatus
@@ -60,6 +78,7 @@ class PlanResult:
     memory: object
     stats: PlanStats = field(default_factory=PlanStats)
     alternatives: Callable[[], tuple[Alternative, ...]] | None = None
+    speed_graph: Callable[[], SpeedGraph] | None = None
 
 
 class Planner(Protocol):

@@ -13,6 +13,7 @@ def add_to(app: typer.Typer) -> None:
     """Add the commands to the command line."""
     app.command()(report)
     app.command()(figure)
+    app.command()(video)
 
 
 def report(
@@ -32,11 +33,8 @@ def report(
     """Write the page of a run or a sweep: one file, opens anywhere, offline."""
     with one_line_errors():
         from experiments.report.run_page import is_run, save_run_page
-        from experiments.report.sweep_page import (
-            is_sweep,
-            save_run_pages,
-            save_sweep_page,
-        )
+        from experiments.report.sweep_page import save_run_pages, save_sweep_page
+        from experiments.sweep_folder import is_sweep
 
         if is_run(folder) or not is_sweep(folder):
             sys.stdout.write(f"{save_run_page(folder, output)}\n")
@@ -47,20 +45,39 @@ def report(
 
 
 def figure(
+    folder: Annotated[
+        Path, typer.Argument(metavar="RUN|SWEEP", help="Folder of a run or a sweep.")
+    ],
+    *,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help=".png, .svg or .pdf  [FOLDER/figure.png]"),
+    ] = None,
+) -> None:
+    """Draw a run from above and over time, or the metrics of a sweep by planner."""
+    with one_line_errors():
+        from experiments.report.figures import save_figure
+
+        sys.stdout.write(f"{save_figure(folder, output)}\n")
+
+
+def video(
     run_folder: Annotated[
         Path, typer.Argument(metavar="RUN", help="A folder that `run` left.")
     ],
     *,
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help=".png, .svg or .pdf  [RUN/figure.png]"),
-    ] = None,
+        Path, typer.Option("-o", "--output", help="An .mp4 or .gif file.")
+    ],
+    speed: Annotated[
+        float, typer.Option(help="How much faster than the run it is.")
+    ] = 1.0,
 ) -> None:
-    """Draw a run: the view from above, and speed, offset, clearance over time."""
+    """Film a run from above: road, vehicles, the ego and its plan."""
     with one_line_errors():
-        from experiments.report.figures import save_figure
+        from experiments.report.film import save_film
 
-        sys.stdout.write(f"{save_figure(run_folder, output)}\n")
+        sys.stdout.write(f"{save_film(run_folder, output, speed)}\n")
 
 
 def write_page(folder: Path) -> Path | None:

@@ -7,6 +7,7 @@ silently take the place of the first.
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from time import monotonic, sleep
 from types import ModuleType
 
 import numpy as np
@@ -29,10 +30,14 @@ from experiments.cosim.vehicle_reader import VehicleReader, traffic_state
 from experiments.errors import SimulationError
 from planner.geometry.reference_path import ReferencePath
 from planner.scene import Obstacles, RoadBounds
-from planner.states import CartesianState
+from planner.states import CartesianState, Trajectory
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
 
+PLAN_ID = "rearview.plan"  # of the line drawn in SUMO's window
+PLAN_COLOUR = (213, 94, 0, 255)  # as in all pictures
+PLAN_LAYER = 200  # above the vehicles
+PLAN_WIDTH = 0.4  # [m]
 SYSTEM_LIBRARIES = "libgl1 libx11-6 libxext6 libxrender1 libatomic1 libexpat1"
 
 
@@ -54,6 +59,7 @@ class SumoWorld:
         self._steps = 0
         self._entry_steps = 0
         self._reported_collisions = 0
+        self._shown_at = -math.inf  # when the last step was shown [s]
 
     @property
     def step(self) -> float:
@@ -155,15 +161,44 @@ class SumoWorld:
             sumo.simulationStep()
             if sumo.simulation.getCollidingVehiclesNumber():
                 self._count_collision(sumo)
+        if self._settings.gui:
+            self._keep_pace()
         self._ego_front = (x, y)
         self._steps += 1
         return ego
 
+    def _keep_pace(self) -> None:
+        """Let a step take as long as it lasts, to be watched."""
+        now = monotonic()
+        due = self._shown_at + self.step
+        if now < due:
+            sleep(due - now)
+        self._shown_at = max(now, due)
+
+    def show_plan(self, plan: Trajectory) -> None:
+        """Draw a plan in SUMO's window, in the place of the one before.
+
+        Raises:
+            SimulationError: If SUMO fails.
+        """
+        sumo = self._running()
+        points = list(zip(plan.x.tolist(), plan.y.tolist(), strict=True))
+        with sumo_errors(sumo, "drawing the plan"):
+            if PLAN_ID in sumo.polygon.getIDList():
+                sumo.polygon.setShape(PLAN_ID, points)
+            else:
+                look = PLAN_COLOUR, False, "plan", PLAN_LAYER, PLAN_WIDTH
+                sumo.polygon.add(PLAN_ID, points, *look)
+
     def close(self) -> None:
-        """End the simulation; allowed at any time and more than once."""
+        """End the simulation; allowed at any time and more than once.
+
+        A simulation with a window stays until its process ends: libsumo 1.28 blocks
+        forever now and then when it is to close one.
+        """
         sumo, self._sumo, self._ghost = self._sumo, None, None
         self._reader = None
-        if sumo is not None and sumo.isLoaded():
+        if sumo is not None and sumo.isLoaded() and not self._settings.gui:
             with sumo_errors(sumo, "closing"):
                 sumo.close()
 

@@ -64,5 +64,6 @@ def command_line(settings: SumoSettings) -> list[str]:
     if settings.lane_change_duration > 0.0:
         command += ["--lanechange.duration", repr(float(settings.lane_change_duration))]
     if settings.gui:
-        command += ["--start", "--quit-on-end", "--delay", "100"]
+        # No delay of SUMO's: it would hold for the warm-up too.
+        command += ["--start", "--quit-on-end", "--delay", "0"]
     return command

@@ -1,11 +1,11 @@
 """What the loop needs of a world; SUMO and the kinematic world both provide it."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from experiments.cosim.records import TrafficState
 from planner.geometry.reference_path import ReferencePath
 from planner.scene import Obstacles, RoadBounds
-from planner.states import CartesianState
+from planner.states import CartesianState, Trajectory
 
 
 class World(Protocol):
@@ -48,4 +48,13 @@ class World(Protocol):
 
     def close(self) -> None:
         """Take the ego out and end the simulation; allowed at any time."""
+        ...
+
+
+@runtime_checkable
+class PlanDisplay(Protocol):
+    """A world with a window in which the ego's plan can be drawn."""
+
+    def show_plan(self, plan: Trajectory) -> None:
+        """Draw a plan in the place of the one before."""
         ...

@@ -2,7 +2,6 @@
 
 from collections import deque
 
-from experiments.crash_guard import interrupts_between_steps
 from experiments.executors.executor import WorkerSettings
 from experiments.executors.worker import warm_up
 from experiments.run_task import RunReport, RunTask, drive
@@ -23,10 +22,7 @@ class SequentialExecutor:
 
     def next_report(self, patience: float) -> RunReport | None:  # noqa: ARG002
         """Drive the next run."""
-        if not self._waiting:
-            return None
-        with interrupts_between_steps() as check_interrupt:
-            return drive(self._waiting.popleft(), lambda _: check_interrupt())
+        return drive(self._waiting.popleft()) if self._waiting else None
 
     def stop(self) -> None:
         """Forget what waits."""

@@ -1,4 +1,4 @@
-"""The picture of one run: `rearview figure RUN`."""
+"""The picture of a run or a sweep: `rearview figure FOLDER`."""
 
 import os
 import tempfile
@@ -10,6 +10,8 @@ from experiments.errors import ConfigError, ResultsError
 from experiments.report import palette
 from experiments.report.page import Page, page_for
 from experiments.report.run_record import RunRecord, read_run
+from experiments.report.sweep_figure import draw_sweep
+from experiments.sweep_folder import is_sweep
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,10 +38,10 @@ _NO_DATE = {
 
 
 def save_figure(folder: Path, file: Path | None = None) -> Path:
-    """Draw a run and save the picture.
+    """Draw a run or a sweep and save the picture.
 
     Args:
-        folder: A run folder.
+        folder: A run folder, or the folder of a sweep.
         file: Where the picture goes; its suffix says the format. None puts
             `figure.png` into the run folder.
 
@@ -56,12 +58,12 @@ def save_figure(folder: Path, file: Path | None = None) -> Path:
     if kind not in FORMATS:
         allowed = ", ".join(f".{name}" for name in FORMATS)
         raise ConfigError(f"{target}: has no known suffix; allowed: {allowed}")
-    run = read_run(folder)
-    _require_matplotlib()
+    run = None if is_sweep(folder) else read_run(folder)
+    require_matplotlib("figure")
     from matplotlib import rc_context
 
     with rc_context(_STYLE):  # type: ignore[arg-type]  # names checked at run time
-        figure = draw_run(run)
+        figure = draw_sweep(folder) if run is None else draw_run(run)
         _save(figure, target, kind)
     return target
 
@@ -150,13 +152,13 @@ def _moment_name(run: RunRecord, number: int) -> str:
     return f"{number + 1}: t = {run.time[run.moments[number]]:.1f} s"
 
 
-def _require_matplotlib() -> None:
+def require_matplotlib(command: str) -> None:
     """Say how to get matplotlib where it is missing."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
         raise ResultsError(
-            "rearview figure needs matplotlib, which cannot be imported "
+            f"rearview {command} needs matplotlib, which cannot be imported "
             f'({error}); install it: pip install "rearview[figures]"'
         ) from error
 

@@ -40,9 +40,7 @@ def draw_from_above(axes: Axes, run: RunRecord) -> LineCollection:
     Returns:
         The ego's way coloured by speed, for the colour bar.
     """
-    _draw_lanes(axes, run)
-    _draw_carriageway(axes, run.trace.road)
-    _draw_obstacles(axes, run.trace.obstacles)
+    draw_road(axes, run)
     way = _draw_way(axes, run)
     for number in range(len(run.moments)):
         _draw_moment(axes, run, number)
@@ -50,6 +48,13 @@ def draw_from_above(axes: Axes, run: RunRecord) -> LineCollection:
     axes.set(xlim=(x_min, x_max), ylim=(y_min, y_max), xlabel="x [m]", ylabel="y [m]")
     axes.set_aspect("equal")
     return way
+
+
+def draw_road(axes: Axes, run: RunRecord) -> None:
+    """Draw what does not move: lanes, edges, reference path, obstacles."""
+    _draw_lanes(axes, run)
+    _draw_carriageway(axes, run.trace.road)
+    _draw_obstacles(axes, run.trace.obstacles)
 
 
 def _draw_lanes(axes: Axes, run: RunRecord) -> None:
@@ -135,7 +140,7 @@ def _draw_moment(axes: Axes, run: RunRecord, number: int) -> None:
     plan = run.at(trace.plans, step)
     x, y = numbers(trace.plans["x_m"])[plan], numbers(trace.plans["y_m"])[plan]
     axes.plot(x, y, color=colour, lw=palette.MEDIUM, zorder=6)
-    ego = _ego_centre(run, step)
+    ego = ego_centre(run, step)
     now = run.at(trace.vehicles, step)
     keys = ("x_m", "y_m", "heading_rad", "length_m", "width_m")
     columns = (numbers(trace.vehicles[key])[now] for key in keys)
@@ -174,7 +179,7 @@ def _write_number(
     )
 
 
-def _ego_centre(run: RunRecord, step: int) -> tuple[float, float, float]:
+def ego_centre(run: RunRecord, step: int) -> tuple[float, float, float]:
     """Give centre [m] and heading [rad] of the ego, recorded at its rear axle."""
     steps, fact = run.trace.steps, run.trace.fact
     heading = float(steps["heading_rad"][step])

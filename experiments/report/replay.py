@@ -8,18 +8,22 @@ from numpy.typing import NDArray
 
 from experiments.report.candidates import Candidates
 from experiments.report.curves import Curve, Series, curves
-from experiments.report.packed import Packed, pack, pack_counts
+from experiments.report.graphs import packed_graphs
+from experiments.report.packed import Packed, pack, pack_counts, pack_exact
 from experiments.report.page_road import page_obstacles, page_road, page_signals
 from experiments.report.run_record import numbers
 from experiments.road_map import RoadMap
 from experiments.trace import Column, Table, Trace
 
-PLACE, ANGLE, SPEED, TIME = 0.01, 1e-3, 0.01, 1e-3  # resolutions [m, rad, m/s, s]
+PLACE, ANGLE, SPEED = 0.01, 1e-3, 0.01  # resolutions [m, rad, m/s]
 EVERY = 2  # of the points of a plan, every second one is shown
 
 
 def replay(
-    trace: Trace, road_map: RoadMap, candidates: Candidates | None
+    trace: Trace,
+    road_map: RoadMap,
+    candidates: Candidates | None,
+    graphs: Table | None = None,
 ) -> dict[str, Any]:
     """Gather what the page's scripts need.
 
@@ -27,13 +31,14 @@ def replay(
         trace: With at least one step.
         road_map: About it.
         candidates: Of the cycles, if they were recorded.
+        graphs: s-T graphs of the cycles, if they were recorded.
 
     Returns:
         Plain data for JSON.
     """
     return {
         "step": float(trace.fact("step_s")),
-        "time": pack(numbers(trace.steps["time_s"]), TIME),
+        "time": pack_exact(numbers(trace.steps["time_s"])),
         "ego": _ego(trace),
         "ghost": _ghost(trace),
         "vehicles": _vehicles(trace),
@@ -44,6 +49,7 @@ def replay(
         "signals": page_signals(trace),
         "curves": [_curve(curve, trace) for curve in curves(trace)],
         "candidates": None if candidates is None else candidates.packed(trace),
+        "graphs": None if graphs is None else packed_graphs(graphs, trace),
     }
 
 

@@ -13,6 +13,7 @@ from experiments.report.metric_words import metric_table
 from experiments.report.replay import replay
 from experiments.road_map import MAP_FILE, read_map
 from experiments.scenario_file import CONFIG_FILE
+from experiments.speed_graphs import read_graphs
 from experiments.trace import Trace
 from experiments.trace_files import file_name, read_trace
 
@@ -24,6 +25,7 @@ _SCRIPTS = (
     "scene.js",
     "camera.js",
     "chart.js",
+    "graph.js",
     "player.js",
     "run.js",
 )
@@ -73,7 +75,8 @@ def run_page(folder: Path) -> str:
     data = None
     if trace is not None:
         road_map = read_map(folder)
-        data = replay(trace, road_map, candidates_of(folder))
+        graphs = read_graphs(folder)
+        data = replay(trace, road_map, candidates_of(folder), graphs)
     return render("run.html.j2", _SCRIPTS, data, _words(facts, data, missing))
 
 
@@ -139,6 +142,7 @@ def _words(
         "commit": commit + changed,
         "wall": about.get("wall_s"),
         "curves": [] if data is None else data["curves"],
+        "has_graphs": data is not None and data["graphs"] is not None,
         "has_candidates": data is not None and data["candidates"] is not None,
     }
 

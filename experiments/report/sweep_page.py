@@ -33,11 +33,6 @@ TO_MS = 1e3  # from seconds
 _SCRIPTS = ("unpack.js", "theme.js", "plot.js", "plots.js", "sweep.js")
 
 
-def is_sweep(folder: Path) -> bool:
-    """Tell whether a folder is one that a sweep was in."""
-    return (folder / "runs").is_dir() and (folder / "sweep.yaml").is_file()
-
-
 def save_sweep_page(folder: Path, file: Path | None = None) -> Path:
     """Write the page of a sweep.
 
@@ -95,6 +90,7 @@ def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
     labels = {str(row[LABEL] or row[columns.PLANNER]) for row in found}
     baseline = next((p.shown for p in sweep.planners if p.shown in labels), None)
     lines = compare(found, baseline) if baseline is not None else []
+    place = _from_here(folder)
     return {
         "name": sweep.name,
         "purpose": sweep.purpose,
@@ -104,15 +100,23 @@ def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
         "baseline": baseline,
         "header": HEADER,
         "lines": _comparison(lines),
-        "folder": str(folder),
+        "folder": place,
         "compare_command": shlex.join(
-            ["rearview", "compare", str(folder), "--baseline", baseline or "PLANNER"]
+            ["rearview", "compare", place, "--baseline", baseline or "PLANNER"]
         ),
-        "rerun_command": shlex.join(["rearview", "rerun", str(folder)]),
+        "rerun_command": shlex.join(["rearview", "rerun", place]),
         "asked": yaml.safe_dump(
             sweep.model_dump(mode="json", exclude_none=True), sort_keys=False
         ),
     }
+
+
+def _from_here(folder: Path) -> str:
+    """Write a folder as one would on the command line."""
+    absolute = folder.absolute()
+    here = Path.cwd()
+    inside = absolute.is_relative_to(here) and absolute != here
+    return str(absolute.relative_to(here) if inside else absolute)
 
 
 def _comparison(lines: Sequence[Line]) -> list[tuple[str, ...]]:

@@ -15,7 +15,8 @@ def lack_of_room(s: float, s_dot: float, b: int, i: int, around: Surroundings) -
     """Squared share of the gap to a vehicle ahead or behind that is missing [-].
 
     Ahead the ego keeps standstill_gap + time_headway · its speed; behind it leaves
-    MIN_REAR_GAP + rear_time_headway · the other's speed.
+    MIN_REAR_GAP + rear_time_headway · the other's speed. What stands ahead is nobody to
+    follow: its price is the dead end.
 
     Args:
         s: Of the ego's rear axle at step i [m].
@@ -29,7 +30,9 @@ def lack_of_room(s: float, s_dot: float, b: int, i: int, around: Surroundings) -
     """
     reach = around.extents[b, 0] + around.extents[b, 2]
     apart = around.s[b, i] - s
-    if apart > 0.0:
+    if apart > 0.0 and around.turn_gap[b] > 0.0:
+        gap, needed = 1.0, 0.0
+    elif apart > 0.0:
         gap = apart - reach - around.front_reach
         needed = around.standstill_gap + around.time_headway * s_dot
     else:

@@ -3,8 +3,7 @@
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-import numpy as np
-
+from planner.bodies import touched_by
 from planner.cruise import costs
 from planner.cruise.alternatives import alternatives_of
 from planner.cruise.choice import Choice, Pricing, choose
@@ -14,7 +13,6 @@ from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
 from planner.cruise.settings import CruiseSettings
 from planner.fallback import fallback
-from planner.geometry.clearance import gaps_to
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
 from planner.states import Trajectory
@@ -106,19 +104,17 @@ def _fall_back(
     def blocker(trajectory: Trajectory) -> str | None:
         if trajectory.s[-1] + scene.vehicle.front_reach > line:
             return "stop line"
-        points = np.array(
-            [
-                trajectory.x,
-                trajectory.y,
-                np.cos(trajectory.heading),
-                np.sin(trajectory.heading),
-            ]
-        )[:, : cycle.bodies.poses.shape[2]]
-        gaps = gaps_to(
-            points, cycle.bodies.poses, cycle.bodies.extents, np.array(discs), radius
+        bodies = cycle.bodies
+        return touched_by(
+            trajectory,
+            bodies.ids,
+            bodies.poses,
+            bodies.extents,
+            bodies.follower,
+            discs,
+            radius,
+            threshold,
         )
-        hits = np.flatnonzero((gaps < threshold) & ~cycle.bodies.follower)
-        return cycle.bodies.ids[int(hits[np.argmin(gaps[hits])])] if hits.size else None
 
     horizon = settings.horizon or max(settings.times)
     status, trajectory = fallback(scene, cycle.last, blocker, horizon)

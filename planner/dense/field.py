@@ -66,11 +66,6 @@ class ObstacleField:
             np.interp(s, self.road_s, self.curvature),
         )
 
-    def between(self, s_from: float, s_to: float) -> "ObstacleField":
-        """Keep the obstacles whose discs reach into s_from ... s_to [m]."""
-        keep = (self.s + self.radius > s_from) & (self.s - self.radius < s_to)
-        return self.only(keep)
-
     def only(self, keep: BoolArray) -> "ObstacleField":
         """Keep the obstacles marked in `keep`, (n,)."""
         named = zip(self.ids, keep.tolist(), strict=False)
@@ -154,8 +149,10 @@ def field_of(scene: Scene, horizon: float) -> ObstacleField:
     road_s = np.arange(start, ego.s + horizon + scene.vehicle.length, SAMPLE_STEP)
     left, right = scene.road.at(road_s)
     curvature = scene.path.at(road_s).curvature
-    whole = ObstacleField(s, l, reach, road_s, left, right, curvature, ids)
-    return whole.between(start, ego.s + horizon)
+    near = np.flatnonzero((s + reach > start) & (s - reach < ego.s + horizon))
+    named = tuple(ids[i] for i in near.tolist())
+    columns = s[near], l[near], reach[near], road_s, left, right, curvature
+    return ObstacleField(*columns, named)
 
 
 def pieces(

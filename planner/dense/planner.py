@@ -5,14 +5,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from planner.bodies import touched_by
 from planner.dense.field import Cover, field_of
 from planner.dense.settings import DenseSettings
 from planner.dense.speed import Way, knot_times, plan_drive
 from planner.dense.vehicles_ahead import bound_by_vehicles
 from planner.dense.way import ChosenPath, Task, choose_path
 from planner.fallback import fallback
-from planner.geometry.clearance import gaps_to
-from planner.geometry.road_frame import path_in_plane
+from planner.geometry.frenet_lines import line_in_plane
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.motion.path_speed import trajectory_on
 from planner.scene import Scene
@@ -78,7 +78,7 @@ class DensePlanner:
     def _in_plane(self, scene: Scene, chosen: ChosenPath) -> Path | None:
         """Move the path to the plane."""
         fine = chosen.path.subdivided(self.settings.spacing)
-        return path_in_plane(scene.path, fine.s, fine.l, fine.slope, fine.second)
+        return line_in_plane(scene.path, fine.s, fine.l, fine.slope, fine.second)
 
     def _way(
         self, scene: Scene, chosen: ChosenPath, path: Path
@@ -140,25 +140,16 @@ def _fall_back(
 def nearest_obstacle(scene: Scene, trajectory: Trajectory) -> str | None:
     """Name the obstacle that a trajectory would touch, None if it touches none."""
     fixed, vehicle = scene.obstacles, scene.vehicle
-    if not fixed.ids:
-        return None
     pose = np.column_stack(
         [fixed.x, fixed.y, np.cos(fixed.heading), np.sin(fixed.heading)]
     )
-    points = np.array(
-        [
-            trajectory.x,
-            trajectory.y,
-            np.cos(trajectory.heading),
-            np.sin(trajectory.heading),
-        ]
-    )
-    gaps = gaps_to(
-        points,
+    return touched_by(
+        trajectory,
+        fixed.ids,
         np.repeat(pose[:, :, None], trajectory.t.size, axis=2),
         np.column_stack([fixed.length / 2.0, fixed.width / 2.0, fixed.radius]),
-        np.array(vehicle.disc_offsets),
+        np.zeros(len(fixed.ids), dtype=bool),
+        vehicle.disc_offsets,
         vehicle.disc_radius,
+        HARD_GAP,
     )
-    worst = int(np.argmin(gaps))
-    return fixed.ids[worst] if gaps[worst] < HARD_GAP else None

@@ -34,6 +34,6 @@ def interpolate(
             while k > 0 and at < samples[k]:
                 k -= 1
             begin, end, slope = samples[k], samples[min(k + 1, last)], 0.0
-            if begin <= at < end:
+            if k < last:
                 slope = (values[k + 1] - values[k]) / (end - begin)
-        out[i] = values[k] + slope * (at - begin)
+        out[i] = values[k] + slope * (max(at, begin) - begin)

@@ -25,7 +25,7 @@ from planner.geometry.pieces import (
 )
 from planner.states import FloatArray, freeze
 
-PIECES_PER_BLOCK = 32
+PIECES_PER_BLOCK = 64
 # Columns of the block table.
 MIDDLE_X, MIDDLE_Y, HALF_LENGTH, SHARPEST = range(4)
 

@@ -27,13 +27,13 @@ from planner.motion.piecewise_jerk import (
     QpStatus,
     solve,
 )
+from planner.motion.piecewise_jerk_objective import free_motion
 from planner.motion.piecewise_jerk_riccati import (
     INFEASIBLE,
     SOLVED,
     TOO_DEAR,
     UNDECIDED,
     cheaper_than,
-    free_motion,
 )
 from planner.states import FloatArray, IntArray, freeze
 from planner.vehicle import Vehicle

@@ -1,17 +1,19 @@
 """The lane-change planner: keep, seek a gap, change, and turn back while one can."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from planner.bodies import touched_by
 from planner.fallback import fallback
-from planner.geometry.clearance import gaps_to
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.lane_change.attempt import Attempt, Tally
 from planner.lane_change.changing import go_on
 from planner.lane_change.keeping import keep
 from planner.lane_change.lane_choice import lane_at, wanted_lane
 from planner.lane_change.manoeuvre import Memory, Phase
+from planner.lane_change.picture import speed_graph_of
 from planner.lane_change.seeking import seek
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.situation import Situation, look
@@ -100,7 +102,8 @@ def _result(attempt: Attempt, last: Memory | None, tally: Tally) -> PlanResult:
         blocker=attempt.speed.ahead,
         explanation=f"{attempt.phase}: {attempt.why}" if attempt.why else attempt.phase,
     )
-    return PlanResult(PlanStatus.OK, trajectory, memory, stats)
+    graph = partial(speed_graph_of, attempt.speed, profile)
+    return PlanResult(PlanStatus.OK, trajectory, memory, stats, speed_graph=graph)
 
 
 def _fall_back(
@@ -117,25 +120,17 @@ def _fall_back(
     )
 
     def blocker(trajectory: Trajectory) -> str | None:
-        n = min(poses.shape[2], trajectory.t.size)
-        points = np.array(
-            [
-                trajectory.x,
-                trajectory.y,
-                np.cos(trajectory.heading),
-                np.sin(trajectory.heading),
-            ]
-        )[:, :n]
         vehicle = scene.vehicle
-        gaps = gaps_to(
-            points,
-            poses[:, :, :n],
+        return touched_by(
+            trajectory,
+            users.ids,
+            poses,
             extents,
-            np.array(vehicle.disc_offsets),
+            here.behind,
+            vehicle.disc_offsets,
             vehicle.disc_radius,
+            HARD_GAP,
         )
-        hits = np.flatnonzero((gaps < HARD_GAP) & ~here.behind)
-        return users.ids[int(hits[np.argmin(gaps[hits])])] if hits.size else None
 
     driven = None if last is None else last.trajectory
     status, trajectory = fallback(scene, driven, blocker, settings.speed.duration)

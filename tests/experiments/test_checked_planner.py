@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.checked_planner import CheckedPlanner, PlannerContractError, checked
-from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.interface import KEPT, Alternative, PlanResult, PlanStats, PlanStatus
 
 OK = PlanStatus.OK
 
@@ -37,6 +37,41 @@ def test_numbers_of_numpy_become_plain_ones():
     assert [type(cost) for cost in stats.costs.values()] == [float] * 2
 
 
+def test_alternatives_are_made_plain_when_they_are_asked_for():
+    asked = []
+
+    def give():
+        asked.append(1)
+        return [Alternative(KEPT, [1, 2, 3], 4)]
+
+    passed = checked(PlanResult(OK, None, None, alternatives=give))
+    assert asked == []
+    (one,) = passed.alternatives()
+    assert one.x.tolist() == [1.0, 2.0, 3.0]
+    assert one.y.tolist() == [4.0] * 3
+    assert one.x.dtype == float
+
+
+@pytest.mark.parametrize(
+    "give",
+    [
+        lambda: 1 / 0,
+        lambda: None,
+        lambda: ["no alternative"],
+        lambda: [Alternative(KEPT, [1, 2, 3], [1, 2])],
+    ],
+)
+def test_a_mistake_in_the_alternatives_costs_only_the_picture(give, caplog):
+    passed = checked(PlanResult(OK, None, None, alternatives=give))
+    assert passed.alternatives() == ()
+    assert "cannot be drawn" in caplog.text
+
+
+def test_alternatives_must_be_a_function():
+    with pytest.raises(PlannerContractError, match="alternatives is list"):
+        checked(PlanResult(OK, None, None, alternatives=[]))
+
+
 def test_a_status_in_words_becomes_the_status():
     assert checked(PlanResult("full_stop", None, None)).status is PlanStatus.FULL_STOP
 
@@ -50,6 +85,7 @@ def test_a_status_in_words_becomes_the_status():
         (PlanResult(OK, "left", None), "trajectory is str 'left'; allowed: a Traj"),
         (PlanResult(OK, None, None, "stats"), "stats is str 'stats'"),
         (result(reason=None), "stats.reason is NoneType"),
+        (result(explanation=None), "stats.explanation is NoneType"),
         (result(blocker=3), "stats.blocker is int 3; allowed: text or None"),
         (result(candidates="many"), "stats.candidates is str 'many'"),
         (result(survivors=1.5), "stats.survivors is float 1.5; allowed: a whole"),

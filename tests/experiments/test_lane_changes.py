@@ -70,6 +70,18 @@ def test_other_roads_too(scenario, tmp_path, request):
 
 
 @pytest.mark.sumo
+def test_the_trace_says_why_each_plan_was_made(tmp_path):
+    scenario = load_scenario(
+        "lane_change", seed=2, overrides=("simulation.duration_s=30",)
+    )
+    steps = run_episode(scenario, out=tmp_path).trace.steps
+    reasons = [text for text in steps["explanation"].tolist() if text is not None]
+    phases = {text.split(":")[0] for text in reasons}
+    assert {"change", "committed", "keep"} <= phases
+    assert any("ahead of" in text for text in reasons)
+
+
+@pytest.mark.sumo
 def test_sumo_drives_the_same_vehicle_to_the_same_goal(tmp_path):
     scenario = load_scenario("lane_change", planner="sumo", seed=2)
     outcome = run_episode(scenario, out=tmp_path)

@@ -1,6 +1,7 @@
 """Fields of obstacles: passable or closed, as brute force sees it; what is refused.
 
-`pytest -m slow tests/experiments/test_obstacle_field.py` checks 100 of each.
+`make test-slow ARGS="tests/experiments/test_obstacle_field.py --seeds 100"` checks
+100 of each.
 """
 
 from dataclasses import replace
@@ -60,16 +61,16 @@ def test_closed_fields_have_none(road, seed):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("road", ROADS)
-@pytest.mark.parametrize("seed", range(100))
-def test_a_hundred_passable_fields(road, seed):
-    check_passable(road, seed)
+def test_many_passable_fields(road, request):
+    for seed in range(request.config.getoption("--seeds")):
+        check_passable(road, seed)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("road", ROADS)
-@pytest.mark.parametrize("seed", range(100))
-def test_a_hundred_closed_fields(road, seed):
-    check_closed(road, seed)
+def test_many_closed_fields(road, request):
+    for seed in range(request.config.getoption("--seeds")):
+        check_closed(road, seed)
 
 
 def test_brute_force_tells_open_from_closed():

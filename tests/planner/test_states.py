@@ -79,3 +79,16 @@ def test_finiteness_covers_every_column():
     samples = trajectory()
     assert samples.is_finite()
     assert not replace(samples, l=[0.0, 0.0, math.nan, 0.0]).is_finite()
+
+
+def test_a_trajectory_of_one_table_is_that_of_its_columns():
+    rows = np.arange(45.0).reshape(9, 5)
+    made, same = Trajectory.from_rows(rows), Trajectory(*rows)
+    for name in Trajectory.__slots__:
+        np.testing.assert_array_equal(getattr(made, name), getattr(same, name))
+        assert not getattr(made, name).flags.writeable
+    rows[1] = 0.0
+    assert made.x[1] == 6.0
+    rows[0, 3] = rows[0, 2]
+    with pytest.raises(InvalidInputError):
+        Trajectory.from_rows(rows)

@@ -163,7 +163,7 @@ class Chart {
     const step = this.hovered === null ? this.shown : this.hovered;
     const value = this.curve.series[0].values[step];
     const text = Number.isFinite(value)
-      ? value.toFixed(this.curve.digits)
+      ? value.toFixed(this.curve.digits).replace(/^-(0(\.0*)?)$/, "$1")
       : "none";
     const at = this.hovered === null ? "" : `t = ${this.time[step].toFixed(1)}: `;
     this.readout.textContent = at + text;

@@ -20,6 +20,7 @@ function start(data) {
       }),
   );
   const facts = new Facts(run, scene);
+  const graph = run.graphs && new SpeedGraph(byId("graph"), run.graphs);
   const slider = byId("time");
   slider.max = run.time.length - 1;
 
@@ -42,6 +43,7 @@ function start(data) {
     scene.colours = theme();
     for (const chart of charts) chart.draw(scene.colours);
     facts.recolour();
+    if (graph) graph.draw(player.step, scene.colours);
     dirty = true;
   }
 
@@ -76,6 +78,7 @@ function start(data) {
     byId("clock").textContent = at;
     for (const chart of charts) chart.move(step);
     facts.show(step, charts);
+    if (graph) graph.draw(step, scene.colours);
   }
 
   const controls = { player, camera, shown, follow, fitAll, touch: () => { dirty = true; } };
@@ -92,8 +95,20 @@ function start(data) {
   const { width, height } = fitCanvas(canvas);
   [camera.width, camera.height] = [width, height];
   camera.scale = Math.min(width, 2.2 * height) / (2 * FOLLOWED);
+  openAt(location.hash, player);
   requestAnimationFrame(frame);
   window.rearview = { run, player, camera, scene, shown }; // for the console
+}
+
+// A link may name a moment and what to show: report.html#t=25&show=candidates,names
+function openAt(hash, player) {
+  const asked = new URLSearchParams(hash.slice(1));
+  const t = Number.parseFloat(asked.get("t"));
+  if (Number.isFinite(t)) player.goToStep(stepAt(player.time, t + 1e-3));
+  for (const id of (asked.get("show") || "").split(",")) {
+    const box = ["plan", "candidates", "ghost", "names"].includes(id) && byId(id);
+    if (box && !box.checked) box.click();
+  }
 }
 
 function wireButtons({ player, camera, shown, follow, fitAll, touch }) {

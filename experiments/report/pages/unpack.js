@@ -67,6 +67,7 @@ function readRun(data) {
     obstacles: data.obstacles,
     signals: data.signals,
     candidates: data.candidates && unpackAll(data.candidates),
+    graphs: data.graphs && unpackAll(data.graphs),
     curves: data.curves.map((curve) => ({
       ...curve,
       series: curve.series.map((one) => ({ ...one, values: unpack(one.values) })),

@@ -94,3 +94,9 @@ def test_a_batch_is_a_loop_of_singles():
             x[i], y[i], frames.heading_from_angle(angle[i]), length[i]
         )
         assert (batch[0][i], batch[1][i]) == pytest.approx(one, abs=1e-12)
+
+
+def test_many_headings_are_wrapped_as_one_is():
+    headings = np.array([0.0, 1.0, -3.0, math.pi, -math.pi, 4.0, 12.0, -9.5])
+    one_by_one = [frames.wrapped(float(heading)) for heading in headings]
+    np.testing.assert_allclose(frames.wrapped_all(headings), one_by_one, atol=1e-12)

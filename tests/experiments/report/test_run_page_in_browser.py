@@ -155,6 +155,16 @@ def test_slider_charts_and_facts_follow_one_clock(run, show):
     assert share == pytest.approx(0.8, abs=0.01)
 
 
+def test_a_link_may_name_a_moment(run, show):
+    page = show(run / "report.html").page
+    address = (run / "report.html").resolve().as_uri()
+    page.goto("data:,")
+    page.goto(f"{address}#t=4.2&show=names,nonsense")
+    settle(page)
+    assert step_of(page) == 42
+    assert page.locator("#names").is_checked()
+
+
 def test_zoom_pan_and_follow(run, show):
     page = show(run / "report.html").page
     settle(page)
@@ -248,17 +258,30 @@ def test_first_paint_and_thirty_frames_a_second_at_a_hundred_vehicles(tmp_path, 
     folder = write_run(tmp_path / "run", driven_trace(301, n_cars=100))
     page = show(save_run_page(folder)).page
     settle(page)
+    until(page, "performance.getEntriesByType('paint').length > 0")
     paint = page.evaluate("performance.getEntriesByType('paint')[0].startTime")
     assert paint < 2000
     page.locator("#play").click()
-    rates = []
-    for _ in range(5):  # the best of them: other processes may keep the cores busy
-        count = "[performance.now(), window.rearview.scene.frames]"
-        before = page.evaluate(count)
-        page.wait_for_timeout(1000)
-        after = page.evaluate(count)
-        rates.append((after[1] - before[1]) / (after[0] - before[0]) * 1e3)
-    assert max(rates) >= 30.0, rates
+    times = page.evaluate(
+        """seconds => new Promise(done => {
+          const [times, scene] = [[], window.rearview.scene];
+          let before = scene.frames;
+          const end = performance.now() + 1000 * seconds;
+          const look = now => {
+            if (scene.frames > before) times.push(performance.now());
+            before = scene.frames;
+            if (performance.now() < end) requestAnimationFrame(look);
+            else done(times);
+          };
+          requestAnimationFrame(look);
+        })""",
+        8,
+    )
+    # the best half a second: other processes may keep the cores busy
+    counts = [
+        np.searchsorted(times, begin + 500.0) - k for k, begin in enumerate(times)
+    ]
+    assert max(counts) >= 15, max(counts)
 
 
 def test_hostile_names_run_nothing_and_are_shown_as_they_are(tmp_path, show):
@@ -331,6 +354,10 @@ def test_pages_of_runs_on_each_road(tmp_path, show, name):
     page.locator("#time").fill("60")
     if page.locator("#candidates").count():
         page.locator("#candidates").check()
+    if name == "lane_change":
+        words = page.locator("#graph").get_attribute("aria-label")
+        assert words.startswith("s-T graph: ")
+        assert " m in " in words
     image = pixels(page)
     centre, _ = blob(image, EGO)
     middle = np.array([image.shape[1], image.shape[0]]) / 2

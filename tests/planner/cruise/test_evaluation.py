@@ -328,6 +328,8 @@ class SlowPlanner:
                 if abs(bodies.l[b, i] - l[i]) >= self._corridor(b):
                     continue
                 apart = bodies.s[b, i] - s[i]
+                if apart > 0.0 and bodies.speed[b] <= STANDING:
+                    continue
                 if apart > 0.0:
                     gap = apart - half_length - vehicle.front_reach
                     needed = settings.standstill_gap + settings.time_headway * s_dot[i]

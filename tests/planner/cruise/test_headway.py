@@ -38,7 +38,7 @@ def random_motion(rng, n_steps):
 def test_headway_against_plain_loops(seed):
     rng = np.random.default_rng(seed)
     cars = [
-        Car(rng.uniform(60, 150), rng.uniform(-5, 5), rng.uniform(-12, 12))
+        Car(rng.uniform(60, 150), rng.uniform(-5, 5), rng.choice([0.0, 9.0, -8.0]))
         for _ in range(6)
     ]
     around = surroundings(cars, [Disc(120.0, 0.0, 1.0)])
@@ -60,6 +60,8 @@ def test_headway_against_plain_loops(seed):
                     continue
                 ahead = around.s[b, i] - half_length - (s[i] + FRONT)
                 behind = s[i] - REAR - (around.s[b, i] + half_length)
+                if around.s[b, i] > s[i] and around.speed[b] <= 0.5:
+                    continue
                 if around.s[b, i] > s[i]:
                     gap = ahead
                     needed = around.standstill_gap + around.time_headway * s_dot[i]
@@ -78,6 +80,15 @@ def test_nobody_near_costs_nothing():
     rows, basis = random_motion(rng, around.s.shape[1])
     free = summed(rows, basis, np.array([0.0, 1.0]), around, around.s.shape[1])
     assert not free.any()
+
+
+def test_what_stands_ahead_is_nobody_to_follow():
+    rng = np.random.default_rng(0)
+    standing, driving = (surroundings([Car(112.0, 0.0, speed)]) for speed in (0.0, 2.0))
+    rows, basis = random_motion(rng, standing.s.shape[1])
+    change = np.array([0.0])
+    assert not summed(rows[:, :, :21], basis, change, standing, 10).any()
+    assert summed(rows[:, :, :21], basis, change, driving, 10).all()
 
 
 def test_an_obstacle_is_no_vehicle_to_keep_a_headway_to():

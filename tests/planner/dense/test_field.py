@@ -11,6 +11,7 @@ from planner.dense.field import (
     disc_centre,
     field_of,
     path_curvature,
+    pieces,
     squared_distance,
     straight_field,
 )
@@ -18,6 +19,7 @@ from planner.errors import InvalidInputError
 from planner.geometry.frenet import frenet_to_cartesian
 from planner.geometry.reference_path import ReferencePath
 from planner.geometry.segments import arc, clothoid
+from planner.scene import Obstacles
 from planner.states import FrenetStates
 from planner.vehicle import Vehicle
 from tests.planner.scenes import Disc, bend, make_scene
@@ -74,8 +76,7 @@ def test_obstacles_are_ordered_and_columns_checked():
     field = straight_field(np.array([[30.0, 1.0, 0.5], [10.0, -1.0, 2.0]]), 5.0, 60.0)
     assert field.s.tolist() == [10.0, 30.0]
     assert field.radius.tolist() == [2.0, 0.5]
-    assert field.between(15.0, 60.0).s.tolist() == [30.0]
-    assert field.between(11.0, 20.0).s.tolist() == [10.0]  # its disc reaches in
+    assert field.only(np.array([False, True])).s.tolist() == [30.0]
     with pytest.raises(InvalidInputError, match="left has shape"):
         ObstacleField(
             field.s, field.l, field.radius, [0.0, 1.0], [5.0], [-5.0, -5.0], [0.0, 0.0]
@@ -100,3 +101,25 @@ def test_scene_is_projected():
     assert field.radius == pytest.approx([0.8])
     curvature = field.road_at(np.array([20.0, 80.0]))[2]
     assert curvature == pytest.approx([0.0, 1.0 / 30.0])
+
+
+def test_a_rectangle_is_covered_by_a_row_of_discs():
+    columns = (
+        np.array([v])
+        for v in (10.0, 3.0, 0.4, 12.0, 2.5, 0.3)  # x, y, heading, size, radius
+    )
+    ids, x, y, radius = pieces(Obstacles(("lorry",), *columns))
+    assert ids == ("lorry",) * 5
+    random = np.random.default_rng(2)
+    along, across = random.uniform(-6, 6, 500), random.uniform(-1.25, 1.25, 500)
+    at_x = 10.0 + along * np.cos(0.4) - across * np.sin(0.4)
+    at_y = 3.0 + along * np.sin(0.4) + across * np.cos(0.4)
+    away = np.hypot(at_x[:, None] - x, at_y[:, None] - y)
+    assert np.all((away + 0.3 <= radius + 1e-9).any(axis=1))
+    assert radius.max() < 0.5 * np.hypot(12.0, 2.5)  # one disc would be larger
+
+
+def test_a_disc_is_itself():
+    columns = (np.array([v]) for v in (10.0, 3.0, 0.4, 0.0, 0.0, 1.5))
+    ids, x, y, radius = pieces(Obstacles(("disc",), *columns))
+    assert (ids, x[0], y[0], radius[0]) == (("disc",), 10.0, 3.0, 1.5)

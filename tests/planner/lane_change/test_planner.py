@@ -69,6 +69,8 @@ def drive(
         plan = PLANNER.plan(scene, memory)
         assert plan.trajectory is not None
         assert plan.trajectory.is_finite()
+        why = plan.stats
+        assert why.explanation if plan.status is PlanStatus.OK else why.reason
         memory = plan.memory
         state = plan.trajectory.at(STEP)
         rows = [moves(car, k) for car in rows]
@@ -144,6 +146,9 @@ def test_without_a_gap_it_waits_before_the_wall():
     front = driven.last.ego_frenet.s + driven.last.vehicle.front_reach
     assert 10.0 < 298.0 - front < 30.0  # where it can still pull out
     assert driven.plans[-1].stats.blocker is not None
+    assert driven.plans[-1].status is PlanStatus.OK
+    said = {plan.stats.explanation for plan in driven.plans}
+    assert any("no gap yet" in words or "waits" in words for words in said), said
 
 
 def test_it_pulls_out_from_a_stand_when_the_gap_comes():
@@ -158,6 +163,17 @@ def test_it_pulls_out_from_a_stand_when_the_gap_comes():
 def test_a_rear_car_faster_than_the_limit_is_waited_for():
     driven = drive(200, cars=[Car(20.0, 1.75, 30.0)], obstacles=wall(350.0))
     assert driven.clearance > 0.5
+    assert {plan.status for plan in driven.plans} == {PlanStatus.OK}
+    waits = [p.stats.explanation for p in driven.plans if p.stats.blocker == "car.0"]
+    assert any("gap behind car.0" in words for words in waits)
+
+
+def test_cars_that_overlap_in_prediction_are_kept_clear_of():
+    # one is predicted through the other, and both into the gap beside the wall
+    cars = [Car(150.0, 1.75, 6.0), Car(135.0, 1.75, 9.0), Car(128.0, 1.0, 11.0)]
+    driven = drive(160, cars=cars, obstacles=wall(330.0))
+    assert driven.clearance > 0.2
+    assert {plan.status for plan in driven.plans} == {PlanStatus.OK}
 
 
 def test_a_leader_that_brakes_to_a_stand_during_the_change():
@@ -169,6 +185,8 @@ def test_a_leader_that_brakes_to_a_stand_during_the_change():
         260, cars=[Car(175.0, 1.75, 13.0)], obstacles=wall(320.0), moves=braking
     )
     assert driven.clearance > 0.2
+    assert driven.last.ego.speed < 0.1  # behind it, or before the wall
+    assert driven.plans[-1].status in (PlanStatus.OK, PlanStatus.FULL_STOP)
 
 
 def test_someone_from_the_other_side_takes_the_gap():
@@ -191,6 +209,7 @@ def test_a_wall_nearer_than_the_shortest_change_ends_in_a_stop():
     driven = drive(80, obstacles=wall(130.0), speed=10.0)
     assert driven.last.ego.speed < 0.1
     assert driven.clearance > 0.05
+    assert driven.plans[-1].stats.blocker == "wall"
 
 
 def test_the_target_lane_ends_and_is_not_taken():
@@ -200,6 +219,7 @@ def test_the_target_lane_ends_and_is_not_taken():
     driven = drive(60, cars=[Car(160.0, -1.75, 8.0)], lanes=lanes)
     assert set(driven.phases) == {Phase.KEEP}
     assert driven.clearance > 1.0
+    assert {plan.stats.blocker for plan in driven.plans} == {"car.0"}
 
 
 def test_plans_agree_from_cycle_to_cycle():

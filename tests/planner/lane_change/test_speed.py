@@ -164,6 +164,43 @@ def test_no_passing_order_is_dropped_wrongly_among_eight():
     check_against_brute_force(range(1000, 1300), 8)
 
 
+def test_an_order_that_was_given_up_costs_at_least_what_is_said():
+    times, given_up = knot_times(SETTINGS), 0
+    for seed in range(25):
+        scene = random_scene(np.random.default_rng(seed), 5)
+        plan, path = planned(scene, CAR, SETTINGS, 13.9)
+        everyone = np.ones(5, np.bool_)
+        graph = st_graph(path, CAR, scene.vehicles, everyone, times, 1.0, 0.3)
+        task = SpeedTask(scene.ego.speed, scene.ego.acceleration, 13.9)
+        start = start_state(task, CAR, SETTINGS)
+        bounds = demands(graph, SETTINGS, start[1], times)
+        reach = reachable(start[1], start[2], (-4.5, 3.0, 20.0), 5.0, times)
+        caps = speed_caps(path, CAR, task, times)
+        said = {a.sides: a for a in plan.alternatives}
+        orders, _ = possible_orders(graph, bounds, reach, path.distance[-1], 64)
+        for order in orders:
+            named = tuple(zip(graph.ids, order.sides, strict=True))
+            if named in said and not said[named].exact:
+                found = solve(program(order, start, caps, task, CAR, SETTINGS))
+                assert found.objective >= said[named].cost * (1.0 - 1e-6)
+                assert said[named].cost > plan.cost
+                given_up += 1
+    assert given_up > 5
+
+
+def test_what_costs_more_than_allowed_is_not_worked_out():
+    scene = random_scene(np.random.default_rng(0), 3)
+    plan, path = planned(scene, CAR, SETTINGS, 13.9)
+    assert plan.profile is not None
+    everyone = np.ones(3, np.bool_)
+    task = SpeedTask(scene.ego.speed, scene.ego.acceleration, 13.9)
+    asked = (path, CAR, scene.vehicles, everyone, task, SETTINGS)
+    assert plan_speed(*asked, 1.01 * plan.cost).cost == pytest.approx(plan.cost)
+    beaten = plan_speed(*asked, 0.5 * plan.cost)
+    assert beaten.profile is None
+    assert "cheap enough" in beaten.reason
+
+
 def test_what_is_planned_touches_nobody():
     for seed in range(40):
         scene = random_scene(np.random.default_rng(seed), 6)

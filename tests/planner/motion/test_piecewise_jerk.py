@@ -10,6 +10,8 @@ from scipy import sparse
 
 from planner.errors import InvalidInputError
 from planner.motion.piecewise_jerk import (
+    MAX_ITERATIONS,
+    TOLERANCE,
     PiecewiseJerkProblem,
     QpStatus,
     judge,
@@ -22,6 +24,12 @@ from planner.motion.piecewise_jerk_matrices import (
     SOLVERS,
     program_of,
     solve_program,
+)
+from planner.motion.piecewise_jerk_riccati import (
+    INFEASIBLE,
+    SOLVED,
+    TOO_DEAR,
+    cheaper_than,
 )
 from tests.planner.motion.programs import KINDS, path_program, speed_program
 
@@ -218,6 +226,46 @@ def test_the_number_of_knots_does_not_change_the_answer():
     coarse, fine = solve(program(51)), solve(program(401))
     np.testing.assert_allclose(coarse.state[::5, 1], fine.state[::40, 1], atol=0.05)
     assert coarse.objective == pytest.approx(fine.objective, rel=0.03)
+
+
+def against(problem: PiecewiseJerkProblem, cost_to_beat: float):
+    """Give (objective, verdict) of the solver that gives up what costs too much."""
+    _, _, objective, verdict, _ = cheaper_than(
+        cost_to_beat,
+        problem.step,
+        problem.start,
+        problem.weight,
+        problem.reference,
+        problem.jerk_weight,
+        np.concatenate([problem.lower, problem.row_lower], axis=1),
+        np.concatenate([problem.upper, problem.row_upper], axis=1),
+        problem.row,
+        problem.jerk_lower,
+        problem.jerk_upper,
+        MAX_ITERATIONS,
+        TOLERANCE,
+    )
+    return objective, verdict
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_only_what_costs_too_much_is_given_up(kind):
+    rng, given_up = np.random.default_rng(12), 0
+    for _ in range(60):
+        problem = KINDS[kind](rng)
+        exact = solve(problem)
+        if exact.status is QpStatus.INFEASIBLE:
+            assert against(problem, 1e3)[1] in (INFEASIBLE, TOO_DEAR)
+            continue
+        objective, verdict = against(problem, 1.001 * exact.objective + 1e-3)
+        assert verdict == SOLVED
+        assert objective == pytest.approx(exact.objective, rel=CLOSE, abs=CLOSE)
+        for share in (0.3, 0.9, 0.99):
+            bound, verdict = against(problem, share * exact.objective)
+            assert verdict in (SOLVED, TOO_DEAR)
+            assert bound <= exact.objective * (1.0 + CLOSE) + CLOSE
+            given_up += verdict == TOO_DEAR
+    assert given_up > 30  # unless the free motion is the answer, nearly all
 
 
 def test_soft_bounds_are_kept_where_they_can_be():

@@ -1,0 +1,29 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.geometry.lookup import interpolate
+from planner.geometry.pieces import curvature_at, point_at
+from planner.geometry.reference_path import ReferencePath
+from planner.geometry.segments import arc, clothoid, line
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.floats(-3.0, 3.0))
+def test_interpolation_is_that_of_numpy(seed, n_samples, shift):
+    rng = np.random.default_rng(seed)
+    samples = np.cumsum(rng.uniform(0.1, 4.0, n_samples))
+    values = rng.uniform(-5.0, 5.0, n_samples)
+    x = np.concatenate([np.cumsum(rng.uniform(-0.5, 2.0, 20)), samples - shift])
+    out = np.empty(x.size)
+    interpolate(x, shift, samples, values, out)
+    np.testing.assert_allclose(out, np.interp(x + shift, samples, values), atol=1e-12)
+
+
+@pytest.mark.parametrize("s", [-5.0, 0.0, 3.0, 10.0, 17.3, 29.9, 31.0, 45.0, 60.0])
+def test_the_curvature_alone_is_that_of_the_point(s):
+    path = ReferencePath.from_segments(
+        [line(10.0), clothoid(20.0, 0.0, 0.05), arc(15.0, 0.05)]
+    )
+    knots, bins, _ = path.table
+    assert curvature_at(knots, bins, s) == pytest.approx(point_at(knots, bins, s)[4])
