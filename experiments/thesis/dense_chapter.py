@@ -27,8 +27,8 @@ from experiments.thesis.dense_layouts import (
 from experiments.thesis.dense_layouts import Layout as PickedLayout
 from experiments.thesis.dense_pictures import (
     PICKED,
-    example,
-    paths,
+    example_picture,
+    path_pictures,
     sampling_pictures,
     waypoints_picture,
 )
@@ -77,8 +77,8 @@ def dense_chapter(effort: Effort, work: Work) -> Chapter:
         pictures=(
             *sampling_pictures(groups),
             waypoints_picture(),
-            *paths(picked),
-            *example(groups),
+            *path_pictures(picked),
+            *example_picture(groups),
         ),
     )
 

@@ -72,7 +72,7 @@ def waypoints_picture() -> Picture:
     return Picture("fig_5.5", title, "s m", "l m", (), discs, points)
 
 
-def paths(
+def path_pictures(
     picked: Mapping[str, Mapping[str, tuple[Measured, FrenetPath | None]]],
 ) -> Iterable[Picture]:
     """Make Figures 5.9 and 5.10 with the side sequences as a third line."""
@@ -86,7 +86,7 @@ def paths(
         yield drawn(f"fig_{FIGURES[table]}", title, lines, PICKED[table].obstacles)
 
 
-def example(groups: Groups) -> Iterable[Picture]:
+def example_picture(groups: Groups) -> Iterable[Picture]:
     """Make Figure 5.1 on the first random layout whose sides change."""
     for one in groups[COUNTS[-1], True]:
         if one.changed["uniform"]:

@@ -28,10 +28,11 @@ EVERY = 5  # points of a curve that are drawn
 def curve_pictures() -> Iterable[Picture]:
     """Make Figures 6.2 and 6.3."""
     curves = lane_change_curves(LaneShift())
-    ways = [series(n, c.x[::EVERY], c.y[::EVERY]) for n, c in curves.items()]
+    ways = [one_line(n, c.x[::EVERY], c.y[::EVERY]) for n, c in curves.items()]
     yield Picture("fig_6.2", "Fig. 6.2: curve models", "x m", "y m", tuple(ways))
     bends = [
-        series(n, c.distance[::EVERY], c.curvature[::EVERY]) for n, c in curves.items()
+        one_line(n, c.distance[::EVERY], c.curvature[::EVERY])
+        for n, c in curves.items()
     ]
     title = "Fig. 6.3: their curvature"
     yield Picture("fig_6.3", title, "distance m", "curvature 1/m", tuple(bends))
@@ -43,7 +44,9 @@ def path_picture() -> Picture:
     best = min(paths, key=lambda path: path.cost)
     some = [p for p in paths if p.ratio == CANDIDATES[0] and p is not best]
     chosen = [(f"{p.length:g} m", p) for p in some] + [("chosen", best)]
-    series = tuple(series(n, p.curve.x[::EVERY], p.curve.y[::EVERY]) for n, p in chosen)
+    series = tuple(
+        one_line(n, p.curve.x[::EVERY], p.curve.y[::EVERY]) for n, p in chosen
+    )
     title = "Fig. 6.7: candidates of different length, and the chosen path"
     return Picture("fig_6.7", title, "x m", "y m", series)
 
@@ -57,9 +60,9 @@ def case_pictures(cases: Sequence[SpeedCase]) -> Iterable[Picture]:
             continue
         figure, hit = f"6.{8 + number}", graph.hit[0]
         ways = (
-            series("ego", times, profile.distance),
-            series("car, rear", times[hit], graph.lower[0][hit]),
-            series("car, front", times[hit], graph.upper[0][hit]),
+            one_line("ego", times, profile.distance),
+            one_line("car, rear", times[hit], graph.lower[0][hit]),
+            one_line("car, front", times[hit], graph.upper[0][hit]),
         )
         title = f"Fig. {figure} (a), case {number + 1}: s-T graph"
         yield Picture(f"fig_{figure}a", title, "t s", "s m", ways)
@@ -69,10 +72,10 @@ def case_pictures(cases: Sequence[SpeedCase]) -> Iterable[Picture]:
             ("d", "jerk", "m/s³", profile.jerk),
         ):
             title = f"Fig. {figure} ({part}), case {number + 1}: {words}"
-            line = (series(words, times, values),)
+            line = (one_line(words, times, values),)
             yield Picture(f"fig_{figure}{part}", title, "t s", f"{words} {unit}", line)
 
 
-def series(name: str, x: FloatArray, y: FloatArray) -> Series:
+def one_line(name: str, x: FloatArray, y: FloatArray) -> Series:
     """Make a line of a picture."""
     return Series(name, tuple(map(shown, x.tolist())), tuple(map(shown, y.tolist())))
