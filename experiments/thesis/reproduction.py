@@ -9,6 +9,7 @@ from typing import Any
 from experiments.errors import ResultsError
 from experiments.sweep_folder import write_whole
 from experiments.thesis.chapters import Data
+from experiments.thesis.claims import printed
 from experiments.thesis.document import document
 from experiments.thesis.page import save_thesis_page
 from experiments.thesis.published import published
@@ -24,7 +25,10 @@ def numbers_of(chapters: Sequence[Data], *, quick: bool) -> Data:
         chapters: Of `chapters`, as plain data.
         quick: Whether they are those of `--quick`.
     """
-    slips = [slip.model_dump() for slip in published().slips]
+    slips = [
+        {**slip.model_dump(), **printed(printed=slip.printed, right=slip.right)}
+        for slip in published().slips
+    ]
     return {
         "quick": quick,
         "slips": slips,
