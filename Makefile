@@ -3,12 +3,12 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-RUN ?= $(shell ls -td runs/*/ 2>/dev/null | head -n 1)
+RUN ?= $(shell ls -td runs/*-*/ 2>/dev/null | head -n 1)
 ONLY_PYTHON := import sys; sys.exit(0 if sys.version_info >= (3, 11) else 1)
 PACKAGES := planner sumo_nets experiments
 
 .DEFAULT_GOAL := help
-.PHONY: help install experiment need-net figure report need-run sweep need-sweep test test-slow lint fmt type imports bench nets schema ci clean
+.PHONY: help install experiment need-net figure report need-run sweep need-sweep thesis thesis-docs test test-slow lint fmt type imports bench nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -35,6 +35,12 @@ sweep: need-sweep $(STAMP) ## Run a parameter study, or go on with it: SWEEP=nam
 
 need-sweep:
 	@test -n "$(SWEEP)" || { echo "make sweep needs SWEEP: a name that rearview list shows, or a sweep file, for example: make sweep SWEEP=smoke" >&2; exit 2; }
+
+thesis: $(STAMP) ## Recompute the thesis into runs/thesis, or go on with it: ARGS="dense --quick"
+	@$(BIN)/rearview thesis $(ARGS)
+
+thesis-docs: thesis ## The same, and put numbers and document into docs
+	@cp runs/thesis/thesis.json runs/thesis/thesis.md docs/
 
 test: $(STAMP) ## Run the tests, without the slow ones
 	@$(BIN)/python -m pytest $(ARGS)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from experiments.commands import evaluating, reporting, sweeping
+from experiments.commands import evaluating, reporting, reproducing, sweeping
 from experiments.commands.one_line import (
     ARRIVED,
     BAD_INPUT,
@@ -45,6 +45,7 @@ app = typer.Typer(
 sweeping.add_to(app)
 evaluating.add_to(app)
 reporting.add_to(app)
+reproducing.add_to(app)
 
 
 def main() -> None:

@@ -63,7 +63,7 @@ def rearview_arguments(command: str) -> list[str]:
     assert done.returncode == 0, done.stderr
     last = shlex.split(done.stdout.splitlines()[-1])
     called = last[0].endswith("rearview")
-    through_make = {"experiment", "figure", "report", "sweep", "video"}
+    through_make = {"experiment", "figure", "report", "sweep", "thesis", "video"}
     assert called == (words[1] in through_make), last
     return last[1:] if called else []
 

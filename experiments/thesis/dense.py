@@ -175,11 +175,23 @@ def measure(name: str, method: Method, obstacles: FloatArray) -> Measured:
         obstacles: (s, l, r_ob) in rows, (n, 3) [m].
     """
     field = straight_field(obstacles, HALF_WIDTH, LENGTH)
+    return measured(name, *timed(method, field, REPETITIONS))
+
+
+def timed(
+    method: Method, field: ObstacleField, repetitions: int
+) -> tuple[MethodPath, float]:
+    """Run a method some times: (its result, the shortest time [ms])."""
     took = math.inf
-    for _ in range(REPETITIONS):
+    for _ in range(repetitions):
         start = time.perf_counter()
         result = method(field)
         took = min(took, time.perf_counter() - start)
+    return result, 1e3 * took
+
+
+def measured(name: str, result: MethodPath, run_time: float) -> Measured:
+    """Measure what a method returned."""
     metrics = (math.nan,) * 5 if result.path is None else path_metrics(result.path)
     return Measured(
         name,
@@ -188,7 +200,7 @@ def measure(name: str, method: Method, obstacles: FloatArray) -> Measured:
         *metrics,
         result.edges,
         result.collision_edges,
-        1e3 * took,
+        run_time,
     )
 
 

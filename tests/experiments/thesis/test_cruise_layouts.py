@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from experiments.cosim.records import EpisodeStatus
-from experiments.layout import listed_obstacles
+from experiments.layout import listed_obstacles, make_layout
 from experiments.scenario_file import load_scenario
 from experiments.thesis.cruise_layouts import (
     RADII,
@@ -25,7 +25,7 @@ from experiments.thesis.cruise_layouts import (
 @pytest.mark.parametrize("seed", [0, 7])
 def test_layouts_are_drawn_as_the_published_ones_look(road, seed):
     scenario = load_scenario(f"thesis_{road}", seed=seed, overrides=[RANDOM])
-    obstacles = listed_obstacles(scenario)
+    obstacles = listed_obstacles(scenario, make_layout(scenario))
     places = [obstacle.s_m for obstacle in obstacles]
     gaps = [b - a for a, b in pairwise(places)]
     assert len(obstacles) >= 3
@@ -43,7 +43,7 @@ def test_one_layout_is_driven_to_the_goal_with_room_to_spare():
 
 def test_the_growing_obstacle_is_alone_and_as_large_as_said():
     scenario = load_scenario("thesis_straight", overrides=[growing(RADII[-1])])
-    (obstacle,) = listed_obstacles(scenario)
+    (obstacle,) = listed_obstacles(scenario, make_layout(scenario))
     assert obstacle.radius_m == 2.0
     assert RADII[0] == 0.3
     small = drive("straight", "cruise", 0, growing(RADII[0]))

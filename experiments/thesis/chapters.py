@@ -1,0 +1,108 @@
+"""The chapters by name, computed or taken from what an earlier run left."""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from experiments.errors import ResultsError
+from experiments.identity import code_hash, shaping_versions
+from experiments.manifest import ROOT
+from experiments.sweep_folder import write_whole
+from experiments.thesis.claims import Chapter
+from experiments.thesis.cruise import cruise_chapter
+from experiments.thesis.dense_chapter import dense_chapter
+from experiments.thesis.effort import Effort, Work
+from experiments.thesis.lane_change import lane_change_chapter
+
+Data = dict[str, Any]
+CHAPTERS: Mapping[str, Callable[[Effort, Work], Chapter]] = {
+    "cruise": cruise_chapter,
+    "dense": dense_chapter,
+    "lane_change": lane_change_chapter,
+}
+FOLDER = "chapters"  # of the finished ones
+INPUTS = ("experiments/scenarios/*.yaml", "experiments/thesis/*.yaml", "sumo_nets/*/*")
+
+
+def identity(effort: Effort) -> Data:
+    """Say what a chapter is made from: with another identity it is computed anew."""
+    return {
+        "code": code_hash(),
+        "layouts": inputs_hash(ROOT),
+        "versions": shaping_versions(),
+        "effort": asdict(effort),
+    }
+
+
+def inputs_hash(root: Path) -> str:
+    """Hash layouts, published numbers and networks; sha256, hexadecimal."""
+    digest = hashlib.sha256()
+    for pattern in INPUTS:
+        for file in sorted(root.glob(pattern)):
+            if file.is_file() and file.suffix in (".yaml", ".xml"):
+                digest.update(f"{file.relative_to(root)}\n".encode())
+                digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def chapter_data(name: str, effort: Effort, work: Work, out: Path) -> tuple[Data, bool]:
+    """Give a chapter as plain data.
+
+    Args:
+        name: Of `CHAPTERS`.
+        effort: How much is computed.
+        work: Who computes.
+        out: Folder in which finished chapters are kept.
+
+    Returns:
+        (the chapter, whether it was computed now).
+
+    Raises:
+        ResultsError: If it cannot be written.
+    """
+    kept = kept_chapter(name, effort, out)
+    if kept is not None:
+        return kept, False
+    data = as_data(CHAPTERS[name](effort, work))
+    whole = {"identity": identity(effort), "chapter": data}
+    file = out / FOLDER / f"{name}.json"
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ResultsError(
+            f"{file.parent}: cannot be made: {error.strerror}"
+        ) from error
+    write_whole(file, json.dumps(whole, ensure_ascii=False, allow_nan=False))
+    loaded: Data = json.loads(json.dumps(data))
+    return loaded, True
+
+
+def kept_chapter(name: str, effort: Effort, out: Path) -> Data | None:
+    """Give a finished chapter, if it is of this code, these layouts, this effort."""
+    try:
+        whole = json.loads((out / FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+        same = whole["identity"] == json.loads(json.dumps(identity(effort)))
+        return whole["chapter"] if same else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None  # none, or not a whole one: it is computed anew
+
+
+def as_data(chapter: Chapter) -> Data:
+    """Turn a chapter into plain data; every claim says its verdict."""
+    data = asdict(chapter)
+    for key, claims in (
+        ("claims", chapter.claims),
+        ("timing_claims", chapter.timing_claims),
+    ):
+        for plain, claim in zip(data[key], claims, strict=True):
+            plain["verdict"] = str(claim.verdict)
+    return data
+
+
+def kept_chapters(names: Sequence[str], effort: Effort, out: Path) -> list[Data]:
+    """Give all finished chapters of these names."""
+    found = (kept_chapter(name, effort, out) for name in names)
+    return [chapter for chapter in found if chapter is not None]

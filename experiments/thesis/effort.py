@@ -1,0 +1,48 @@
+"""How much is computed, and who computes it."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """Numbers of random layouts, scenes and seeds."""
+
+    cruise_layouts: int  # on each road
+    traffic_seeds: int  # in SUMO, on each road; 0 leaves SUMO out
+    moving_layouts: int  # on each road
+    dense_layouts: int  # for each number of obstacles, of one size and of different
+    scenes: int  # of the lane change; about a fifth of them leave a choice
+    crowds: int  # scenes for each number of vehicles
+    timing_repeats: int
+
+
+FULL = Effort(150, 5, 25, 400, 1400, 40, 20)
+QUICK = Effort(6, 0, 3, 15, 160, 5, 3)
+
+
+class Work(Protocol):
+    """Calls a function on many items, maybe in several processes."""
+
+    def map(
+        self, words: str, function: Callable[[Item], Result], items: Iterable[Item]
+    ) -> list[Result]:
+        """Give the results in the order of the items; `words` say what is going on."""
+        ...
+
+
+class AtOnce:
+    """Does the work in this process, one item after the other."""
+
+    def map(
+        self,
+        words: str,  # noqa: ARG002 - shows no progress
+        function: Callable[[Item], Result],
+        items: Iterable[Item],
+    ) -> list[Result]:
+        """Call the function on each item."""
+        return [function(item) for item in items]

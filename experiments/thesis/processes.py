@@ -1,0 +1,78 @@
+"""The work of the chapters in several processes, with progress."""
+
+import os
+import signal
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import TypeVar
+
+from pebble import ProcessExpired, ProcessPool
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+from experiments.errors import ExecutorError
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+CHUNKS = 12  # that each process gets of one piece of work, about
+
+
+class InProcesses:
+    """Calls functions in worker processes; see `effort.Work`."""
+
+    def __init__(self, pool: ProcessPool, workers: int, progress: Progress) -> None:
+        self._pool = pool
+        self._workers = workers
+        self._progress = progress
+        self.chapter = ""
+
+    def map(
+        self, words: str, function: Callable[[Item], Result], items: Iterable[Item]
+    ) -> list[Result]:
+        """Call the function on each item, in the order of the items.
+
+        Raises:
+            ExecutorError: If a worker process dies.
+        """
+        asked = list(items)
+        size = max(1, len(asked) // (CHUNKS * self._workers))
+        task = self._progress.add_task(f"{self.chapter}: {words}", total=len(asked))
+        found: list[Result] = []
+        if not asked:
+            return found
+        results = self._pool.map(function, asked, chunksize=size).result()
+        try:
+            for result in results:
+                found.append(result)
+                self._progress.advance(task)
+        except ProcessExpired as error:
+            raise ExecutorError(
+                f"{self.chapter}: {words}: a worker process died (exit code "
+                f"{error.exitcode}); the same command goes on at this chapter"
+            ) from error
+        self._progress.update(task, visible=False)
+        self._progress.console.print(f"{self.chapter}: {words}: {len(asked)} done")
+        return found
+
+
+@contextmanager
+def in_processes(workers: int) -> Iterator[InProcesses]:
+    """Open the processes; they are ended at once if anything goes wrong."""
+    console = Console(stderr=True, highlight=False)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    pool = ProcessPool(max_workers=workers, initializer=_prepare)
+    try:
+        with Progress(*columns, console=console, transient=True) as progress:
+            yield InProcesses(pool, workers, progress)
+        pool.close()
+    except BaseException:
+        pool.stop()
+        raise
+    finally:
+        pool.join()
+
+
+def _prepare() -> None:
+    """Leave Ctrl-C to the parent, and stdout to what it prints."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.dup2(2, 1)

@@ -1,0 +1,98 @@
+"""From chapters to `thesis.json`, `thesis.md` and the page."""
+
+import json
+import platform
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from experiments.errors import ResultsError
+from experiments.sweep_folder import write_whole
+from experiments.thesis.chapters import Data
+from experiments.thesis.claims import printed
+from experiments.thesis.document import document
+from experiments.thesis.page import save_thesis_page
+from experiments.thesis.published import published
+
+NUMBERS_FILE, DOCUMENT_FILE = "thesis.json", "thesis.md"
+APART = ("timing", "timing_claims", "pictures")  # not the same every time, or drawn
+
+
+def numbers_of(chapters: Sequence[Data], *, quick: bool) -> Data:
+    """Gather every number; what depends on the machine is under `timing` alone.
+
+    Args:
+        chapters: Of `chapters`, as plain data.
+        quick: Whether they are those of `--quick`.
+    """
+    slips = [
+        {**slip.model_dump(), **printed(printed=slip.printed, right=slip.right)}
+        for slip in published().slips
+    ]
+    return {
+        "quick": quick,
+        "slips": slips,
+        "chapters": [
+            {key: value for key, value in chapter.items() if key not in APART}
+            for chapter in chapters
+        ],
+        "timing": {
+            "machine": machine(),
+            "chapters": [
+                {
+                    "number": chapter["number"],
+                    "claims": chapter["timing_claims"],
+                    "tables": chapter["timing"],
+                }
+                for chapter in chapters
+                if chapter["timing"]
+            ],
+        },
+    }
+
+
+def numbers_text(numbers: Data) -> str:
+    """Write the numbers as the file holds them."""
+    return json.dumps(numbers, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def read_numbers(file: Path) -> Data:
+    """Read a numbers file.
+
+    Raises:
+        ResultsError: If it is none.
+    """
+    try:
+        data: Data = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ResultsError(f"{file}: cannot be read ({error})") from error
+    return data
+
+
+def write_reproduction(chapters: Sequence[Data], out: Path, *, quick: bool) -> Path:
+    """Write numbers, document and page; gives the page's file."""
+    text = numbers_text(numbers_of(chapters, quick=quick))
+    write_whole(out / NUMBERS_FILE, text)
+    written = json.loads(text)
+    write_whole(out / DOCUMENT_FILE, document(written))
+    pictures = {chapter["number"]: chapter["pictures"] for chapter in chapters}
+    return save_thesis_page(written, pictures, out)
+
+
+def machine() -> dict[str, Any]:
+    """Say what the times were measured on."""
+    return {
+        "processor": _processor(),
+        "system": platform.system(),
+        "python": platform.python_version(),
+    }
+
+
+def _processor() -> str:
+    """Name the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1] for line in lines if line.startswith("model name")]
+    return names[0].strip() if names else platform.machine()

@@ -1,0 +1,59 @@
+"""Claims in words, from plain data; every number is written as JSON writes it."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+Data = Mapping[str, Any]
+
+
+def number(value: float | str) -> str:
+    """Write a cell: numbers as in the numbers file, words as they are."""
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def pairs(values: Mapping[str, float]) -> str:
+    """Write named numbers in one line; a dash for none."""
+    return "; ".join(f"{name} {number(v)}" for name, v in values.items()) or "-"
+
+
+def verdict(claim: Data) -> str:
+    """Say whether a claim holds, and where."""
+    share = claim["share"]
+    if share is None:
+        return str(claim["verdict"])
+    trials = f"{number(share['of'])} {share['trials']}"
+    interval = f"{number(share['low'])} to {number(share['high'])} %"
+    if claim["verdict"] == "does not hold":
+        words = f"does not hold in any of {trials} (0 to {number(share['high'])} %)"
+    elif claim["verdict"] == "holds":
+        words = f"holds in all {trials} ({interval})"
+    else:
+        words = f"holds in {number(share['percent'])} % of {trials} ({interval})"
+    return words + picked(claim)
+
+
+def picked(claim: Data) -> str:
+    """Say what came out where the numbers are from, if that was judged."""
+    if claim["picked"] is None:
+        return ""
+    return f"; {claim['on']}: {'yes' if claim['picked'] else 'no'}"
+
+
+def measured(claim: Data) -> str:
+    """Write what was measured, and on what."""
+    return f"{pairs(claim['measured'])} ({claim['on']})"
+
+
+def reason(claim: Data) -> str:
+    """Say why a claim does not hold, or not everywhere; nothing if it holds."""
+    return "" if claim["verdict"] == "holds" else str(claim["reason"])
+
+
+def counts(chapters: list[Data]) -> dict[str, int]:
+    """Count the verdicts of all claims that do not depend on the machine."""
+    found: dict[str, int] = {}
+    for chapter in chapters:
+        for claim in chapter["claims"]:
+            found[claim["verdict"]] = found.get(claim["verdict"], 0) + 1
+    return found
