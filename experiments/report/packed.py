@@ -52,7 +52,8 @@ def pack_counts(counts: Any) -> Packed:
 
 def pack_exact(values: FloatArray) -> Packed:
     """Pack numbers as float32: seven digits, wherever they lie."""
-    return {"data": _base64(values.astype("<f4").tobytes())}
+    with np.errstate(over="ignore"):  # beyond its range is as good as infinite
+        return {"data": _base64(values.astype("<f4").tobytes())}
 
 
 def unpack(packed: Packed) -> FloatArray:

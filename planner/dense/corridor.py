@@ -41,6 +41,7 @@ def road_rows(
         norm = math.sqrt(rho * rho + slope[k] * slope[k])
         cos, sin = rho / norm, slope[k] / norm
         need = piece[0] * abs(sin) + piece[1] * cos
+        need += 0.5 * abs(curvature) * piece[0] ** 2  # the road bends, the body not
         for d in range(n_discs):
             _, at_l = disc_centre(s[k], l[k], slope[k], offsets[d], curvature)
             gain[k, d] = offsets[d] * cos * cos * cos / rho

@@ -176,6 +176,7 @@ def place_discs(
             discs[d, j] = s[j] + ahead * (1.0 - (road[0, j] * ahead) ** 2 / 3.0)
             discs[n_discs + d, j] = at_l
             need = body[1] * abs(sin) + body[2] * cos - TOUCH
+            need += 0.5 * abs(road[0, j]) * body[1] ** 2  # the road bends, the body not
             outside += int(at_l + need > road[2 + d, j])
             outside += int(at_l - need < road[2 + n_discs + d, j])
     return sharp > 0, outside > 0

@@ -122,6 +122,7 @@ def worst_of(
         sharpest = max(sharpest, abs(bent))
         norm = np.sqrt(rho * rho + slope[j] ** 2)
         need = (body[1] * abs(slope[j]) + body[2] * rho) / norm
+        need += 0.5 * abs(curvature) * body[1] ** 2  # the road bends, the body not
         for d in range(offsets.size):
             at_s, at_l = disc_centre(s[j], l[j], slope[j], offsets[d], curvature)
             room = min(room, road[2 + d, j] - at_l - need)

@@ -106,8 +106,10 @@ def _result(
     chosen: ChosenPath, trajectory: Trajectory, blocker: str | None
 ) -> PlanResult:
     """Make what the caller gets."""
-    blocked = chosen.blocked_by is not None
-    reason = f"no passage beyond s = {chosen.end_s:.1f} m" if blocked else ""
+    blocked = chosen.ended
+    reason = f"found no passage beyond s = {chosen.end_s:.1f} m" if blocked else ""
+    if chosen.blocked_by is not None:
+        reason += f", {chosen.blocked_by} is in the way"
     passed = "".join("L" if side > 0.0 else "R" for side in chosen.sides.values())
     stats = PlanStats(
         reason=reason,

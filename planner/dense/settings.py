@@ -1,5 +1,6 @@
 """Parameters of the lattice methods and of the smoothing; [Thesis] table 5.1."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -35,6 +36,17 @@ class EdgeChecks(StrEnum):
     ALL = "all"  # as in [Thesis] 5.5, for the effectiveness of table 5.2
 
 
+KNOT_STEPS = (0.1, 5.0)  # of a path [m]
+PATH_SOLVERS = ("riccati", "piqp", "daqp", "proxqp", "clarabel")
+
+
+def _check_solver(name: str) -> None:
+    """Refuse a solver that is not there."""
+    if name not in PATH_SOLVERS:
+        allowed = ", ".join(PATH_SOLVERS)
+        raise InvalidInputError(f"solver = {name}; allowed: {allowed}")
+
+
 def _require(record: object, positive: tuple[str, ...], zero: tuple[str, ...]) -> None:
     """Refuse numbers that are not positive, or not even zero."""
     for name in positive:
@@ -43,6 +55,16 @@ def _require(record: object, positive: tuple[str, ...], zero: tuple[str, ...]) -
     for name in zero:
         if not getattr(record, name) >= 0.0:
             raise InvalidInputError(f"{name} = {getattr(record, name)} must be >= 0")
+
+
+def _within(record: object, ranges: Mapping[str, tuple[float, float]]) -> None:
+    """Refuse numbers outside of what a cycle can work with."""
+    for name, (low, high) in ranges.items():
+        value = getattr(record, name)
+        if not low <= value <= high:
+            raise InvalidInputError(
+                f"{name} = {value} must lie between {low:g} and {high:g}"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +104,9 @@ class LatticeSettings:
             (*whole, *lengths, *map_weights),
             ("merge_distance", "margin", *weights),
         )
+        counts = {"uniform_layers": (1, 100), "free_points": (1, 200)}
+        steps = {"layer_step": (0.5, 100.0), "sample_step": (0.05, 10.0)}
+        _within(self, {**counts, **steps, "regions": (1, 200), "resolution": (1, 50)})
 
 
 def thesis_lattice() -> LatticeSettings:
@@ -118,6 +143,8 @@ class SmoothingSettings:
             ("knot_step", "smoothness_weight", "max_curvature", "passes"),
             ("coarse_weight", "offset_weight", "turn_margin", "allowed_slack"),
         )
+        _within(self, {"knot_step": KNOT_STEPS, "passes": (1, 20)})
+        _check_solver(self.solver)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +176,9 @@ class SideSettings:
             ("knot_step", "jerk_weight", "max_curvature", "max_programs", "passes"),
             (*weights, "turn_margin", "margin", "alternatives"),
         )
+        counts = {"alternatives": (0, 10), "max_programs": (1, 100_000)}
+        _within(self, {"knot_step": KNOT_STEPS, "passes": (1, 20), **counts})
+        _check_solver(self.solver)
 
 
 def thesis_sides() -> SideSettings:
@@ -190,6 +220,8 @@ class DriveSettings:
         rates = ("acceleration", "braking", "lateral_share")
         weights = ("distance_weight", "speed_weight", "acceleration_weight")
         _require(self, (*positive, *rates), (*weights, "headway", "vehicle_gap"))
+        _within(self, {"duration": (1.0, 30.0), "time_step": (0.05, 0.5)})
+        _within(self, {"lateral_share": (0.0, 1.0), "attempts": (1, 20)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,5 +245,11 @@ class DenseSettings:
         """Refuse what cannot be driven."""
         positive = ("horizon", "curvature_share", "spacing")
         _require(self, positive, ("stop_gap", "change_gain", "road_margin"))
-        if not self.margins or min(self.margins) < 0.0:
-            raise InvalidInputError(f"margins = {self.margins} must be >= 0")
+        _within(self, {"horizon": (20.0, 500.0), "spacing": (1, 20)})
+        _within(self, {"curvature_share": (0.0, 1.0), "road_margin": (0.0, 2.0)})
+        _within(self, {"stop_gap": (0.0, 20.0), "change_gain": (0.0, 1.0)})
+        margins = self.margins
+        if not margins or min(margins) < 0.0 or tuple(sorted(margins)[::-1]) != margins:
+            raise InvalidInputError(
+                f"margins = {margins} must be one or more, >= 0, the widest first"
+            )

@@ -23,11 +23,12 @@ from planner.states import FloatArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChosenPath:
-    """What a method chose; `blocked_by` is None where the path leads to the end."""
+    """What a method chose."""
 
     path: FrenetPath
     end_s: float  # of the ego's point; the path's end where nothing blocks it [m]
-    blocked_by: str | None  # the obstacle that ends it
+    ended: bool  # before the road does, because something blocks it
+    blocked_by: str | None  # the obstacle that ends it, if it has a name
     sides: Mapping[str, float]  # obstacle -> 1 passed to its left, -1 to its right
     margin: float  # kept to obstacles [m]
     candidates: int  # programs or edges looked at
@@ -105,6 +106,7 @@ def _chosen(
     return ChosenPath(
         best.path,
         task.s_end,
+        False,  # noqa: FBT003 - a column
         None,
         dict(zip(task.field.ids, best.sides.tolist(), strict=True)),
         margin,
@@ -162,6 +164,7 @@ def _by_lattice(task: Task, settings: DenseSettings) -> ChosenPath | None:
         found = ChosenPath(
             path,
             float(path.s[-1]),
+            False,  # noqa: FBT003 - a column
             None,
             {},
             margin,
@@ -194,7 +197,7 @@ def _ended(
     ahead = rest.s > fine.s[-1]
     name = rest.ids[which] if which >= 0 else _first(rest, ahead)
     end = float(fine.s[index]) if which >= 0 else float(fine.s[-1])
-    return replace(found, end_s=min(end, found.end_s), blocked_by=name)
+    return replace(found, end_s=min(end, found.end_s), ended=True, blocked_by=name)
 
 
 def _first(field: ObstacleField, ahead: FloatArray) -> str | None:

@@ -56,5 +56,6 @@ def test_every_closed_course_ends_in_a_stop(scenario, tmp_path, request):
     closed = ["obstacles.field.passable=false"]
     for row, reason, left in episodes(scenario, closed, n_seeds, tmp_path):
         assert row["status"] == "blocked"
-        assert "no passage beyond s = " in reason
+        assert "found no passage beyond s = " in reason
+        assert "is in the way" in reason
         assert left >= LEFT

@@ -86,6 +86,7 @@ def naive_verdict(shape, s, road_of, obstacles, body, clearance, max_curvature):
         sharp |= abs(path_curvature(l, slope, second, curvature, rate)) > max_curvature
         heading = np.arctan2(slope, 1.0 - curvature * l)
         need = body[1] * abs(np.sin(heading)) + body[2] * np.cos(heading)
+        need += abs(curvature) * body[1] ** 2 / 2.0  # sagitta of the road's edge
         for offset in OFFSETS:
             at_s, at_l = disc_centre(s[j], l, slope, offset, curvature)
             outside |= at_l + need > left or at_l - need < right

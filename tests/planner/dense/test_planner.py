@@ -100,7 +100,7 @@ def test_a_closed_road_ends_in_a_stop_with_a_reason():
     last = cycles[-1]
     assert last.scene.ego.speed < 1e-3
     assert last.plan.status is PlanStatus.OK
-    assert last.plan.stats.reason.startswith("no passage beyond s = ")
+    assert last.plan.stats.reason.startswith("found no passage beyond s = ")
     assert last.plan.stats.blocker.startswith("disc.")
     assert 1.0 <= clearance_now(last.scene) < 2.5
     assert least_clearance(cycles) > 0.05
