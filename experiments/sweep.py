@@ -117,11 +117,12 @@ def drive_missing(
         try:
             while _feed(executor, work):
                 report = executor.next_report(PATIENCE)
+                # A signal to all processes ends workers too: their runs did not fail.
+                check_interrupt()
                 if report is not None:
                     work.running -= 1
                     _take(report, work, sweep.retries, show)
                 show.tick()
-                check_interrupt()
         finally:
             executor.stop()
             remove_unfinished(folder)
