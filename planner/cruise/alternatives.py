@@ -26,10 +26,13 @@ def alternatives_of(cycle: Cycle, verdict: IntArray) -> tuple[Alternative, ...]:
     """
     every = max(round(SPACING / cycle.lateral.step), 1)
     found = []
+    has_shape = np.repeat(
+        cycle.tracks.dropped == Check.PASSED, cycle.lateral.offsets.size
+    )
     for check in Check:
         if check is Check.DOMAIN:
             continue
-        members = np.flatnonzero(verdict == check)
+        members = np.flatnonzero((verdict == check) & has_shape)
         most = MOST_KEPT if check is Check.PASSED else MOST_REMOVED
         name = KEPT if check is Check.PASSED else check.name.lower()
         for index in _spread(members, most):

@@ -31,7 +31,8 @@ def test_a_few_of_each_verdict_that_start_at_the_ego(plan):
     assert counts["collision"] > 0
     for one in found:
         assert one.x.shape == one.y.shape
-        assert np.isfinite(one.x).all()
+        assert np.abs(one.x).max() < 1000.0  # a shape, not what lay in memory
+        assert np.abs(one.y).max() < 1000.0
         assert (one.x[0], one.y[0]) == pytest.approx((scene.ego.x, scene.ego.y))
 
 
