@@ -9,6 +9,7 @@ from pathlib import Path
 from experiments.config.sweep import Sweep
 from experiments.errors import ConfigError, ResultsError
 from experiments.executors.executor import Executor, WorkerSettings
+from experiments.report.html import PAGE_FILE
 from experiments.results import rebuild, refresh
 from experiments.strict_yaml import Document
 from experiments.sweep import Survey, drive_missing, survey
@@ -69,9 +70,7 @@ class SweepSession:
             else:
                 refresh(self._folder)
         yield f"results: {self._folder / RESULTS}"
-        from experiments.report.sweep_page import save_sweep_page  # takes scipy
-
-        yield f"report: {save_sweep_page(self._folder)}"
+        yield f"report: {_page(self._folder)}"
 
     def _drive(self, found: Survey, warm: WorkerSettings) -> Iterator[str]:
         """Drive under the eyes of a progress display."""
@@ -146,3 +145,14 @@ class SweepSession:
         from experiments.executors.local import LocalExecutor
 
         return LocalExecutor(settings, self._workers)
+
+
+def _page(folder: Path) -> Path:
+    """Give the page of the sweep, written again if the results are newer."""
+    page = folder / PAGE_FILE
+    results = folder / RESULTS
+    if not page.exists() or page.stat().st_mtime_ns < results.stat().st_mtime_ns:
+        from experiments.report.sweep_page import save_sweep_page  # takes scipy
+
+        save_sweep_page(folder)
+    return page

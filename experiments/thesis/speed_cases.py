@@ -17,6 +17,7 @@ from planner.lane_change.path import best_change
 from planner.lane_change.settings import PathSettings, SpeedSettings
 from planner.lane_change.speed import SpeedPlan, plan_speed
 from planner.lane_change.speed_program import SpeedTask, knot_times
+from planner.lane_change.st_graph import in_time
 from planner.scene import Prediction, Vehicles
 from planner.states import FloatArray, FrenetState, Path
 from planner.vehicle import Vehicle, VehicleLimits
@@ -29,7 +30,7 @@ EGO = Vehicle(
     limits=VehicleLimits(max_speed=20.0, max_acceleration=2.5, max_deceleration=4.0)
 )
 SHAPE = PathSettings(
-    change_times=(0.1,), min_length=60.0, c_ratios=(0.2,), lateral_acceleration=9.0
+    change_times=(0.1,), min_lengths=(60.0,), c_ratios=(0.2,), lateral_acceleration=9.0
 )
 # of the published scenario: no gaps and headways beyond the margins
 SPEED = SpeedSettings(front_gap=0.0, front_headway=0.0, rear_gap=0.0, rear_headway=0.0)
@@ -92,7 +93,7 @@ def solve_case(start_speed: float, settings: SpeedSettings = SPEED) -> SpeedCase
     plan = plan_speed(
         change.path,
         EGO,
-        car,
+        in_time(car, knot_times(settings)),
         np.ones(1, np.bool_),
         SpeedTask(start_speed, 0.0, WISH),
         settings,

@@ -22,6 +22,7 @@ from planner.lane_change.speed_program import (
     speed_caps,
     start_state,
 )
+from planner.lane_change.st_graph import in_time
 from planner.motion.piecewise_jerk import QpStatus, solve
 from planner.scene import Prediction, Vehicles
 from planner.states import FrenetState, Path
@@ -68,7 +69,8 @@ class SpeedScene:
     def plan(self, settings: SpeedSettings) -> SpeedPlan:
         """Plan the speed among all of them."""
         everyone = np.ones(len(self.users.ids), np.bool_)
-        return plan_speed(self.path, EGO, self.users, everyone, self.task, settings)
+        users = in_time(self.users, knot_times(settings))
+        return plan_speed(self.path, EGO, users, everyone, self.task, settings)
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.situation import (
     STANDSTILL_ROOM,
     Situation,
-    room_before,
+    blockage_ahead,
     speed_task,
 )
 from planner.lane_change.speed import plan_speed
@@ -51,7 +51,7 @@ def go_on(
     committed = last.phase is Phase.COMMITTED
     followers = here.behind & in_lane(scene, here.bodies, here.users, change.lane)
     speed = plan_speed(
-        path, scene.vehicle, here.users, ~followers, speed_task(here), settings.speed
+        path, scene.vehicle, here.ahead, ~followers, speed_task(here), settings.speed
     )
     tally.speeds(speed)
     entering = about_to_enter(scene, change.lane, change.target, scene.step)
@@ -68,7 +68,7 @@ def go_on(
     if not committed:
         return _wait_at_line(here, attempt, followers, settings, tally)
     speed = plan_speed(
-        path, scene.vehicle, here.users, ~here.behind, speed_task(here), settings.speed
+        path, scene.vehicle, here.ahead, ~here.behind, speed_task(here), settings.speed
     )
     tally.speeds(speed)
     if speed.profile is not None:
@@ -88,9 +88,8 @@ def _wait_at_line(
     Only where turning back would lead into a blockage; None says to turn back.
     """
     scene, change = here.scene, attempt.change
-    room = settings.manoeuvre.pull_out_room
-    _, wall = room_before(here, attempt.lane, room)
-    if change is None or wall > 2.0 * room:
+    blockage = blockage_ahead(here, attempt.lane)
+    if change is None or blockage > 2.0 * settings.manoeuvre.pull_out_room:
         return None
     line = lane_line(scene, change.lane, change.target)
     side = 1 if change.target > change.lane else -1
@@ -104,7 +103,7 @@ def _wait_at_line(
     end = float(path.distance[max(int(entered[0]) - 1, 0)]) if entered.size else 0.0
     task = speed_task(here, max(end, STANDSTILL_ROOM))
     speed = plan_speed(
-        path, scene.vehicle, here.users, ~followers, task, settings.speed
+        path, scene.vehicle, here.ahead, ~followers, task, settings.speed
     )
     tally.speeds(speed)
     if speed.profile is None:

@@ -9,7 +9,12 @@ from planner.lane_change.attempt import Attempt, Tally
 from planner.lane_change.manoeuvre import Phase
 from planner.lane_change.path import lane_keeping_path
 from planner.lane_change.settings import LaneChangeSettings
-from planner.lane_change.situation import Situation, room_before, speed_task
+from planner.lane_change.situation import (
+    Situation,
+    blockage_ahead,
+    place_to_wait,
+    speed_task,
+)
 from planner.lane_change.speed import plan_speed, soft_speed
 
 
@@ -32,15 +37,16 @@ def keep(
         return None
     phase = Phase.KEEP if target is None else Phase.SEEK
     why = "" if target is None else "no gap yet"
-    wait, wall = room_before(here, lane, settings.manoeuvre.pull_out_room)
     rooms = [math.inf]
+    blockage = blockage_ahead(here, lane)
+    wait = place_to_wait(here, blockage, settings)
     if math.isfinite(wait):
-        rooms = [wait, 0.5 * (wait + wall), math.inf]
+        rooms = [wait, 0.5 * (wait + blockage), math.inf]
     considered = ~here.behind
     for room in rooms:
         task = speed_task(here, room)
         speed = plan_speed(
-            path, scene.vehicle, here.users, considered, task, settings.speed
+            path, scene.vehicle, here.ahead, considered, task, settings.speed
         )
         tally.speeds(speed)
         if speed.profile is not None:

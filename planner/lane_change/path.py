@@ -5,6 +5,7 @@ they are priced by their shape on the road, and laid on it from the cheapest on.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,6 +73,8 @@ def best_change(
     total: float,
     vehicle: Vehicle,
     settings: PathSettings,
+    is_free: Callable[[ChangePath], bool] = lambda _: True,
+    cost_to_beat: float = math.inf,
 ) -> tuple[ChangePath | None, dict[str, int]]:
     """Give the cheapest change path that can be driven.
 
@@ -83,14 +86,17 @@ def best_change(
         total: Length of the path along the reference [m].
         vehicle: Its curvature limit holds.
         settings: Lengths, ratios, weights.
+        is_free: Tells whether nothing that stands is in the way of a change. Of one
+            length only the cheapest is asked about.
+        cost_to_beat: Changes that cost as much are not looked at.
 
     Returns:
         (path or None, reason -> number of candidates refused).
     """
     speed = max(state.s_dot, 0.0)
     refused: dict[str, int] = {}
-    sizes = {max(settings.min_length, t * speed) for t in settings.change_times}
-    points = control_points(state, target, begin, sorted(sizes), settings.c_ratios)
+    sizes = _lengths(speed, settings)
+    points = control_points(state, target, begin, sizes, settings.c_ratios)
     costs, peaks = prices(
         points, BASIS, settings.curvature_weight, settings.length_weight
     )
@@ -98,10 +104,13 @@ def best_change(
     if not slow.all():
         refused["lateral acceleration"] = int((~slow).sum())
     limit = settings.curvature_share * vehicle.limits.max_curvature
+    blocked: set[float] = set()
     for k in np.argsort(costs, kind="stable").tolist():
-        if not slow[k]:
-            continue
         length = float(points[k, -1, 0])
+        if costs[k] >= cost_to_beat:
+            break
+        if not slow[k] or length in blocked:
+            continue
         made = _laid(
             reference, state, sample(points[k], BASIS), begin, length, total, settings
         )
@@ -112,12 +121,24 @@ def best_change(
         if swing(path.l, state.l, target) > MAX_SWING:
             _count(refused, "swings out")
             continue
-        if float(np.abs(path.curvature).max()) <= limit:
-            cost, peak = float(costs[k]), float(peaks[k])
-            found = ChangePath(path, float(place[0]), float(place[1]), cost, peak)
+        if float(np.abs(path.curvature).max()) > limit:
+            _count(refused, "curvature")
+            continue
+        cost, peak = float(costs[k]), float(peaks[k])
+        found = ChangePath(path, float(place[0]), float(place[1]), cost, peak)
+        if is_free(found):
             return found, refused
-        _count(refused, "curvature")
+        _count(refused, "blockage")
+        blocked.add(length)
     return None, refused
+
+
+def _lengths(speed: float, settings: PathSettings) -> list[float]:
+    """Give the lengths to try [m]; the tight ones are for walking speed."""
+    usual, *tight = settings.min_lengths
+    soonest = min(settings.change_times) * speed
+    lengths = {max(usual, t * speed) for t in settings.change_times}
+    return sorted(lengths | {length for length in tight if length > soonest})
 
 
 def _count(refused: dict[str, int], reason: str) -> None:

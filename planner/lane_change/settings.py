@@ -10,7 +10,8 @@ class PathSettings:
 
     spacing: float = 1.0  # of the points along the road [m]
     change_times: tuple[float, ...] = (3.0, 4.0, 5.0, 6.5)  # length over speed [s]
-    min_length: float = 18.0  # a change at walking speed still needs room [m]
+    # of a change at walking speed: the usual one, and out of a narrow place [m]
+    min_lengths: tuple[float, ...] = (18.0, 13.0, 9.0)
     c_ratios: tuple[float, ...] = (0.15, 0.2, 0.3)  # place of C over the length [-]
     curvature_weight: float = 4000.0  # of the integral of squared curvature [m]
     length_weight: float = 0.02  # [1/m]

@@ -7,13 +7,14 @@ import numpy as np
 
 from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_worths
 from planner.lane_change.settings import LaneChangeSettings
-from planner.lane_change.speed_program import SpeedTask
+from planner.lane_change.speed_program import SpeedTask, knot_times
+from planner.lane_change.st_graph import UsersInTime, in_time
 from planner.lane_change.surroundings import behind_ego, road_users
 from planner.scene import Scene, Vehicles
 from planner.states import BoolArray, FloatArray
 
 BESIDE_THE_WAY = 60.0  # added to the path that the fastest drive needs [m]
-STANDSTILL_ROOM = 0.05  # a program needs some room, also to stand still [m]
+STANDSTILL_ROOM = 0.005  # a program needs some room, also to stand still [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,6 +23,8 @@ class Situation:
 
     scene: Scene
     users: Vehicles
+    ahead: UsersInTime  # the users at the knots of a speed plan
+    standing: UsersInTime  # those of them that never move, at one knot
     bodies: BodiesAhead
     behind: BoolArray  # wholly behind the ego
     worths: FloatArray  # of the lanes [m/s]
@@ -33,9 +36,13 @@ def look(scene: Scene, settings: LaneChangeSettings) -> Situation:
     """Work out what every branch needs."""
     bodies = bodies_on_road(scene)
     fastest = max(scene.target_speed, scene.ego.speed)
+    users = road_users(scene)
+    ahead = in_time(users, knot_times(settings.speed))
     return Situation(
         scene,
-        road_users(scene),
+        users,
+        ahead,
+        ahead.first(bodies.n_static),
         bodies,
         behind_ego(scene, bodies),
         lane_worths(scene, bodies, settings.speed.front_gap),
@@ -56,29 +63,35 @@ def speed_task(here: Situation, end: float = math.inf) -> SpeedTask:
     )
 
 
-def room_before(here: Situation, lane: int, room: float) -> tuple[float, float]:
-    """How far the ego may go in a lane that something standing blocks.
-
-    It waits where it can still pull out, or as near to that as it can stop.
-
-    Returns:
-        (to the place to wait, to the blockage) [m]; inf if there is none.
-    """
+def blockage_ahead(here: Situation, lane: int) -> float:
+    """Say how far the ego's front is from what stands in a lane [m]; inf if nothing."""
     scene, bodies = here.scene, here.bodies
     ego, lanes = scene.ego_frenet, scene.lanes
     centre = np.interp(bodies.s, lanes.s, lanes.centre[lane])
     reach = bodies.half_width + 0.5 * scene.vehicle.width
-    front = ego.s + scene.vehicle.front_reach
     blocks = (
         (np.abs(bodies.l - centre) < reach)
         & (np.arange(bodies.s.size) < bodies.n_static)
         & (bodies.s > ego.s)
     )
-    if not blocks.any():
-        return math.inf, math.inf
-    wall = float((bodies.s - bodies.half_length)[blocks].min()) - front
-    stop = 0.5 * scene.ego.speed + scene.ego.speed**2 / (
-        1.4 * scene.vehicle.limits.max_deceleration
-    )
-    place = max(wall - room, stop + STANDSTILL_ROOM)
-    return (place if place < wall else math.inf), wall
+    rears = (bodies.s - bodies.half_length)[blocks]
+    return float(rears.min(initial=math.inf)) - ego.s - scene.vehicle.front_reach
+
+
+def place_to_wait(
+    here: Situation, blockage: float, settings: LaneChangeSettings
+) -> float:
+    """Say how far the ego may go towards a blockage [m]; inf where it cannot stop.
+
+    It waits where it can still pull out, or as near to that as it can stop. What is
+    too near for gentle braking is braked for hard only with half of the room at stake.
+    """
+    speed = max(here.scene.ego.speed, 0.0)
+    braking = here.scene.vehicle.limits.max_deceleration
+    gentle = 0.5 * speed + speed**2 / (1.4 * braking)
+    build_up = speed * braking / (2.0 * settings.speed.max_jerk)
+    hard = build_up + speed**2 / (2.0 * braking)
+    room = settings.manoeuvre.pull_out_room
+    stop = min(gentle, max(blockage - 0.5 * room, hard))
+    place = max(blockage - room, stop + STANDSTILL_ROOM)
+    return place if place < blockage else math.inf

@@ -29,9 +29,8 @@ from planner.lane_change.speed_program import (
     speed_caps,
     start_state,
 )
-from planner.lane_change.st_graph import StGraph, st_graph
+from planner.lane_change.st_graph import StGraph, UsersInTime, st_graph
 from planner.motion.piecewise_jerk import QpStatus, solve_soft
-from planner.scene import Vehicles
 from planner.states import BoolArray, FloatArray, Path, SpeedProfile
 from planner.vehicle import Vehicle
 
@@ -88,7 +87,7 @@ class SpeedPlan:
 def plan_speed(
     path: Path,
     vehicle: Vehicle,
-    users: Vehicles,
+    users: UsersInTime,
     considered: BoolArray,
     task: SpeedTask,
     settings: SpeedSettings,
@@ -99,7 +98,7 @@ def plan_speed(
     Args:
         path: Of the ego's rear axle, from where it is.
         vehicle: Dimensions and limits.
-        users: Everyone else.
+        users: Everyone else, at the knots of `settings`.
         considered: Who of them counts, (n_users,).
         task: Start, wish and end.
         settings: Weights, margins, horizon.
@@ -115,7 +114,6 @@ def plan_speed(
         vehicle,
         users,
         considered,
-        times,
         settings.along_margin,
         settings.across_margin,
     )

@@ -14,6 +14,7 @@ from planner.compiled import compiled
 from planner.lane_change.orders import Order
 from planner.lane_change.settings import SpeedSettings
 from planner.motion.piecewise_jerk import PiecewiseJerkProblem
+from planner.motion.piecewise_jerk_objective import free_motion, objective_value
 from planner.states import FloatArray, Path, freeze
 from planner.vehicle import Vehicle
 
@@ -186,3 +187,16 @@ def limit_tables(
     upper[:, 1] = np.maximum(np.maximum(caps, 0.0), over - falling)
     lower[:, 2], upper[:, 2] = -limits.max_deceleration, limits.max_acceleration
     return lower, upper
+
+
+def free_cost(task: SpeedTask, vehicle: Vehicle, settings: SpeedSettings) -> float:
+    """Give the cost of the motion that nothing bounds: no plan is cheaper."""
+    tables = speed_tables(settings)
+    table, cost, wish, _, _ = free_motion(
+        tables.step,
+        freeze(start_state(task, vehicle, settings)),
+        tables.weight,
+        reference_motion(task, tables.times),
+        settings.jerk_weight,
+    )
+    return objective_value(cost, wish, table)

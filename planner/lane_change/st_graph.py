@@ -10,10 +10,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.lane_change.st_projection import interpolate_poses, project
+from planner.lane_change.st_projection import predicted_poses, project
 from planner.scene import Vehicles
-from planner.states import BoolArray, FloatArray, IntArray, Path
+from planner.states import BoolArray, FloatArray, Path
 from planner.vehicle import Vehicle
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UsersInTime:
+    """Where everyone will be at the knots of a speed plan: the same for every path."""
+
+    ids: tuple[str, ...]
+    poses: FloatArray  # x, y, cosine and sine of the heading, (n, n_knots, 4)
+    half_length: FloatArray  # (n,) [m]
+    half_width: FloatArray  # (n,) [m]
+    speed: FloatArray  # now, (n,) [m/s]
+
+    def first(self, n: int) -> "UsersInTime":
+        """Give the first n of them at the first knot only."""
+        return UsersInTime(
+            self.ids[:n],
+            np.ascontiguousarray(self.poses[:n, :1]),
+            self.half_length[:n],
+            self.half_width[:n],
+            self.speed[:n],
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,12 +53,23 @@ class StGraph:
     speed: FloatArray  # of the vehicle, (n,) [m/s]
 
 
+def in_time(users: Vehicles, times: FloatArray) -> UsersInTime:
+    """Read predictions at `times`; one that ends early goes on at its last speed."""
+    ahead = users.prediction
+    return UsersInTime(
+        users.ids,
+        predicted_poses(ahead.x, ahead.y, ahead.heading, times, ahead.step),
+        0.5 * users.length,
+        0.5 * users.width,
+        users.speed,
+    )
+
+
 def st_graph(
     path: Path,
     vehicle: Vehicle,
-    users: Vehicles,
+    users: UsersInTime,
     considered: BoolArray,
-    times: FloatArray,
     along_margin: float,
     across_margin: float,
 ) -> StGraph:
@@ -46,36 +78,30 @@ def st_graph(
     Args:
         path: Of the ego's rear axle.
         vehicle: The ego's dimensions.
-        users: With predictions; one that ends early goes on at its last speed.
+        users: At the knots.
         considered: Which of them count, (n_users,).
-        times: Of the knots, (n_knots,) [s].
         along_margin: Added before and behind [m].
         across_margin: Added on both sides [m].
 
     Returns:
         The graph of those that are on the path at some knot.
     """
-    chosen = np.flatnonzero(considered)
-    hit, low, high = project(
+    on, hit, low, high = project(
         path.distance,
         path_table(path),
-        *predicted_at(users, chosen, times),
-        0.5 * users.length[chosen],
-        0.5 * users.width[chosen],
+        users.poses,
+        considered,
+        users.half_length,
+        users.half_width,
         (
             vehicle.centre_offset,
             0.5 * vehicle.length + along_margin,
             0.5 * vehicle.width + across_margin,
         ),
     )
-    on = np.flatnonzero(hit.any(axis=1))
+    index = tuple(on.tolist())
     return StGraph(
-        tuple(users.ids[chosen[k]] for k in on),
-        tuple(chosen[on].tolist()),
-        hit[on],
-        low[on],
-        high[on],
-        users.speed[chosen[on]],
+        tuple(users.ids[k] for k in index), index, hit, low, high, users.speed[on]
     )
 
 
@@ -83,11 +109,3 @@ def path_table(path: Path) -> FloatArray:
     """Give x, y, cosine and sine of the heading at every point, (4, n_points)."""
     heading = path.heading
     return np.array([path.x, path.y, np.cos(heading), np.sin(heading)])
-
-
-def predicted_at(
-    users: Vehicles, chosen: IntArray, times: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give (x, y, heading), (n, n_knots), of the predictions at `times`."""
-    ahead = users.prediction
-    return interpolate_poses(ahead.x, ahead.y, ahead.heading, chosen, times, ahead.step)

@@ -19,29 +19,22 @@ Own = tuple[float, float, float]
 
 
 @compiled
-def interpolate_poses(
-    x: FloatArray,
-    y: FloatArray,
-    heading: FloatArray,
-    chosen: IntArray,
-    times: FloatArray,
-    step: float,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def predicted_poses(
+    x: FloatArray, y: FloatArray, heading: FloatArray, times: FloatArray, step: float
+) -> FloatArray:
     """Read predictions at other times; beyond their end the last motion goes on.
 
     Args:
-        x: Predicted every `step`, (n_users, n_steps) [m].
+        x: Predicted every `step`, (n, n_steps) [m].
         y: As `x`.
         heading: As `x` [rad]; the nearest one is taken.
-        chosen: Which users, (n,).
         times: (n_knots,) [s].
         step: [s].
 
     Returns:
-        (x, y, heading), (n, n_knots) each.
+        x, y, cosine and sine of the heading, (n, n_knots, 4).
     """
-    shape = (chosen.size, times.size)
-    at_x, at_y, at_heading = np.empty(shape), np.empty(shape), np.empty(shape)
+    poses = np.empty((x.shape[0], times.size, 4))
     last = x.shape[1] - 1
     for k in range(times.size):
         place = times[k] / step
@@ -49,54 +42,86 @@ def interpolate_poses(
         share = place - before if last > 0 else 0.0
         after = min(before + 1, last)
         nearest = int(np.rint(before + min(share, 1.0)))
-        for i in range(chosen.size):
-            v = chosen[i]
-            at_x[i, k] = x[v, before] + share * (x[v, after] - x[v, before])
-            at_y[i, k] = y[v, before] + share * (y[v, after] - y[v, before])
-            at_heading[i, k] = heading[v, nearest]
-    return at_x, at_y, at_heading
+        for v in range(x.shape[0]):
+            poses[v, k, 0] = x[v, before] + share * (x[v, after] - x[v, before])
+            poses[v, k, 1] = y[v, before] + share * (y[v, after] - y[v, before])
+            turned = heading[v, nearest]
+            if k > 0 and turned == heading[v, 0]:  # most go straight on
+                poses[v, k, 2], poses[v, k, 3] = poses[v, 0, 2], poses[v, 0, 3]
+            else:
+                poses[v, k, 2], poses[v, k, 3] = math.cos(turned), math.sin(turned)
+    return poses
 
 
 @compiled
 def project(
     distance: FloatArray,
     path: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
-    heading: FloatArray,
+    poses: FloatArray,
+    considered: BoolArray,
     half_length: FloatArray,
     half_width: FloatArray,
     own: Own,
-) -> tuple[BoolArray, FloatArray, FloatArray]:
-    """Give (hit, low, high) of every vehicle at every knot, (n, n_knots) each.
+) -> tuple[IntArray, BoolArray, FloatArray, FloatArray]:
+    """Give (who is on the path, hit, low, high), the last three (n_on, n_knots).
 
     Between two knots neighbours are joined: a vehicle that enters the path between
     them is there from the knot before on, one that leaves to the knot after.
     """
-    n, n_knots = x.shape
+    n, n_knots = poses.shape[0], poses.shape[1]
     hit = np.zeros((n, n_knots), np.bool_)
     low, high = np.zeros((n, n_knots)), np.zeros((n, n_knots))
     own_reach = own[0] + math.hypot(own[1], own[2])
+    box = _box(path)
+    on, count = np.empty(n, np.int64), 0
     for v in range(n):
+        if not considered[v]:
+            continue
         half = (half_length[v], half_width[v])
         reach = own_reach + math.hypot(half[0], half[1])
-        near = _nearest(path, x[v, 0], y[v, 0])
+        near, there = -1, False
         for k in range(n_knots):
+            pose = (poses[v, k, 0], poses[v, k, 1], poses[v, k, 2], poses[v, k, 3])
+            if _is_outside(box, pose, reach):
+                near = -1
+                continue
             # the point nearest to the vehicle moves little from knot to knot
-            near = _downhill(path, x[v, k], y[v, k], near)
-            turned = heading[v, k]
-            pose = (x[v, k], y[v, k], math.cos(turned), math.sin(turned))
+            if near < 0:
+                near = _nearest(path, pose[0], pose[1])
+            else:
+                near = _downhill(path, pose[0], pose[1], near)
             begin = _out_of_reach(path, pose, own[0], reach, near, -1)
             end = _out_of_reach(path, pose, own[0], reach, near, 1)
             first = _first_touching(path, pose, half, own, begin + 1, end, 1)
             if first < 0:
                 continue
             last = _first_touching(path, pose, half, own, end - 1, begin, -1)
-            hit[v, k] = True
-            low[v, k] = _contact(distance, path, first, first - 1, pose, half, own)
-            high[v, k] = _contact(distance, path, last, last + 1, pose, half, own)
+            hit[count, k], there = True, True
+            low[count, k] = _contact(distance, path, first, first - 1, pose, half, own)
+            high[count, k] = _contact(distance, path, last, last + 1, pose, half, own)
+        if there:
+            on[count] = v
+            count += 1
+    hit, low, high = hit[:count], low[:count], high[:count]
     _join_neighbours(hit, low, high)
-    return hit, low, high
+    return on[:count], hit, low, high
+
+
+@compiled
+def _box(path: FloatArray) -> Pose:
+    """Give the least and greatest x and y of a path."""
+    return path[0].min(), path[0].max(), path[1].min(), path[1].max()
+
+
+@compiled
+def _is_outside(box: Pose, pose: Pose, reach: float) -> bool:
+    """Tell whether a vehicle is farther than `reach` from all of a path's box."""
+    return (
+        pose[0] < box[0] - reach
+        or pose[0] > box[1] + reach
+        or pose[1] < box[2] - reach
+        or pose[1] > box[3] + reach
+    )
 
 
 @compiled

@@ -112,7 +112,7 @@ def test_a_later_change_keeps_the_offset_first():
 
 def test_limits_refuse_and_say_why():
     scene = on_lanes(speed=16.0)
-    lazy = PathSettings(change_times=(1.0,), min_length=5.0)
+    lazy = PathSettings(change_times=(1.0,), min_lengths=(5.0,))
     found, refused = best_change(
         scene.path, scene.ego_frenet, 1.75, 0.0, 200.0, CAR, lazy
     )

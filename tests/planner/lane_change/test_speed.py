@@ -17,7 +17,7 @@ from planner.lane_change.speed_program import (
     speed_caps,
     start_state,
 )
-from planner.lane_change.st_graph import st_graph
+from planner.lane_change.st_graph import UsersInTime, in_time, st_graph
 from planner.motion.piecewise_jerk import QpStatus, solve
 from planner.scene import Scene
 from planner.states import Path
@@ -34,9 +34,13 @@ PUBLISHED = Vehicle(
     limits=VehicleLimits(max_speed=20.0, max_acceleration=2.5, max_deceleration=4.0)
 )
 SHAPE = PathSettings(
-    change_times=(0.1,), min_length=60.0, c_ratios=(0.2,), lateral_acceleration=9.0
+    change_times=(0.1,), min_lengths=(60.0,), c_ratios=(0.2,), lateral_acceleration=9.0
 )
 CAR = Vehicle()
+
+
+def moving(scene: Scene) -> UsersInTime:
+    return in_time(scene.vehicles, knot_times(SETTINGS))
 
 
 def change_path(scene: Scene) -> Path:
@@ -55,14 +59,14 @@ def following(scene: Scene):
     everyone = np.ones(len(scene.vehicles.ids), np.bool_)
     task = SpeedTask(scene.ego.speed, scene.ego.acceleration, 13.9)
     path = keep_path(scene)
-    return plan_speed(path, CAR, scene.vehicles, everyone, task, SETTINGS), path
+    return plan_speed(path, CAR, moving(scene), everyone, task, SETTINGS), path
 
 
 def planned(scene: Scene, vehicle: Vehicle, settings: SpeedSettings, wish: float):
     everyone = np.ones(len(scene.vehicles.ids), np.bool_)
     task = SpeedTask(scene.ego.speed, scene.ego.acceleration, wish)
     path = change_path(scene)
-    return plan_speed(path, vehicle, scene.vehicles, everyone, task, settings), path
+    return plan_speed(path, vehicle, moving(scene), everyone, task, settings), path
 
 
 def published(speed: float) -> SpeedPlan:
@@ -121,7 +125,7 @@ def brute_force(scene: Scene, wish: float) -> float:
     """Least cost over all 2^m orders, without any pruning."""
     path, times = change_path(scene), knot_times(SETTINGS)
     everyone = np.ones(len(scene.vehicles.ids), np.bool_)
-    graph = st_graph(path, CAR, scene.vehicles, everyone, times, 1.0, 0.3)
+    graph = st_graph(path, CAR, moving(scene), everyone, 1.0, 0.3)
     task = SpeedTask(scene.ego.speed, scene.ego.acceleration, wish)
     start = start_state(task, CAR, SETTINGS)
     bounds = demands(graph, SETTINGS, start[1], times)
@@ -170,7 +174,7 @@ def test_an_order_that_was_given_up_costs_at_least_what_is_said():
         scene = random_scene(np.random.default_rng(seed), 5)
         plan, path = planned(scene, CAR, SETTINGS, 13.9)
         everyone = np.ones(5, np.bool_)
-        graph = st_graph(path, CAR, scene.vehicles, everyone, times, 1.0, 0.3)
+        graph = st_graph(path, CAR, moving(scene), everyone, 1.0, 0.3)
         task = SpeedTask(scene.ego.speed, scene.ego.acceleration, 13.9)
         start = start_state(task, CAR, SETTINGS)
         bounds = demands(graph, SETTINGS, start[1], times)
@@ -194,7 +198,7 @@ def test_what_costs_more_than_allowed_is_not_worked_out():
     assert plan.profile is not None
     everyone = np.ones(3, np.bool_)
     task = SpeedTask(scene.ego.speed, scene.ego.acceleration, 13.9)
-    asked = (path, CAR, scene.vehicles, everyone, task, SETTINGS)
+    asked = (path, CAR, moving(scene), everyone, task, SETTINGS)
     assert plan_speed(*asked, 1.01 * plan.cost).cost == pytest.approx(plan.cost)
     beaten = plan_speed(*asked, 0.5 * plan.cost)
     assert beaten.profile is None
@@ -272,7 +276,7 @@ def test_the_end_of_the_way_is_not_passed():
     scene = on_lanes(speed=12.0)
     task = SpeedTask(12.0, 0.0, 13.9, end=60.0)
     nobody = np.zeros(0, np.bool_)
-    plan = plan_speed(change_path(scene), CAR, scene.vehicles, nobody, task, SETTINGS)
+    plan = plan_speed(change_path(scene), CAR, moving(scene), nobody, task, SETTINGS)
     assert plan.profile is not None
     assert plan.profile.distance.max() <= 60.0 + 1e-6
 
@@ -296,7 +300,7 @@ def test_a_vehicle_that_brakes_to_a_stand_can_still_be_planned_for():
         plan = plan_speed(
             change_path(on_lanes(speed=5.0)),
             CAR,
-            scene.vehicles,
+            moving(scene),
             nobody,
             SpeedTask(v, a, 13.9),
             SETTINGS,
@@ -309,9 +313,7 @@ def test_orders_come_out_as_possible_ones():
     for seed in range(20):
         scene = random_scene(np.random.default_rng(seed), 4)
         everyone = np.ones(4, np.bool_)
-        graph = st_graph(
-            change_path(scene), CAR, scene.vehicles, everyone, times, 1.0, 0.3
-        )
+        graph = st_graph(change_path(scene), CAR, moving(scene), everyone, 1.0, 0.3)
         bounds = demands(graph, SETTINGS, scene.ego.speed, times)
         reach = reachable(scene.ego.speed, 0.0, (-4.5, 3.0, 20.0), 5.0, times)
         orders, nodes = possible_orders(graph, bounds, reach, 220.0, 64)

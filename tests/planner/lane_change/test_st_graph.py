@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 
@@ -5,7 +7,7 @@ from planner.geometry.rectangles import Rectangle, overlap
 from planner.lane_change.path import best_change, lane_keeping_path
 from planner.lane_change.settings import PathSettings, SpeedSettings
 from planner.lane_change.speed_program import knot_times
-from planner.lane_change.st_graph import predicted_at, st_graph
+from planner.lane_change.st_graph import in_time, st_graph
 from planner.scene import Scene
 from planner.states import Path
 from planner.vehicle import Vehicle
@@ -27,16 +29,17 @@ def changing(scene: Scene) -> Path:
 
 def graph_of(scene: Scene, path: Path):
     everyone = np.ones(len(scene.vehicles.ids), np.bool_)
-    return st_graph(path, CAR, scene.vehicles, everyone, TIMES, ALONG, ACROSS)
+    users = in_time(scene.vehicles, TIMES)
+    return st_graph(path, CAR, users, everyone, ALONG, ACROSS)
 
 
 def touching(scene: Scene, path: Path, v: int, k: int) -> np.ndarray:
     """Path points at which the grown footprint overlaps vehicle v at knot k."""
-    x, y, heading = predicted_at(scene.vehicles, np.array([v]), TIMES[k : k + 1])
+    x, y, cos, sin = in_time(scene.vehicles, TIMES[k : k + 1]).poses[v, 0].tolist()
     other = Rectangle(
-        float(x[0, 0]),
-        float(y[0, 0]),
-        float(heading[0, 0]),
+        x,
+        y,
+        math.atan2(sin, cos),
         float(scene.vehicles.length[v]),
         float(scene.vehicles.width[v]),
     )
@@ -102,7 +105,8 @@ def test_who_is_not_considered_is_not_there():
     scene = on_lanes(cars=[Car(150.0, -1.75, 10.0)])
     path = changing(scene)
     nobody = np.zeros(1, np.bool_)
-    graph = st_graph(path, CAR, scene.vehicles, nobody, TIMES, ALONG, ACROSS)
+    users = in_time(scene.vehicles, TIMES)
+    graph = st_graph(path, CAR, users, nobody, ALONG, ACROSS)
     assert graph.ids == ()
     assert graph.hit.shape == (0, TIMES.size)
 
