@@ -143,8 +143,25 @@ def _as_far_as_possible(
         if roomy is not None:
             found = roomy
             break
-    rest = field.only(np.arange(field.n_obstacles) >= passed)
-    return _ended(task, found, rest, settings.stop_gap)
+    return _before_what_is_ahead(task, found, passed, settings.stop_gap)
+
+
+def _before_what_is_ahead(
+    task: Task, found: ChosenPath, passed: int, gap: float
+) -> ChosenPath:
+    """End a path before the obstacles that it does not pass, or only would beyond.
+
+    Of obstacles side by side a path may pass the first and end before the next; where
+    it ends, the first is still ahead, and it must not be stopped at any nearer.
+    """
+    number, front = np.arange(task.field.n_obstacles), max(task.cover.offsets)
+    ahead = number >= passed
+    while True:
+        ended = _ended(task, found, task.field.only(ahead), gap)
+        more = ahead | (task.field.s > ended.end_s + front)
+        if np.array_equal(more, ahead):
+            return ended
+        ahead = more
 
 
 def _by_lattice(task: Task, settings: DenseSettings) -> ChosenPath | None:
