@@ -17,6 +17,7 @@ from tests.planner.scenes import (
     Car,
     Disc,
     clearance_now,
+    discs,
     drive,
     ego_on,
     least_clearance,
@@ -105,6 +106,19 @@ def test_a_closed_road_ends_in_a_stop_with_a_reason():
     assert 1.0 <= clearance_now(last.scene) < 2.5
     assert least_clearance(cycles) > 0.05
     assert {cycle.plan.status for cycle in cycles} == {PlanStatus.OK}
+
+
+def test_it_stops_as_far_from_what_it_would_pass_beyond_the_end():
+    # The lower two of three side by side could be passed, the upper one closes the gap.
+    path = straight()
+    beside = Disc(52.7, 3.5, 2.5)
+    closed = [Disc(60.0, l, 1.58) for l in (-3.3, 0.0, 3.3)]
+    scene = make_scene(
+        path, ego_on(path, speed=8.0), [beside, *closed], target_speed=8.0
+    )
+    last = drive(PLANNER, scene, 250)[-1].scene
+    assert last.ego.speed < 1e-3
+    assert clearance_now(replace(last, obstacles=discs(path, closed))) >= 1.0
 
 
 def test_who_stands_ahead_is_waited_for():
