@@ -15,6 +15,7 @@ from planner.lane_change.speed_program import free_cost
 from planner.lane_change.st_graph import st_graph
 from planner.lane_change.surroundings import in_lane
 
+STARTS_A_CYCLE = 2  # that are planned in full, if one of them can be driven
 AT_ONCE = 1.0  # a change that begins within as much begins now [m]
 
 
@@ -36,7 +37,11 @@ def seek(
     # No speed plan costs less than the one that nobody bounds.
     least = free_cost(task, scene.vehicle, settings.speed)
     is_free = partial(_is_free, here, settings.speed)
-    for start in _starts(ego.s, last, settings):
+    first_look = last is None or last.phase is Phase.KEEP
+    enough = len(settings.manoeuvre.starts) if first_look else STARTS_A_CYCLE
+    for number, start in enumerate(starts(ego.s, last, settings)):
+        if best is not None and number >= enough:
+            break
         put_off = settings.manoeuvre.start_weight * start
         to_beat = math.inf if best is None else best[0] - put_off
         change, refused = best_change(
@@ -68,22 +73,15 @@ def seek(
     if best is None:
         return None
     _, start, change, speed = best
-    if start > 0.0:
-        return Attempt(
-            Phase.SEEK,
-            lane,
-            change.path,
-            speed,
-            start_s=ego.s + start,
-            why=f"gap behind {speed.ahead}, ahead of {speed.behind}",
-        )
+    at_once = start == 0.0
     begun = Change(lane, target, change.path, change.end, speed.order)
     return Attempt(
-        Phase.CHANGE,
+        Phase.CHANGE if at_once else Phase.SEEK,
         lane,
         change.path,
         speed,
-        begun,
+        begun if at_once else None,
+        None if at_once else ego.s + start,
         why=f"gap behind {speed.ahead}, ahead of {speed.behind}",
     )
 
@@ -104,20 +102,20 @@ def _is_free(here: Situation, settings: SpeedSettings, change: ChangePath) -> bo
     return not np.any(graph.lower[:, 0] < change.end)
 
 
-def _starts(
+def starts(
     s: float, last: Memory | None, settings: LaneChangeSettings
 ) -> tuple[float, ...]:
-    """Where a change may begin: now, where it was to begin, and one more place.
+    """Where a change may begin: all places at first, then by turns.
 
-    What was best in the last cycle comes first: it is likely to be so again, and a good
-    one makes the others short work. The further places take turns, so that a cycle
-    stays short and none is forgotten.
+    What was best in the last cycle comes first: it is likely to be so again. Now and
+    one of the places farther on take turns to come next, so that a cycle stays short
+    and none is forgotten.
     """
     grid = settings.manoeuvre.starts
     if last is None or last.phase is Phase.KEEP:
         return grid
-    turn = grid[1 + last.cycle % max(len(grid) - 1, 1)] if len(grid) > 1 else grid[0]
+    farther = grid[1 + (last.cycle // 2) % max(len(grid) - 1, 1) :][:1]
     kept = 0.0 if last.start_s is None else max(last.start_s - s, 0.0)
     if kept <= AT_ONCE:
-        return 0.0, turn
-    return kept, 0.0, turn
+        return 0.0, *farther
+    return (kept, 0.0, *farther) if last.cycle % 2 else (kept, *farther, 0.0)
