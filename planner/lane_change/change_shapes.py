@@ -16,7 +16,7 @@ from planner.geometry.curve_models import (
     b_spline,
     lane_change_points,
 )
-from planner.states import FloatArray, FrenetState, freeze
+from planner.states import FloatArray, freeze
 
 SAMPLES = 161  # of the spline's parameter
 
@@ -37,26 +37,20 @@ BASIS = _basis()
 
 
 def control_points(
-    state: FrenetState,
+    start: tuple[float, float, float],
     target: float,
-    begin: float,
     lengths: Sequence[float],
     ratios: Sequence[float],
 ) -> FloatArray:
     """Place the control points of changes, (n, 7, 2): along the road and across.
 
     Args:
-        state: Of the ego.
+        start: l [m], dl/ds, d²l/ds² [1/m] where the change begins.
         target: Offset of the lane to go to [m].
-        begin: Distance over which the present offset is kept [m]; a change that begins
-            later begins straight.
         lengths: Of the changes along the road [m].
         ratios: Places of C over the length [-]; each with each length.
     """
-    motion = (0.0, 0.0) if begin > 0.0 else (state.l_prime, state.l_second)
-    return _control_points(
-        (state.l, *motion), target, np.array(lengths), np.array(ratios)
-    )
+    return _control_points(start, target, np.array(lengths), np.array(ratios))
 
 
 @compiled

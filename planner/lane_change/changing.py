@@ -49,7 +49,7 @@ def go_on(
         return keep(here, change.target, None, settings, tally)
     path = _extended(here, rest, settings)
     committed = last.phase is Phase.COMMITTED
-    followers = here.behind & in_lane(scene, here.bodies, here.users, change.lane)
+    followers = here.behind & in_lane(scene, here.bodies, change.lane)
     speed = plan_speed(
         path, scene.vehicle, here.ahead, ~followers, speed_task(here), settings.speed
     )

@@ -17,7 +17,7 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
     """
     scene, bodies = here.scene, here.bodies
     ego, vehicle = scene.ego_frenet, scene.vehicle
-    there = in_lane(scene, bodies, here.users, target)
+    there = in_lane(scene, bodies, target)
     limits, speed = vehicle.limits, scene.ego.speed
     rear_gap = ego.s - vehicle.rear_overhang - (bodies.s + bodies.half_length)
     behind = there & (bodies.s < ego.s)

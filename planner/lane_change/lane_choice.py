@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.compiled import compiled
 from planner.scene import Lanes, Scene
 from planner.states import FloatArray
 
@@ -22,6 +23,7 @@ class BodiesAhead:
     half_length: FloatArray  # along the road [m]
     half_width: FloatArray  # across it [m]
     speed: FloatArray  # along the road, negative against it [m/s]
+    later_l: FloatArray  # where its lateral motion, as predicted, ends [m]
     n_static: int  # the first so many never move
 
     def static(self) -> "BodiesAhead":
@@ -33,6 +35,7 @@ class BodiesAhead:
             self.half_length[:n],
             self.half_width[:n],
             self.speed[:n],
+            self.later_l[:n],
             n,
         )
 
@@ -44,8 +47,11 @@ def bodies_on_road(scene: Scene) -> BodiesAhead:
     ahead = moving.prediction
     if ahead.s.shape[1]:
         moving_s, moving_l = ahead.s[:, 0], ahead.l[:, 0]
+        later = np.where(np.isfinite(ahead.s[:, -1]), ahead.l[:, -1], moving_l)
     else:
         moving_s, moving_l = path.project(moving.x, moving.y)
+        later = moving_l
+    later = np.concatenate([l, later])
     s, l = np.concatenate([s, moving_s]), np.concatenate([l, moving_l])
     on_path = np.where(np.isfinite(s), s, 0.0)
     turned = np.concatenate([fixed.heading, moving.heading]) - path.at(on_path).heading
@@ -60,6 +66,7 @@ def bodies_on_road(scene: Scene) -> BodiesAhead:
         length * cos + width * sin + radius,
         length * sin + width * cos + radius,
         speed,
+        later,
         len(fixed.ids),
     )
 
@@ -75,9 +82,20 @@ def lane_at(lanes: Lanes, s: float, l: float) -> int:
 
 def lane_end(lanes: Lanes, index: int, s: float, reach: float) -> float:
     """Find where a lane ends ahead [m]; inf if not within `reach`."""
+    return float(_lane_end(lanes.s, lanes.width[index], s, reach))
+
+
+@compiled
+def _lane_end(lanes_s: FloatArray, width: FloatArray, s: float, reach: float) -> float:
+    """Find the end of `lane_end`."""
+    if lanes_s.size == 1:
+        return np.inf if width[0] > GONE else s
     ahead = np.arange(s, s + reach, LANE_END_STEP)
-    gone = np.interp(ahead, lanes.s, lanes.width[index]) <= GONE
-    return float(ahead[np.argmax(gone)]) if gone.any() else np.inf
+    there = np.interp(ahead, lanes_s, width)
+    for i in range(ahead.size):
+        if there[i] <= GONE:
+            return float(ahead[i])
+    return np.inf
 
 
 def lane_worths(scene: Scene, bodies: BodiesAhead, gap: float) -> FloatArray:
@@ -95,22 +113,48 @@ def lane_worths(scene: Scene, bodies: BodiesAhead, gap: float) -> FloatArray:
         (n_lanes,) [m/s]; -inf where there is no lane beside the ego now.
     """
     ego, vehicle, lanes = scene.ego_frenet, scene.vehicle, scene.lanes
-    centres, widths = lanes.at(ego.s)
-    front = ego.s + vehicle.front_reach
-    worths = np.full(centres.size, -np.inf)
-    for index in np.flatnonzero(widths > GONE):
-        end = lane_end(lanes, int(index), ego.s, WORTH_TIME * scene.target_speed)
-        worth = min(scene.target_speed, max(end - front - gap, 0.0) / WORTH_TIME)
-        there = np.interp(bodies.s, lanes.s, lanes.centre[index])
-        reach = bodies.half_width + vehicle.width / 2.0 + SIDE_MARGIN
-        inside = (np.abs(bodies.l - there) < reach) & np.isfinite(bodies.s)
-        room = bodies.s - bodies.half_length - front
-        ahead = inside & (bodies.s > ego.s)
-        if ahead.any():
-            driven = np.maximum(room[ahead] - gap, 0.0)
-            driven += np.maximum(bodies.speed[ahead], 0.0) * WORTH_TIME
-            worth = min(worth, float(driven.min()) / WORTH_TIME)
-        worths[index] = worth
+    return _worths(
+        lanes.s,
+        lanes.centre,
+        lanes.width,
+        ego.s,
+        ego.s + vehicle.front_reach,
+        scene.target_speed,
+        gap,
+        vehicle.width / 2.0 + SIDE_MARGIN,
+        (bodies.s, bodies.l, bodies.half_length, bodies.half_width, bodies.speed),
+    )
+
+
+@compiled
+def _worths(
+    lanes_s: FloatArray,
+    centre: FloatArray,
+    width: FloatArray,
+    ego_s: float,
+    front: float,
+    target_speed: float,
+    gap: float,
+    half_corridor: float,
+    bodies: tuple[FloatArray, ...],
+) -> FloatArray:
+    """Give the worths of `lane_worths`."""
+    s, l, half_length, half_width, speed = bodies
+    worths = np.full(centre.shape[0], -np.inf)
+    here = np.array([ego_s])
+    for lane in range(centre.shape[0]):
+        if not np.interp(here, lanes_s, width[lane])[0] > GONE:
+            continue
+        end = _lane_end(lanes_s, width[lane], ego_s, WORTH_TIME * target_speed)
+        worth = min(target_speed, max(end - front - gap, 0.0) / WORTH_TIME)
+        there = np.interp(s, lanes_s, centre[lane])
+        for b in range(s.size):
+            inside = abs(l[b] - there[b]) < half_width[b] + half_corridor
+            if inside and np.isfinite(s[b]) and s[b] > ego_s:
+                driven = max(s[b] - half_length[b] - front - gap, 0.0)
+                driven += max(speed[b], 0.0) * WORTH_TIME
+                worth = min(worth, driven / WORTH_TIME)
+        worths[lane] = worth
     return worths
 
 

@@ -7,6 +7,7 @@ they are priced by their shape on the road, and laid on it from the cheapest on.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -95,10 +96,9 @@ def best_change(
     """
     speed = max(state.s_dot, 0.0)
     refused: dict[str, int] = {}
-    sizes = _lengths(speed, settings)
-    points = control_points(state, target, begin, sizes, settings.c_ratios)
-    costs, peaks = prices(
-        points, BASIS, settings.curvature_weight, settings.length_weight
+    motion = (0.0, 0.0) if begin > 0.0 else (state.l_prime, state.l_second)
+    points, costs, peaks = _priced(
+        (state.l, *motion), target, _lengths(speed, settings), settings
     )
     slow = speed**2 * peaks <= settings.lateral_acceleration
     if not slow.all():
@@ -133,12 +133,30 @@ def best_change(
     return None, refused
 
 
-def _lengths(speed: float, settings: PathSettings) -> list[float]:
+@lru_cache(maxsize=8)
+def _priced(
+    start: tuple[float, float, float],
+    target: float,
+    lengths: tuple[float, ...],
+    settings: PathSettings,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give control points, costs and peak curvatures; nobody writes to them.
+
+    A cycle asks for the changes that begin farther on once for each place: they are
+    the same shapes.
+    """
+    points = control_points(start, target, lengths, settings.c_ratios)
+    weights = settings.curvature_weight, settings.length_weight
+    return points, *prices(points, BASIS, *weights)
+
+
+def _lengths(speed: float, settings: PathSettings) -> tuple[float, ...]:
     """Give the lengths to try [m]; the tight ones are for walking speed."""
     usual, *tight = settings.min_lengths
     soonest = min(settings.change_times) * speed
     lengths = {max(usual, t * speed) for t in settings.change_times}
-    return sorted(lengths | {length for length in tight if length > soonest})
+    lengths |= {length for length in tight if length > soonest}
+    return tuple(sorted(lengths))
 
 
 def _count(refused: dict[str, int], reason: str) -> None:

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from planner.bodies import touched_by
+from planner.bodies import bodies_of, touched_by
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.lane_change.attempt import Attempt, Tally
@@ -110,25 +110,18 @@ def _fall_back(
     here: Situation, last: Memory | None, settings: LaneChangeSettings, tally: Tally
 ) -> PlanResult:
     """Nothing can be planned: go down the ladder and say why."""
-    scene, users = here.scene, here.users
-    extents = np.column_stack(
-        [0.5 * users.length, 0.5 * users.width, np.zeros(len(users.ids))]
-    )
-    ahead = users.prediction
-    poses = np.stack(
-        [ahead.x, ahead.y, np.cos(ahead.heading), np.sin(ahead.heading)], axis=1
-    )
+    scene, ahead = here.scene, here.scene.vehicles.prediction
+    bodies = bodies_of(scene, max(ahead.x.shape[1], 1), ahead.step)
 
     def blocker(trajectory: Trajectory) -> str | None:
-        vehicle = scene.vehicle
         return touched_by(
             trajectory,
-            users.ids,
-            poses,
-            extents,
+            bodies.ids,
+            bodies.poses,
+            bodies.extents,
             here.behind,
-            vehicle.disc_offsets,
-            vehicle.disc_radius,
+            scene.vehicle.disc_offsets,
+            scene.vehicle.disc_radius,
             HARD_GAP,
         )
 

@@ -32,7 +32,7 @@ def seek(
     ego = scene.ego_frenet
     centre = float(np.interp(ego.s, scene.lanes.s, scene.lanes.centre[target]))
     best: tuple[float, float, ChangePath, SpeedPlan] | None = None
-    followers = in_lane(scene, here.bodies, here.users, lane) & here.behind
+    followers = in_lane(scene, here.bodies, lane) & here.behind
     task = speed_task(here)
     # No speed plan costs less than the one that nobody bounds.
     least = free_cost(task, scene.vehicle, settings.speed)

@@ -9,8 +9,8 @@ from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_wo
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed_program import SpeedTask, knot_times
 from planner.lane_change.st_graph import UsersInTime, in_time
-from planner.lane_change.surroundings import behind_ego, road_users
-from planner.scene import Scene, Vehicles
+from planner.lane_change.surroundings import behind_ego
+from planner.scene import Scene
 from planner.states import BoolArray, FloatArray
 
 BESIDE_THE_WAY = 60.0  # added to the path that the fastest drive needs [m]
@@ -22,8 +22,7 @@ class Situation:
     """What one cycle sees, worked out once."""
 
     scene: Scene
-    users: Vehicles
-    ahead: UsersInTime  # the users at the knots of a speed plan
+    ahead: UsersInTime  # obstacles, then vehicles, at the knots of a speed plan
     standing: UsersInTime  # those of them that never move, at one knot
     bodies: BodiesAhead
     behind: BoolArray  # wholly behind the ego
@@ -36,11 +35,9 @@ def look(scene: Scene, settings: LaneChangeSettings) -> Situation:
     """Work out what every branch needs."""
     bodies = bodies_on_road(scene)
     fastest = max(scene.target_speed, scene.ego.speed)
-    users = road_users(scene)
-    ahead = in_time(users, knot_times(settings.speed))
+    ahead = in_time(scene.vehicles, knot_times(settings.speed), scene.obstacles)
     return Situation(
         scene,
-        users,
         ahead,
         ahead.first(bodies.n_static),
         bodies,

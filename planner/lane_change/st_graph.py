@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.lane_change.st_projection import predicted_poses, project
-from planner.scene import Vehicles
+from planner.scene import Obstacles, Vehicles
 from planner.states import BoolArray, FloatArray, Path
 from planner.vehicle import Vehicle
 
@@ -53,15 +53,36 @@ class StGraph:
     speed: FloatArray  # of the vehicle, (n,) [m/s]
 
 
-def in_time(users: Vehicles, times: FloatArray) -> UsersInTime:
-    """Read predictions at `times`; one that ends early goes on at its last speed."""
-    ahead = users.prediction
+def in_time(
+    vehicles: Vehicles, times: FloatArray, obstacles: Obstacles | None = None
+) -> UsersInTime:
+    """Read predictions at `times`; one that ends early goes on at its last speed.
+
+    Obstacles come first. A disc becomes the square about it, a rectangle with a radius
+    the larger rectangle: nothing gets smaller. Vehicles without a prediction stand.
+    """
+    ahead = vehicles.prediction
+    motion = (ahead.x, ahead.y, ahead.heading)
+    if ahead.x.shape[1] == 0:
+        motion = (vehicles.x[:, None], vehicles.y[:, None], vehicles.heading[:, None])
+    moving = UsersInTime(
+        vehicles.ids,
+        predicted_poses(*motion, times, ahead.step),
+        0.5 * vehicles.length,
+        0.5 * vehicles.width,
+        vehicles.speed,
+    )
+    if obstacles is None or not obstacles.ids:
+        return moving
+    n = len(obstacles.ids)
+    cos, sin = np.cos(obstacles.heading), np.sin(obstacles.heading)
+    poses = np.stack([obstacles.x, obstacles.y, cos, sin], axis=1)[:, None]
     return UsersInTime(
-        users.ids,
-        predicted_poses(ahead.x, ahead.y, ahead.heading, times, ahead.step),
-        0.5 * users.length,
-        0.5 * users.width,
-        users.speed,
+        (*obstacles.ids, *vehicles.ids),
+        np.concatenate([np.broadcast_to(poses, (n, times.size, 4)), moving.poses]),
+        np.concatenate([0.5 * obstacles.length + obstacles.radius, moving.half_length]),
+        np.concatenate([0.5 * obstacles.width + obstacles.radius, moving.half_width]),
+        np.concatenate([np.zeros(n), moving.speed]),
     )
 
 

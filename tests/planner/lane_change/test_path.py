@@ -66,10 +66,7 @@ def test_a_change_starts_as_the_ego_drives_and_ends_along_the_lane(road, offset,
 def test_the_spline_is_that_of_scipy_and_starts_with_the_given_derivatives(
     l0, slope, curve, length, ratio
 ):
-    from dataclasses import replace
-
-    state = replace(on_lanes().ego_frenet, l=l0, l_prime=slope, l_second=curve)
-    points = control_points(state, 1.75, 0.0, [length], [ratio])[0]
+    points = control_points((l0, slope, curve), 1.75, [length], [ratio])[0]
     s, l, dl, ddl = sample(points, BASIS)
     assert (l[0], dl[0], ddl[0]) == pytest.approx((l0, slope, curve), abs=1e-9)
     assert (l[-1], dl[-1], ddl[-1]) == pytest.approx((1.75, 0.0, 0.0), abs=1e-9)
@@ -86,8 +83,7 @@ def test_the_spline_is_that_of_scipy_and_starts_with_the_given_derivatives(
 
 
 def test_the_price_is_the_integral_of_squared_curvature_and_the_length():
-    state = on_lanes().ego_frenet
-    points = control_points(state, 1.75, 0.0, [40.0, 70.0], [0.2])
+    points = control_points((-1.75, 0.0, 0.0), 1.75, [40.0, 70.0], [0.2])
     costs, peaks = prices(points, BASIS, 4000.0, 0.02)
     for k, length in enumerate((40.0, 70.0)):
         curve = BSpline(LANE_CHANGE_KNOTS, points[k], 3)

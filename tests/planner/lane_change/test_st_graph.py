@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from planner.scene import Scene
 from planner.states import Path
 from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes
-from tests.planner.scenes import Car, bend
+from tests.planner.scenes import Car, Disc, bend
 
 CAR = Vehicle()
 ALONG, ACROSS = 1.0, 0.3
@@ -119,3 +120,23 @@ def test_a_stay_begins_a_knot_early_and_ends_a_knot_late():
     first = int(np.argmax(graph.hit[0]))
     hits = [k for k in range(TIMES.size) if touching(crossing, path, 0, k).size]
     assert first == max(hits[0] - 1, 0)
+
+
+def test_obstacles_stand_before_the_vehicles_and_lose_nothing():
+    scene = on_lanes(cars=[Car(150.0, 1.75, 8.0)], obstacles=[Disc(130.0, -1.75, 0.6)])
+    users = in_time(scene.vehicles, TIMES, scene.obstacles)
+    assert users.ids == ("disc.0", "car.0")
+    assert users.half_length[0] == users.half_width[0] == pytest.approx(0.6)
+    assert (users.poses[0] == users.poses[0, 0]).all()
+    np.testing.assert_array_equal(
+        users.poses[1], in_time(scene.vehicles, TIMES).poses[0]
+    )
+
+
+def test_a_vehicle_without_a_prediction_stands():
+    scene = on_lanes(cars=[Car(150.0, 1.75, 8.0)])
+    ahead = scene.vehicles.prediction
+    columns = ("x", "y", "heading", "s", "l")
+    nothing = replace(ahead, **{name: np.empty((1, 0)) for name in columns})
+    users = in_time(replace(scene.vehicles, prediction=nothing), TIMES)
+    np.testing.assert_allclose(users.poses[0, :, 0], 150.0)
