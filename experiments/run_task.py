@@ -1,26 +1,18 @@
-"""One run of a sweep, as a worker gets it: a scenario in, a run folder out."""
+"""One run of a sweep, as a worker gets it, and what becomes of it."""
 
 import json
-import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
-from experiments.config import Scenario
 from experiments.config.sweep import KeepTraces
-from experiments.cosim.records import Ending, EpisodeStatus
-from experiments.episode import RunFolder, run_episode
-from experiments.errors import ConfigError, ExperimentError, ResultsError
-from experiments.identity import code_hash
+from experiments.cosim.records import EpisodeStatus
+from experiments.errors import ResultsError
 from experiments.metrics.row import row_without_episode
 from experiments.run_folder import whole_folder
-from experiments.scenario_file import CONFIG_FILE, check_scenario, config_text
-from experiments.strict_yaml import Document
-
-log = logging.getLogger(__name__)
+from experiments.scenario_file import CONFIG_FILE, config_text
 
 
 class Failure(StrEnum):
@@ -86,45 +78,6 @@ class RunReport:
         return self.failure in (Failure.DISK, Failure.OTHER_CODE)
 
 
-def drive(task: RunTask) -> RunReport:
-    """Drive a run and leave its run folder; whatever goes wrong is a report.
-
-    A process that dies, hangs or eats the memory is its executor's business.
-    """
-    started = perf_counter()
-    if code_hash() != task.facts["code_hash"]:
-        words = "a worker has another version of the code than the sweep"
-        return failed(task, Failure.OTHER_CODE, words)
-    try:
-        scenario = scenario_of(task)
-        outcome = run_episode(scenario, choice=_run_folder(task))
-    except ResultsError as error:
-        return failed(task, Failure.DISK, str(error))
-    except ConfigError as error:
-        report = failed(task, Failure.INVALID, str(error), wall=since(started))
-    except ExperimentError as error:
-        report = failed(task, Failure.ERROR, str(error), wall=since(started))
-    except Exception as error:  # one run must not end the sweep
-        log.exception("run %s", task.run_id)
-        words = f"{type(error).__name__}: {error}"
-        report = failed(task, Failure.ERROR, words, wall=since(started))
-    else:
-        ending = outcome.ending
-        status, wall = str(ending.status), since(started)
-        return RunReport(task, status, wall, reason=ending.reason)
-    return record_failure(report)
-
-
-def since(started: float) -> float:
-    """Give the wall clock since a time of perf_counter [s]."""
-    return perf_counter() - started
-
-
-def scenario_of(task: RunTask) -> Scenario:
-    """Read the scenario of a run."""
-    return check_scenario(Document(f"run {task.run_id}", dict(task.config)))
-
-
 def failed(
     task: RunTask,
     failure: Failure,
@@ -152,7 +105,7 @@ def record_failure(report: RunReport) -> RunReport:
         report.status,
     )
     about = {
-        **_facts(task),
+        **facts_of(task),
         "scenario": task.config["name"],
         "planner": task.config["planner"]["name"],
         "seed": task.config["simulation"]["seed"],
@@ -175,18 +128,7 @@ def record_failure(report: RunReport) -> RunReport:
     return report
 
 
-def _run_folder(task: RunTask) -> RunFolder:
-    """Say where the run folder is and what is in it."""
-
-    def keeps(ending: Ending) -> bool:
-        arrived = ending.status is EpisodeStatus.ARRIVED
-        only_failures = task.keep_traces is KeepTraces.FAILURES
-        return not arrived if only_failures else task.keep_traces is KeepTraces.ALL
-
-    return RunFolder(task.folder, keeps, _facts(task))
-
-
-def _facts(task: RunTask) -> dict[str, Any]:
+def facts_of(task: RunTask) -> dict[str, Any]:
     """Give what the manifest of a sweep's run says beside the usual."""
     return {**task.facts, "run_id": task.run_id, "attempts": task.attempt}
 

@@ -2,9 +2,10 @@
 
 from collections import deque
 
+from experiments.drive_run import drive
 from experiments.executors.executor import WorkerSettings
 from experiments.executors.worker import warm_up
-from experiments.run_task import RunReport, RunTask, drive
+from experiments.run_task import RunReport, RunTask
 
 
 class SequentialExecutor:

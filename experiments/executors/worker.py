@@ -14,13 +14,13 @@ from typing import Any, TypeVar
 
 from experiments.config import Scenario
 from experiments.cosim.records import StepRecord
+from experiments.drive_run import drive
 from experiments.episode import run_episode
 from experiments.executors.executor import WorkerSettings
 from experiments.run_task import (
     Failure,
     RunReport,
     RunTask,
-    drive,
     failed,
     record_failure,
 )

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from planner.geometry.pieces import IndexArray, point_at, points_at
 from planner.geometry.projection import feet, foot, search_tables
 from planner.geometry.segments import Knots, Segment, knot_table, knots_of_segments
-from planner.geometry.smoothing import smooth_polyline
 from planner.states import FloatArray, freeze
 
 EVERYWHERE = (-float("inf"), float("inf"))
@@ -103,6 +102,8 @@ class ReferencePath:
             InvalidInputError: If the points make no line, or if the bound cannot be
                 met; the message names the place.
         """
+        from planner.geometry.smoothing import smooth_polyline  # takes scipy
+
         knots, deviation = smooth_polyline(points, max_deviation)
         return cls._from_knots(knots, deviation)
 

@@ -16,12 +16,13 @@ import pytest
 import yaml
 
 from experiments.cli import app
+from experiments.drive_run import drive
 from experiments.errors import ResultsError
 from experiments.executors.executor import WorkerSettings
 from experiments.executors.sequential import SequentialExecutor
 from experiments.metrics.row import row_without_episode
 from experiments.results import UNSTEADY_COLUMNS, rebuild, rows
-from experiments.run_task import Failure, drive
+from experiments.run_task import Failure
 from experiments.sweep import drive_missing, task_of
 from experiments.sweep_file import load_sweep
 from experiments.sweep_folder import (
