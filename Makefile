@@ -42,8 +42,8 @@ thesis: $(STAMP) ## Recompute the thesis into runs/thesis, or go on with it: ARG
 thesis-docs: thesis ## The same, and put numbers and document into docs
 	@cp runs/thesis/thesis.json runs/thesis/thesis.md docs/
 
-test: $(STAMP) ## Run the tests, without the slow ones
-	@$(BIN)/python -m pytest $(ARGS)
+test: $(STAMP) ## Run the tests on all cores, without the slow ones
+	@$(BIN)/python -m pytest -n auto --dist worksteal $(ARGS)
 
 test-slow: $(STAMP) ## Run only the slow tests: many episodes in SUMO
 	@$(BIN)/python -m pytest -m "slow and not bench" $(ARGS)
