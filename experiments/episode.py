@@ -203,7 +203,9 @@ def make_scenario_planner(scenario: Scenario) -> Planner:
         return make_planner(choice.name, choice.settings)
     except ConfigError as error:
         key, _, problem = str(error).partition(": ")
-        raise scenario.error(tuple(key.split(".")), problem) from error
+        path = tuple(key.split("."))
+        written = (*path, "name") if len(path) == 1 else path
+        raise scenario.error(path, problem, written) from error
 
 
 def _leave(

@@ -55,10 +55,18 @@ def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError) as error:
-        file = next(place for place in (folder, *folder.parents) if place.is_file())
+        file = file_in_place_of(folder)
         raise ResultsError(f"{file}: is a file; allowed: a folder") from error
     except OSError as error:
         raise ResultsError(f"{folder}: {_reason(error)}") from error
+
+
+def file_in_place_of(folder: Path) -> Path | None:
+    """Find a file where a folder, or one above it, should be; None if there is none."""
+    for place in (folder, *folder.parents):
+        if place.exists():
+            return None if place.is_dir() else place
+    return None
 
 
 def remove_unfinished(parent: Path, process: int) -> None:

@@ -25,7 +25,7 @@ import yaml
 
 from experiments.config.sweep import Sweep
 from experiments.errors import ConfigError, ResultsError
-from experiments.run_folder import make_folder
+from experiments.run_folder import file_in_place_of, make_folder
 
 SHARD = 2  # characters of the id that name the folder above the run's
 RESULTS = "results.parquet"
@@ -74,7 +74,7 @@ def require_place(folder: Path) -> None:
     Raises:
         ConfigError: Says what is there.
     """
-    file = next((place for place in (folder, *folder.parents) if place.is_file()), None)
+    file = file_in_place_of(folder)
     if file is not None:
         raise ConfigError(f"{file}: is a file; allowed: a folder for the sweep")
     ours = any((folder / name).is_file() for name in (_SWEEP, _CODE))
