@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 
 import pytest
@@ -90,6 +91,9 @@ def test_run_arrives_and_leaves_a_run_folder(road, tmp_path):
     assert len(trace.steps["index"]) == 45  # 60 m at 13.89 m/s: 44 steps
     assert manifest["versions"]["python"].startswith("3.")
     assert manifest["planner_hash"]
+    assert time.time() - 120 < datetime.fromisoformat(manifest["ended_at"]).timestamp()
+    newest = rearview("report", folder=tmp_path)
+    assert newest.stdout == f"runs/{folder.name}/report.html\n", newest.stderr
 
 
 def test_recorded_configuration_makes_the_same_run(road, tmp_path):
