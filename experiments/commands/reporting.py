@@ -68,8 +68,11 @@ def figure(
 
 def video(
     run_folder: Annotated[
-        Path, typer.Argument(metavar="RUN", help="A folder that `run` left.")
-    ],
+        Path | None,
+        typer.Argument(
+            metavar="RUN", help="A folder that `run` left.  [the newest run in runs]"
+        ),
+    ] = None,
     *,
     output: Annotated[
         Path, typer.Option("-o", "--output", help="An .mp4 or .gif file.")
@@ -80,9 +83,11 @@ def video(
 ) -> None:
     """Film a run from above: road, vehicles, the ego and its plan."""
     with one_line_errors():
+        from experiments.newest_run import newest_run
         from experiments.report.film import save_film
 
-        sys.stdout.write(f"{save_film(run_folder, output, speed)}\n")
+        film = save_film(run_folder or newest_run(), output, speed)
+        sys.stdout.write(f"{film}\n")
 
 
 def write_page(folder: Path) -> Path | None:
