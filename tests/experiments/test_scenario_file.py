@@ -49,6 +49,16 @@ def refusal(file: Path, *overrides: str) -> str:
 
 
 @pytest.mark.parametrize("name", scenario_names())
+def test_shipped_scenarios_start_no_faster_than_they_want(name):
+    scenario = load_scenario(name)
+    start, network = scenario.ego.depart_speed_mps, make_layout(scenario).network
+    if start == "max":
+        assert network is not None
+        start = network.speed_limit
+    assert start <= scenario.ego.target_speed_mps + 0.02
+
+
+@pytest.mark.parametrize("name", scenario_names())
 def test_shipped_scenarios_load_and_read_back(name, tmp_path):
     scenario = load_scenario(name)
     assert scenario.name == name
