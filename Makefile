@@ -3,12 +3,11 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-RUN ?= $(shell ls -td runs/*-*/ 2>/dev/null | head -n 1)
 ONLY_PYTHON := import sys; sys.exit(0 if sys.version_info >= (3, 11) else 1)
 PACKAGES := planner sumo_nets experiments
 
 .DEFAULT_GOAL := help
-.PHONY: help install experiment need-net figure report need-run sweep need-sweep thesis thesis-docs test test-slow lint fmt type imports bench nets schema ci clean
+.PHONY: help install experiment need-net figure report sweep need-sweep thesis thesis-docs test test-slow lint fmt type imports bench nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -21,14 +20,11 @@ experiment: need-net $(STAMP) ## Run one episode: NET=straight|curved|intersecti
 need-net:
 	@test -n "$(NET)" || { echo "make experiment needs NET: straight, curved, intersection, u_shaped, lane_change, dense, another name of rearview list, or a scenario file, for example: make experiment NET=intersection" >&2; exit 2; }
 
-figure: need-run $(STAMP) ## Draw a run: RUN=folder (without it the newest one) ARGS="-o picture.pdf"
-	@$(BIN)/rearview figure "$(RUN)" $(ARGS)
+figure: $(STAMP) ## Draw a run: RUN=folder (without it the newest one) ARGS="-o picture.pdf"
+	@$(BIN)/rearview figure $(if $(RUN),"$(RUN)") $(ARGS)
 
-report: need-run $(STAMP) ## Write the page of a run or sweep: RUN=folder (without it the newest run)
-	@$(BIN)/rearview report "$(RUN)" $(ARGS)
-
-need-run:
-	@test -n "$(RUN)" || { echo "make $(MAKECMDGOALS) needs RUN, a run folder; there is none in runs yet: make experiment NET=intersection" >&2; exit 2; }
+report: $(STAMP) ## Write the page of a run or sweep: RUN=folder (without it the newest run)
+	@$(BIN)/rearview report $(if $(RUN),"$(RUN)") $(ARGS)
 
 sweep: need-sweep $(STAMP) ## Run a parameter study, or go on with it: SWEEP=name or file ARGS="--dry-run"
 	@$(BIN)/rearview sweep "$(SWEEP)" $(ARGS)

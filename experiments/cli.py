@@ -158,12 +158,13 @@ def _show_usage_error(error: Any) -> None:
 def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> int:
     """Run, show, and give the exit status."""
     with one_line_errors():
+        from experiments.compile_notice import compilation_announced
         from experiments.crash_guard import interrupts_between_steps
         from experiments.episode import RunFolder, run_episode
         from experiments.progress import progress
 
-        _announce_compilation()
         with (
+            compilation_announced(),
             _stdout_to_stderr(),
             interrupts_between_steps() as check_interrupt,
             progress(scenario) as show,
@@ -228,17 +229,6 @@ def _print_list(title: str, lines: dict[str, str]) -> None:
     sys.stdout.write(f"{title}\n")
     for name, text in lines.items():
         sys.stdout.write(f"  {name:<{width}}  {text}\n")
-
-
-def _announce_compilation() -> None:
-    """Say why the first step will take long, if nothing is compiled yet."""
-    import numba
-
-    import planner.compiled  # noqa: F401, names the cache
-
-    if not any(Path(numba.config.CACHE_DIR).rglob("*.nbc")):
-        sys.stderr.write("compiling the inner loops (once, about half a minute) ...\n")
-        sys.stderr.flush()
 
 
 def _require_display() -> None:

@@ -46,7 +46,8 @@ def describe(error: ValidationError, document: Document, schema: Schema) -> str:
     mistakes = [item for item in items if item["type"] not in _CONSEQUENCES] or items
     for item in mistakes:
         path = _written_path(item, document.data)
-        found.setdefault(path, _problem(item, path, document, schema))
+        clash = document.beside(path) if item["type"] == "inconsistent" else ""
+        found.setdefault(path, _problem(item, path, document, schema) + clash)
     path, problem = next(iter(found.items()))
     more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
     key = dotted(path) or "the file"

@@ -4,6 +4,7 @@ import json
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -20,6 +21,7 @@ from experiments.errors import ConfigError
 from experiments.identity import run_identity
 from experiments.layout import Layout, make_layout, make_vehicle
 from experiments.metrics.row import Cell, metric_row
+from experiments.newest_run import ENDED, RUNS
 from experiments.planners import make_planner
 from experiments.recording import Setting, build_trace
 from experiments.road_map import RoadMap, map_around, write_map
@@ -34,7 +36,6 @@ from planner.motion.prediction import Predictor, constant_speed, held_braking
 from planner.scene import Lanes
 from planner.states import Trajectory
 
-RUNS = Path("runs")
 WITHOUT_EGO_FILE = "vehicles_without_ego.parquet"
 PREDICTORS: Mapping[str, Predictor] = {
     "constant_speed": constant_speed,
@@ -203,7 +204,9 @@ def make_scenario_planner(scenario: Scenario) -> Planner:
         return make_planner(choice.name, choice.settings)
     except ConfigError as error:
         key, _, problem = str(error).partition(": ")
-        raise scenario.error(tuple(key.split(".")), problem) from error
+        path = tuple(key.split("."))
+        written = (*path, "name") if len(path) == 1 else path
+        raise scenario.error(path, problem, written) from error
 
 
 def _leave(
@@ -232,6 +235,7 @@ def _leave(
         "reason": ending.reason,
         "trace_kept": kept,
         "wall_s": perf_counter() - place.started,
+        ENDED: datetime.now(UTC).isoformat(),
         "command": shlex.join([*command, "--out", str(place.target.parent)]),
         **place.choice.facts,
     }

@@ -18,6 +18,7 @@ from planner.vehicle import Vehicle
 
 STEP = 0.25  # between the poses of a course [m]
 ATTEMPTS = 200  # to draw a course that keeps the body on the road
+CALM_ATTEMPTS = 20  # more of them with each of `CALM_SWINGS`
 # Shares of the vehicle's largest curvature: of what is drawn, of what is accepted.
 DRAWN_SHARE, ACCEPTED_SHARE = 0.4, 0.5
 PEAK = 10.0 / math.sqrt(3.0)  # of the blend's second derivative
@@ -25,15 +26,20 @@ BLEND_LENGTH = (15.0, 30.0)  # [m]
 LONGEST_PLATEAU = 8.0  # [m]
 LEAST_SHIFT = 1.5  # from plateau to plateau, where the road has the room [m]
 SWING = 0.3  # kept free for the corners of a body at an angle [m]
+CALM_SWINGS = (0.8, 1.6, 3.2)  # the same for long bodies: courses nearer the middle [m]
 
 
 class FieldError(ExperimentError):
-    """A field of obstacles is not possible; `key` of its section says why."""
+    """A field of obstacles is not possible; `key` of its section says why.
 
-    def __init__(self, key: str, problem: str) -> None:
+    Where only a try shows what is possible, `tried` is the largest value worth it.
+    """
+
+    def __init__(self, key: str, problem: str, tried: float | None = None) -> None:
         super().__init__(f"{key}: {problem}")
         self.key = key
         self.problem = problem
+        self.tried = tried
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,14 +93,15 @@ def draw_course(
     stations = np.arange(ground.start, end + STEP, STEP)
     bend = _lateral_budget(ground, stations)
     limit = ACCEPTED_SHARE * ground.vehicle.limits.max_curvature
-    for _ in range(ATTEMPTS):
-        l, slope = _draw_offsets(ground, stations, margin, bend, rng)
+    swings = [SWING] * ATTEMPTS + [s for s in CALM_SWINGS for _ in range(CALM_ATTEMPTS)]
+    for swing in swings:
+        l, slope = _draw_offsets(ground, stations, (margin, swing), bend, rng)
         course = _in_the_plane(ground.path, stations, l, slope)
         if course.max_curvature <= limit and stays_on_road(ground, course, margin):
             return course
-    raise FieldError(
-        "course_margin_m", f"is {margin:g}; allowed: less, or a road with more room"
-    )
+    body = f"{ground.vehicle.length:g} m x {ground.vehicle.width:g} m"
+    problem = f"is {margin:g}; the road has no course with it for a body of {body}"
+    raise FieldError("course_margin_m", problem, margin / 2.0)
 
 
 def clearance(course: Course, vehicle: Vehicle, x: float, y: float) -> FloatArray:
@@ -140,17 +147,17 @@ def _lateral_budget(ground: Ground, stations: FloatArray) -> float:
 def _draw_offsets(
     ground: Ground,
     stations: FloatArray,
-    margin: float,
+    keep: tuple[float, float],
     bend: float,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
-    """Draw l and dl/ds at the stations, (n,) each."""
+    """Draw l and dl/ds at the stations, (n,) each; `keep` as `_room` takes it."""
     l = np.full(stations.size, ground.offset)
     slope = np.zeros(stations.size)
     place, now = float(stations[0]), ground.offset
     while place < stations[-1]:
         place += rng.uniform(0.0, LONGEST_PLATEAU)
-        low, high = _room(ground, place, margin)
+        low, high = _room(ground, place, *keep)
         target = _next_plateau(now, low, high, rng)
         shift = target - now
         length = max(rng.uniform(*BLEND_LENGTH), math.sqrt(PEAK * abs(shift) / bend))
@@ -163,8 +170,8 @@ def _draw_offsets(
     return l, slope
 
 
-def _room(ground: Ground, s: float, margin: float) -> tuple[float, float]:
-    """Give least and most l of a plateau about `s` [m]."""
+def _room(ground: Ground, s: float, margin: float, swing: float) -> tuple[float, float]:
+    """Give least and most l of a plateau about `s`, `swing` from where it touches."""
     about = np.arange(s, s + BLEND_LENGTH[1], 1.0)
     left, right = ground.road.at(about)
     keep = ground.vehicle.width / 2.0 + margin
@@ -172,10 +179,11 @@ def _room(ground: Ground, s: float, margin: float) -> tuple[float, float]:
     if low > high:
         raise FieldError(
             "course_margin_m",
-            f"is {margin:g}; allowed: less, the road is {high - low + 2 * keep:.2f} m "
+            f"is {margin:g}; the road is {high - low + 2 * keep:.2f} m "
             f"wide at s = {s:.0f} m and the vehicle {ground.vehicle.width:g} m",
+            margin - 0.5 * (low - high) - SWING,
         )
-    swing = min(SWING, 0.5 * (high - low))
+    swing = min(swing, 0.5 * (high - low))
     return low + swing, high - swing
 
 

@@ -7,10 +7,12 @@ also has a row of discs across the road, with gaps too narrow for the body.
 
 import math
 from collections.abc import Iterable, Iterator
+from copy import deepcopy
 
 import numpy as np
 
 from experiments.config import Obstacle, ObstacleField
+from experiments.field_advice import with_advice
 from experiments.field_course import (
     STEP,
     Course,
@@ -44,8 +46,22 @@ def draw_field(
         `section.course_margin_m` from every disc and from the road's edges.
 
     Raises:
-        FieldError: If there is no room for the course or for the discs.
+        FieldError: If there is no room for the course or for the discs; it says what
+            there is room for.
     """
+    before = deepcopy(rng)
+    try:
+        return _draw(section, ground, rng)
+    except FieldError as error:
+        raise with_advice(
+            error, section, lambda other: _draw(other, ground, deepcopy(before))
+        ) from error
+
+
+def _draw(
+    section: ObstacleField, ground: Ground, rng: np.random.Generator
+) -> tuple[Obstacle, ...]:
+    """Draw the discs of a field; see `draw_field`."""
     if section.first_m <= ground.start + ground.vehicle.front_reach:
         front = ground.start + ground.vehicle.front_reach
         problem = f"is {section.first_m:g}; allowed: more than {front:g}, the ego's"
@@ -62,14 +78,22 @@ def draw_field(
             if placed.add_first(proposed, section, course):
                 break
         else:
-            length = section.last_m - section.first_m
-            raise FieldError(
-                "count",
-                f"is {count}; allowed: at most {len(placed.discs)}, all that fits into "
-                f"{length:g} m with course_margin_m = {section.course_margin_m:g}, "
-                f"gap_m = {section.gap_m:g} and this seed",
-            )
+            raise _full(section, count, len(placed.discs))
     return tuple(sorted(placed.discs, key=lambda disc: (disc.s_m, disc.l_m)))
+
+
+def _full(section: ObstacleField, count: int, placed: int) -> FieldError:
+    """Say that there is no place for all discs, or for none."""
+    kept = f"course_margin_m = {section.course_margin_m:g}, gap_m = {section.gap_m:g}"
+    length = section.last_m - section.first_m
+    if placed:
+        problem = (
+            f"is {count}; {length:g} m have not the room with {kept} and this seed"
+        )
+        return FieldError("count", problem, placed)
+    radii = list(section.radii_m)
+    problem = f"is {radii}; not one finds a place in {length:g} m with {kept}"
+    return FieldError("radii_m", problem, min(radii))
 
 
 class _Placed:

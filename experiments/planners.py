@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -27,6 +28,9 @@ class Known:
     settings: str | None  # module:frozen dataclass that the factory takes
     purpose: str
 
+
+# What the words of a settings class say before what is allowed.
+_DEMAND = re.compile(r"[;,] allowed: |\bmust (?:be |lie )?")
 
 _CRUISE_SETTINGS = "planner.cruise.settings:CruiseSettings"
 
@@ -132,7 +136,8 @@ def _call(
     try:
         made = factory(*arguments, **settings)
     except (TypeError, ValueError, PlannerError) as error:
-        raise ConfigError(f"planner: {name} refuses its settings: {error}") from error
+        problem = f"{name} refuses its settings: {error}"
+        raise ConfigError(f"planner.settings: {problem}") from error
     except (Exception, SystemExit) as error:  # a factory may be anyone's code
         raise ConfigError(f"planner: {name} raises {_shown(error)}") from error
     if not callable(getattr(made, "plan", None)):
@@ -231,5 +236,20 @@ def _setting_problem(error: ValidationError, schema: Mapping[str, Any]) -> str:
             owner = str(schema["properties"][section[0]].get("$ref", ""))
             allowed = list(schema["$defs"][owner.rsplit("/", 1)[1]]["properties"])
         return f"{key}: unknown key; {unknown_name(str(name), allowed)}"
-    problem = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "value_error":
+        return _refused_value(key, first)
+    problem = first["msg"]
+    if first["type"] == "dataclass_type":
+        problem = "allowed: a section with keys"
     return f"{key}: is {first['input']!r}; {problem[:1].lower()}{problem[1:]}"
+
+
+def _refused_value(key: str, item: Mapping[str, Any]) -> str:
+    """Say what a settings class refuses; it names the setting, not the section."""
+    problem = str(item["ctx"]["error"])
+    section = item["input"]
+    name, _, rest = problem.partition(" ")
+    if not isinstance(section, dict) or name not in section:
+        return f"{key}: {problem}"
+    allowed = _DEMAND.split(rest, maxsplit=1)[-1]
+    return f"{key}.{name}: is {section[name]!r}; allowed: {allowed}"

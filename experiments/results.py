@@ -28,6 +28,8 @@ TRACE_HASH, TRACE_KEPT = "trace_hash", "trace_kept"
 # of the wall clock or of luck: left out of every comparison of results
 UNSTEADY_COLUMNS = (*TIMING_COLUMNS, WALL, ATTEMPTS)
 
+ALL_RUNS = "SELECT * FROM runs"
+
 Row = dict[str, Any]
 
 _BEHIND = (REASON, FAILURE, ATTEMPTS, EXIT_CODE, TRACE_HASH, TRACE_KEPT, WALL)
@@ -70,48 +72,53 @@ def refresh(folder: Path) -> Path:
     return path
 
 
-def query(folder: Path, sql: str = "SELECT * FROM runs") -> duckdb.DuckDBPyRelation:
+def query(
+    folder: Path, sql: str = ALL_RUNS, option: str = "--sql"
+) -> duckdb.DuckDBPyRelation:
     """Ask the results of a sweep.
 
     Args:
         folder: Of the sweep.
         sql: One SELECT about the table `runs`.
+        option: Where the question was written, for messages.
 
     Returns:
         The relation; `.fetchall()`, `.fetchnumpy()`, `.columns`.
 
     Raises:
-        ConfigError: If SQL cannot understand the question.
+        ConfigError: If the question is not one SELECT, or SQL cannot understand it.
     """
     connection = duckdb.connect()
     quoted = str(refresh(folder)).replace("'", "''")
     connection.execute(f"CREATE TABLE runs AS SELECT * FROM '{quoted}'")
     try:
-        relation = connection.sql(sql)
+        statements = connection.extract_statements(sql)
+        if [one.type for one in statements] != [duckdb.StatementType.SELECT]:
+            raise ConfigError(f"{option}: allowed: one SELECT about the table runs")
+        return connection.sql(sql)
     except duckdb.Error as error:
-        raise ConfigError(f"--sql: {str(error).splitlines()[0]}") from error
-    if relation is None:
-        raise ConfigError("--sql: gives no table; allowed: a SELECT about runs")
-    return relation
+        raise _misunderstood(option, error) from error
 
 
-def fetch(relation: duckdb.DuckDBPyRelation) -> list[tuple[Any, ...]]:
+def fetch(
+    relation: duckdb.DuckDBPyRelation, option: str = "--sql"
+) -> list[tuple[Any, ...]]:
     """Fetch the rows of a question; some mistakes show only here."""
     try:
         found: list[tuple[Any, ...]] = relation.fetchall()
     except duckdb.Error as error:
-        raise ConfigError(f"--sql: {str(error).splitlines()[0]}") from error
+        raise _misunderstood(option, error) from error
     return found
 
 
-def rows(folder: Path, sql: str = "SELECT * FROM runs") -> list[Row]:
-    """Ask the results of a sweep; gives rows as dictionaries."""
-    relation = query(folder, sql)
+def rows(folder: Path, sql: str = ALL_RUNS, option: str = "--sql") -> list[Row]:
+    """Ask the results of a sweep, see `query`; gives rows as dictionaries."""
+    relation = query(folder, sql, option)
     names = relation.columns
-    return [dict(zip(names, row, strict=True)) for row in fetch(relation)]
+    return [dict(zip(names, row, strict=True)) for row in fetch(relation, option)]
 
 
-def dataframe(folder: Path, sql: str = "SELECT * FROM runs") -> "pd.DataFrame":
+def dataframe(folder: Path, sql: str = ALL_RUNS) -> "pd.DataFrame":
     """Ask the results of a sweep; gives a pandas DataFrame, without pyarrow.
 
     Raises:
@@ -137,6 +144,11 @@ def axis_columns(names: Sequence[str]) -> list[str]:
     """Pick the columns that are axes of the sweep."""
     known = {RUN_ID, LABEL, *ALL_COLUMNS, *_BEHIND}
     return [name for name in names if name not in known]
+
+
+def _misunderstood(option: str, error: duckdb.Error) -> ConfigError:
+    """Make the error about a question, of the first line of what SQL says."""
+    return ConfigError(f"{option}: {str(error).splitlines()[0]}")
 
 
 def _row(run: Path) -> Row:

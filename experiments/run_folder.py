@@ -32,8 +32,8 @@ def whole_folder(target: Path) -> Iterator[Path]:
         ResultsError: If the disk refuses: full, read-only, no such place.
     """
     target = target.absolute()  # a planner may change the working folder
+    make_folder(target.parent)
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
         aside = _make_aside(target.parent)
     except OSError as error:
         raise ResultsError(f"{target.parent}: {_reason(error)}") from error
@@ -44,6 +44,29 @@ def whole_folder(target: Path) -> Iterator[Path]:
         raise ResultsError(f"{target}: cannot be written: {_reason(error)}") from error
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it, unless it is there.
+
+    Raises:
+        ResultsError: If a file is in its place, or the disk refuses.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        file = file_in_place_of(folder)
+        raise ResultsError(f"{file}: is a file; allowed: a folder") from error
+    except OSError as error:
+        raise ResultsError(f"{folder}: {_reason(error)}") from error
+
+
+def file_in_place_of(folder: Path) -> Path | None:
+    """Find a file where a folder, or one above it, should be; None if there is none."""
+    for place in (folder, *folder.parents):
+        if place.exists():
+            return None if place.is_dir() else place
+    return None
 
 
 def remove_unfinished(parent: Path, process: int) -> None:

@@ -18,6 +18,8 @@ from experiments.errors import ConfigError
 KeyPath = tuple[str | int, ...]
 Plain = None | bool | int | float | str | list["Plain"] | dict[str, "Plain"]
 
+OPTION = "--"  # how the place of a value begins that was not in the file
+
 _TAG = "tag:yaml.org,2002:"
 _KINDS = ("str", "bool", "int", "float", "null", "seq", "map")
 _FLOAT = (
@@ -41,10 +43,32 @@ class Document:
     places: dict[KeyPath, str] = field(default_factory=dict)
 
     def where(self, path: KeyPath) -> str:
-        """Say where a key path was written, or the nearest key above it."""
+        """Say where a key path was written.
+
+        An option that wrote something below it counts more than the file; where nothing
+        wrote it, the nearest key above does.
+        """
+        below = [
+            place
+            for key, place in self.places.items()
+            if key[: len(path)] == path and place.startswith(OPTION)
+        ]
+        if below and path:
+            return below[-1]
         while path and path not in self.places:
             path = path[:-1]
         return self.places.get(path, self.name)
+
+    def beside(self, path: KeyPath) -> str:
+        """Name the options that may clash with what a file says at a key path.
+
+        Returns:
+            Words to put behind a message; none if an option wrote the value itself.
+        """
+        options = [p for p in self.places.values() if p.startswith(f"{OPTION}set ")]
+        if not options or self.where(path).startswith(OPTION):
+            return ""
+        return f" (with {', '.join(dict.fromkeys(options))})"
 
 
 class _CoreLoader(yaml.SafeLoader):

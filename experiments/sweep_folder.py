@@ -25,6 +25,7 @@ import yaml
 
 from experiments.config.sweep import Sweep
 from experiments.errors import ConfigError, ResultsError
+from experiments.run_folder import file_in_place_of, make_folder
 
 SHARD = 2  # characters of the id that name the folder above the run's
 RESULTS = "results.parquet"
@@ -32,6 +33,7 @@ PROGRESS = "progress.json"
 LOG = "workers.log"
 RERUNS = "reruns"  # folder of the runs that were done again
 _SWEEP, _CODE, _LOCK = "sweep.yaml", "code.json", ".lock"
+_MANIFEST = "manifest.json"  # of a run
 
 
 def run_folder(folder: Path, run_id: str) -> Path:
@@ -62,6 +64,40 @@ def require_sweep(folder: Path) -> None:
         raise ConfigError(f"{folder}: is no folder of a sweep: it has no runs")
 
 
+def require_place(folder: Path) -> None:
+    """Refuse a place where a sweep would mix with something else.
+
+    Args:
+        folder: Where it is to be; absolute. A folder that is not there, an empty one
+            and one that a sweep was in are fine.
+
+    Raises:
+        ConfigError: Says what is there.
+    """
+    file = file_in_place_of(folder)
+    if file is not None:
+        raise ConfigError(f"{file}: is a file; allowed: a folder for the sweep")
+    ours = any((folder / name).is_file() for name in (_SWEEP, _CODE))
+    found = _contents(folder) if folder.is_dir() and not ours else ""
+    if found and not any(
+        run == run_folder(folder, run.name) for run in run_folders(folder)
+    ):
+        raise ConfigError(
+            f"{folder}: {found}; allowed: a folder that is new, empty or of a sweep"
+        )
+
+
+def _contents(folder: Path) -> str:
+    """Say what a folder that no sweep was in is or holds; nothing if it is empty."""
+    if (folder / _MANIFEST).is_file():
+        return "is the folder of a single run"
+    count = sum((inner / _MANIFEST).is_file() for inner in _folders(folder))
+    if count:
+        return f"holds single runs ({count}), no sweep"
+    names = sorted(e.name for e in folder.iterdir() if not e.name.startswith("."))
+    return f"holds something else ({names[0]})" if names else ""
+
+
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
     """Keep other sweeps out of a folder; a process that dies lets go of it.
@@ -70,8 +106,8 @@ def locked(folder: Path) -> Iterator[None]:
         ConfigError: If another sweep works in it.
         ResultsError: If the folder cannot be made.
     """
+    make_folder(folder)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         lock = (folder / _LOCK).open("a+", encoding="utf-8")
     except OSError as error:
         raise ResultsError(f"{folder}: {error.strerror}") from error

@@ -13,7 +13,7 @@ from experiments.report.html import PAGE_FILE
 from experiments.results import rebuild, refresh
 from experiments.strict_yaml import Document
 from experiments.sweep import Survey, drive_missing, survey
-from experiments.sweep_folder import LOG, RESULTS, locked, take
+from experiments.sweep_folder import LOG, RESULTS, locked, require_place, take
 from experiments.sweep_plan import Plan
 from experiments.sweep_progress import Counts, SweepProgress, duration, sweep_progress
 
@@ -48,14 +48,14 @@ class SweepSession:
 
     def preview(self) -> Iterator[str]:
         """Say what would run and how long it would take; leaves nothing."""
-        found = survey(self._plan, self._folder)
+        found = self._survey()
         yield self._numbers(found)
         if found.missing:
             yield self._pilot(found, Path(os.devnull))[0]
 
     def drive(self) -> Iterator[str]:
         """Drive what is missing and gather the results."""
-        found = survey(self._plan, self._folder)
+        found = self._survey()
         yield self._numbers(found)
         if self._cluster is not None and found.missing:
             from experiments.executors.cluster import require_scheduler
@@ -71,6 +71,11 @@ class SweepSession:
                 refresh(self._folder)
         yield f"results: {self._folder / RESULTS}"
         yield f"report: {_page(self._folder)}"
+
+    def _survey(self) -> Survey:
+        """Go through all runs, in a place that is fit for them."""
+        require_place(self._folder)
+        return survey(self._plan, self._folder)
 
     def _drive(self, found: Survey, warm: WorkerSettings) -> Iterator[str]:
         """Drive under the eyes of a progress display."""

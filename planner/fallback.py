@@ -18,7 +18,10 @@ from planner.states import CartesianState, FloatArray, FrenetStates, Trajectory
 
 SAME_PLACE = 0.05  # the ego may be this far from where the last plan has it [m]
 SAME_SPEED = 0.1  # [m/s]
+SAME_TIME = 1e-9  # [s]
 MIN_PATH_LENGTH = 10.0  # over which a stopping path settles on its offset [m]
+# of a trajectory, in their order, without the time; those of the place come last
+STATE_COLUMNS = ("x", "y", "heading", "curvature", "speed", "acceleration", "s", "l")
 
 Blocker = Callable[[Trajectory], str | None]
 
@@ -63,25 +66,20 @@ def shifted_plan(scene: Scene, last: Trajectory) -> Trajectory | None:
     off = math.hypot(here.x - scene.ego.x, here.y - scene.ego.y)
     if off > SAME_PLACE or abs(here.speed - scene.ego.speed) > SAME_SPEED:
         return None
-    keep = last.t > scene.step - 1e-9
+    keep = last.t > scene.step - SAME_TIME
     if np.count_nonzero(keep) < 2:
         return None
-    return Trajectory(
-        last.t[keep] - scene.step,
-        *(
-            getattr(last, name)[keep]
-            for name in (
-                "x",
-                "y",
-                "heading",
-                "curvature",
-                "speed",
-                "acceleration",
-                "s",
-                "l",
-            )
-        ),
-    )
+    columns = [getattr(last, name)[keep] for name in STATE_COLUMNS]
+    t = last.t[keep] - scene.step
+    if t[0] > SAME_TIME:  # sampled at other times than the loop's
+        place = [float(np.interp(scene.step, last.t, at)) for at in (last.s, last.l)]
+        state = [getattr(here, name) for name in STATE_COLUMNS[:-2]]
+        t = np.insert(t, 0, 0.0)
+        columns = [
+            np.insert(column, 0, value)
+            for column, value in zip(columns, [*state, *place], strict=True)
+        ]
+    return Trajectory(t, *columns)
 
 
 def stopping_trajectory(

@@ -89,11 +89,11 @@ def compare(
 
         from experiments.compare import compare as compared
         from experiments.comparison_table import HEADER, cells, export
-        from experiments.results import rows
+        from experiments.results import ALL_RUNS, rows
 
         condition = f" WHERE {where}" if where else ""
         lines = compared(
-            rows(folder, f"SELECT * FROM runs{condition}"),
+            rows(folder, f"{ALL_RUNS}{condition}", "--where"),
             baseline,
             metric,
             np.median if median else np.mean,

@@ -8,6 +8,8 @@ import typer
 
 from experiments.commands.one_line import one_line_errors
 
+_FOLDER_HELP = "Folder of a run or a sweep.  [the newest run in runs]"
+
 
 def add_to(app: typer.Typer) -> None:
     """Add the commands to the command line."""
@@ -18,8 +20,8 @@ def add_to(app: typer.Typer) -> None:
 
 def report(
     folder: Annotated[
-        Path, typer.Argument(metavar="RUN|SWEEP", help="Folder of a run or a sweep.")
-    ],
+        Path | None, typer.Argument(metavar="RUN|SWEEP", help=_FOLDER_HELP)
+    ] = None,
     *,
     output: Annotated[
         Path | None,
@@ -32,10 +34,12 @@ def report(
 ) -> None:
     """Write the page of a run or a sweep: one file, opens anywhere, offline."""
     with one_line_errors():
+        from experiments.newest_run import newest_run
         from experiments.report.run_page import is_run, save_run_page
         from experiments.report.sweep_page import save_run_pages, save_sweep_page
         from experiments.sweep_folder import is_sweep
 
+        folder = folder or newest_run()
         if is_run(folder) or not is_sweep(folder):
             sys.stdout.write(f"{save_run_page(folder, output)}\n")
             return
@@ -46,8 +50,8 @@ def report(
 
 def figure(
     folder: Annotated[
-        Path, typer.Argument(metavar="RUN|SWEEP", help="Folder of a run or a sweep.")
-    ],
+        Path | None, typer.Argument(metavar="RUN|SWEEP", help=_FOLDER_HELP)
+    ] = None,
     *,
     output: Annotated[
         Path | None,
@@ -56,15 +60,19 @@ def figure(
 ) -> None:
     """Draw a run from above and over time, or the metrics of a sweep by planner."""
     with one_line_errors():
+        from experiments.newest_run import newest_run
         from experiments.report.figures import save_figure
 
-        sys.stdout.write(f"{save_figure(folder, output)}\n")
+        sys.stdout.write(f"{save_figure(folder or newest_run(), output)}\n")
 
 
 def video(
     run_folder: Annotated[
-        Path, typer.Argument(metavar="RUN", help="A folder that `run` left.")
-    ],
+        Path | None,
+        typer.Argument(
+            metavar="RUN", help="A folder that `run` left.  [the newest run in runs]"
+        ),
+    ] = None,
     *,
     output: Annotated[
         Path, typer.Option("-o", "--output", help="An .mp4 or .gif file.")
@@ -75,9 +83,11 @@ def video(
 ) -> None:
     """Film a run from above: road, vehicles, the ego and its plan."""
     with one_line_errors():
+        from experiments.newest_run import newest_run
         from experiments.report.film import save_film
 
-        sys.stdout.write(f"{save_film(run_folder, output, speed)}\n")
+        film = save_film(run_folder or newest_run(), output, speed)
+        sys.stdout.write(f"{film}\n")
 
 
 def write_page(folder: Path) -> Path | None:

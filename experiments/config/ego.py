@@ -67,7 +67,9 @@ class Ego(Strict):
     )
     start_offset_m: Offset = Field(default=0.0, description="positive to the left")
     depart_speed_mps: Speed | Literal["max"] = Field(
-        default="max", description="max: the target speed, or what traffic allows"
+        default="max",
+        description="max: what road and traffic allow; the target speed in world "
+        "kinematic",
     )
     target_speed_mps: Annotated[float, Field(gt=0.0, le=70.0)] = 13.89
     goal_m: Position = Field(description="rear axle has arrived from here on")

@@ -144,10 +144,24 @@ class Scenario(Strict):
         self._document = document
         return self
 
-    def error(self, path: KeyPath, problem: str) -> ConfigError:
-        """Make the error about a key, naming the place where it was written."""
-        where = self._document.where(path) if self._document else self.name
-        return ConfigError(f"{where}: {dotted(path)}: {problem}")
+    def error(
+        self, path: KeyPath, problem: str, written: KeyPath | None = None
+    ) -> ConfigError:
+        """Make the error about a key, naming the place where it was written.
+
+        Args:
+            path: The key.
+            problem: What is wrong with it, and what is allowed.
+            written: Another key whose place is named instead.
+        """
+        place = path if written is None else written
+        document = self._document
+        where, clash = (
+            (document.where(place), document.beside(place))
+            if document
+            else (self.name, "")
+        )
+        return ConfigError(f"{where}: {dotted(path)}: {problem}{clash}")
 
     def resolved(self) -> dict[str, Any]:
         """Give the whole configuration as plain data that reads back the same."""

@@ -30,6 +30,7 @@ _SCRIPTS = (
     "run.js",
 )
 _HASHES = ("run_hash", "config_hash", "network_hash", "code_hash", "trace_hash")
+_NEEDED = ("scenario", "planner", "seed", "status")  # in a manifest
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +93,13 @@ def _facts(folder: Path) -> RunFacts:
         text = config.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ResultsError(f"{config}: cannot be read ({error})") from error
-    return RunFacts(_read(folder / MANIFEST), _read(folder / METRICS), text)
+    manifest = _read(folder / MANIFEST)
+    missing = [key for key in _NEEDED if key not in manifest]
+    if missing:
+        raise ResultsError(
+            f"{folder / MANIFEST}: is damaged: does not say {', '.join(missing)}"
+        )
+    return RunFacts(manifest, _read(folder / METRICS), text)
 
 
 def _trace(folder: Path, facts: RunFacts) -> tuple[Trace | None, str]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from planner.bodies import touched_by
+from planner.bodies import Bodies, bodies_of, touched_by
 from planner.dense.field import Cover, field_of
 from planner.dense.settings import DenseSettings
 from planner.dense.speed import Way, knot_times, plan_drive
@@ -19,7 +19,7 @@ from planner.scene import Scene
 from planner.states import Path, SpeedProfile, Trajectory
 from planner.validity import invalid
 
-HARD_GAP = 0.02  # least distance to an obstacle that a fallback may leave [m]
+HARD_GAP = 0.02  # least distance to a body that a fallback may leave [m]
 AT_THE_END = 1.0  # from where on who is blocked is said to stand because of it [m]
 
 
@@ -127,31 +127,32 @@ def _fall_back(
     scene: Scene, last: Memory, reason: str, settings: DenseSettings
 ) -> PlanResult:
     """Nothing can be planned: go down the ladder and say why."""
+    duration = settings.drive.duration
+    bodies = bodies_of(scene, round(duration / scene.step) + 1)
 
     def blocker(trajectory: Trajectory) -> str | None:
-        return nearest_obstacle(scene, trajectory)
+        return touched_body(scene, bodies, trajectory)
 
-    status, trajectory = fallback(
-        scene, last.trajectory, blocker, settings.drive.duration
-    )
+    status, trajectory = fallback(scene, last.trajectory, blocker, duration)
     memory = Memory(trajectory, last.sides)
     stats = PlanStats(reason=reason, blocker=blocker(trajectory))
     return PlanResult(status, trajectory, memory, stats)
 
 
-def nearest_obstacle(scene: Scene, trajectory: Trajectory) -> str | None:
-    """Name the obstacle that a trajectory would touch, None if it touches none."""
-    fixed, vehicle = scene.obstacles, scene.vehicle
-    pose = np.column_stack(
-        [fixed.x, fixed.y, np.cos(fixed.heading), np.sin(fixed.heading)]
-    )
+def touched_body(scene: Scene, bodies: Bodies, trajectory: Trajectory) -> str | None:
+    """Name the obstacle or vehicle that a trajectory would touch, None if none.
+
+    Followers do not count: it is for them to keep clear.
+    """
+    column = np.rint(trajectory.t / bodies.step).astype(np.int64)
+    column = np.minimum(column, bodies.poses.shape[2] - 1)
     return touched_by(
         trajectory,
-        fixed.ids,
-        np.repeat(pose[:, :, None], trajectory.t.size, axis=2),
-        np.column_stack([fixed.length / 2.0, fixed.width / 2.0, fixed.radius]),
-        np.zeros(len(fixed.ids), dtype=bool),
-        vehicle.disc_offsets,
-        vehicle.disc_radius,
+        bodies.ids,
+        np.ascontiguousarray(bodies.poses[:, :, column]),
+        bodies.extents,
+        bodies.follower,
+        scene.vehicle.disc_offsets,
+        scene.vehicle.disc_radius,
         HARD_GAP,
     )

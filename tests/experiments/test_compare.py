@@ -80,6 +80,29 @@ def test_sql(sweep):
         assert "\n" not in str(refusal.value)
 
 
+def test_only_one_select_is_a_question(sweep, tmp_path):
+    for sql in (
+        "DROP TABLE runs",
+        "SELECT 1; DROP TABLE runs",
+        "DELETE FROM runs RETURNING seed",
+        f"COPY runs TO '{tmp_path}/copy.csv'",
+        "-- nothing",
+    ):
+        with pytest.raises(ConfigError, match=r"^--sql: allowed: one SELECT"):
+            results.rows(sweep, sql)
+    assert not (tmp_path / "copy.csv").exists()
+    assert results.rows(sweep, "FROM runs WHERE label = 'slow';")
+
+
+@pytest.mark.parametrize("where", ["sed < 9", "seed <", "seed < 9; DROP TABLE runs"])
+def test_a_mistaken_condition_names_its_option(sweep, capsys, where):
+    with pytest.raises(SystemExit):
+        app(["compare", str(sweep), "--baseline", "slow", "--where", where])
+    error = capsys.readouterr().err
+    assert error.startswith("rearview: --where: ")
+    assert error.count("\n") == 1
+
+
 def test_dataframe_without_pyarrow(sweep):
     pytest.importorskip("pandas")
     frame = results.dataframe(sweep, "SELECT seed, travel_time_s FROM runs ORDER BY 1")

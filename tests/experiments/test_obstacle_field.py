@@ -4,13 +4,22 @@
 100 of each.
 """
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from experiments.config import ObstacleField
 from experiments.errors import ConfigError
-from experiments.field_course import Ground, clearance, draw_course, stays_on_road
+from experiments.field_advice import with_advice
+from experiments.field_course import (
+    FieldError,
+    Ground,
+    clearance,
+    draw_course,
+    stays_on_road,
+)
 from experiments.layout import make_layout, make_vehicle
 from experiments.scenario_file import load_scenario
 from tests.experiments.way_through import connected, drivable, hits, off_road
@@ -177,7 +186,7 @@ def test_many_small_obstacles_fit():
         ("last_m=598", "last_m: is 598; allowed: at most 596"),
         ("first_m=101", "first_m: is 101; allowed: more than 103.8, the ego's"),
         ("radii_m=[]", "radii_m: is a list of 0; allowed: a list, at least 1"),
-        ("course_margin_m=4.5", "course_margin_m: is 4.5; allowed: less, the road is"),
+        ("course_margin_m=4.5", "course_margin_m: is 4.5; the road is 10.00 m wide"),
         ("passable=maybe", "passable: is the text 'maybe'; allowed: true or false"),
         ("gapp_m=1", "gapp_m: unknown key; did you mean gap_m?"),
     ],
@@ -198,7 +207,7 @@ def test_mistakes_are_one_line(override, message):
         ),
         (
             ("obstacles.field.count=40", "obstacles.field.gap_m=5"),
-            "obstacles.field.count: is 40; allowed: at most ",
+            "obstacles.field.count: is 40; 300 m have not the room with course_margin",
         ),
         (
             ("obstacles={random: {first_m: 9}, field: {first_m: 9, last_m: 99}}",),
@@ -215,3 +224,73 @@ def test_what_cannot_be_is_one_line(overrides, message):
         drawn("dense_curved", 0, *overrides)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+LONG = tuple(
+    f"ego.vehicle.{key}"
+    for key in ("length_m=12", "width_m=2.5", "wheelbase_m=6", "rear_overhang_m=3")
+)
+
+
+def refused(road, seed, overrides):
+    """Give the message if there is no such field, nothing if there is."""
+    try:
+        drawn(road, seed, *overrides)
+    except ConfigError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("road", ROADS)
+@pytest.mark.parametrize(
+    ("key", "overrides"),
+    [
+        ("count", ("count=60", "gap_m=4")),
+        ("count", ("count=[50, 60]", "last_m=200")),
+        ("count", ("gap_m=50",)),
+        ("radii_m", ("radii_m=[50]",)),
+        ("course_margin_m", ("course_margin_m=3.99", "radii_m=[0.2]")),
+        ("course_margin_m", ("course_margin_m=4.8",)),
+    ],
+)
+def test_what_is_advised_works(road, key, overrides):
+    asked = [f"obstacles.field.{one}" for one in overrides]
+    errors = {seed: error for seed in range(3) if (error := refused(road, seed, asked))}
+    assert errors
+    for seed, error in errors.items():
+        # of what follows the key, or of the other key that it names
+        advice = re.search(
+            r"obstacles\.field\.(\w+): is .*; allowed: for example "
+            r"(?:(\w+) = )?([^(]+?)(?: \(with .*)?$",
+            error,
+        )
+        assert advice, error
+        advised = advice[2] or advice[1]
+        assert advised == key
+        assert not refused(
+            road, seed, [*asked, f"obstacles.field.{advised}={advice[3]}"]
+        )
+
+
+def test_where_less_would_not_do_either_it_is_said():
+    tried = []
+
+    def draw(other):
+        tried.append((other.radii_m, other.course_margin_m))
+        raise FieldError("course_margin_m", "is too much", 0.3)
+
+    section = ObstacleField(first_m=60.0, last_m=90.0)
+    error = with_advice(FieldError("radii_m", "is x", 0.71), section, draw)
+    assert error.problem == "is x; nor would less do"
+    assert tried[0] == ((0.71,), 0.5)
+    assert tried[-1] == (section.radii_m, 0.0)
+
+
+@pytest.mark.parametrize("road", ROADS)
+def test_a_truck_gets_its_field_too(road):
+    """Its corners swing out: courses that use the whole width leave the road."""
+    for seed in range(6):
+        layout, vehicle, _, _ = drawn(road, seed, *LONG)
+        assert len(layout.obstacles.ids) >= 10
+        assert vehicle.length == 12.0
+    assert drivable(layout, vehicle, START, GOAL) >= GOAL

@@ -92,3 +92,13 @@ def test_full_disk(tiny_disk):
     ):
         (folder / "big").write_bytes(bytes(200_000))
     assert names(tiny_disk) == []
+
+
+@pytest.mark.parametrize("inner", ["one", "deeper/one"])
+def test_a_file_in_the_place_of_the_parent_is_named(tmp_path, inner):
+    file = tmp_path / "README.md"
+    file.write_text("kept")
+    words = r"README\.md: is a file; allowed: a folder$"
+    with pytest.raises(ResultsError, match=words), whole_folder(file / inner):
+        pass
+    assert file.read_text() == "kept"

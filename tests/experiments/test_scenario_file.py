@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from experiments.config import Scenario, Traffic
+from experiments.episode import make_scenario_planner
 from experiments.errors import ConfigError
 from experiments.layout import make_layout
 from experiments.scenario_file import (
@@ -45,6 +46,16 @@ def refusal(file: Path, *overrides: str) -> str:
     message = str(caught.value)
     assert "\n" not in message
     return message
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_shipped_scenarios_start_no_faster_than_they_want(name):
+    scenario = load_scenario(name)
+    start, network = scenario.ego.depart_speed_mps, make_layout(scenario).network
+    if start == "max":
+        assert network is not None
+        start = network.speed_limit
+    assert start <= scenario.ego.target_speed_mps + 0.02
 
 
 @pytest.mark.parametrize("name", scenario_names())
@@ -284,6 +295,38 @@ def test_options_come_before_overrides(file):
     assert scenario.planner.name == "mine:make"
     assert scenario.planner.settings == {"a": 1}
     assert scenario.simulation.seed == 7
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("planner.settings.drive.time_step=7", "planner.settings.drive.time_step: is"),
+        ("planner.settings.drive={time_step: 7}", "planner.settings.drive.time_step: "),
+        ("planner.settings.margins=[0, 1]", "planner.settings.margins: is [0, 1]; "),
+        ("planner.name=dens", "planner: dens: no such planner; did you mean dense?"),
+        ("planner=dens", "planner: dens: no such planner; did you mean dense?"),
+    ],
+)
+def test_what_a_planner_refuses_names_the_option(override, message):
+    scenario = load_scenario("dense", overrides=(override,))
+    with pytest.raises(ConfigError) as caught:
+        make_scenario_planner(scenario)
+    assert str(caught.value).startswith(f"--set {override}: {message}")
+
+
+def test_what_a_planner_refuses_of_the_file_names_its_line(file):
+    file.write_text(SCENARIO + "planner:\n  name: cruse\n  settings: {margin: 1}\n")
+    scenario = load_scenario(str(file), overrides=("planner.settings.times=[1]",))
+    with pytest.raises(ConfigError, match=r"test\.yaml:10: planner: cruse: no such"):
+        make_scenario_planner(scenario)
+
+
+def test_a_clash_between_file_and_option_names_both(file):
+    option = "ego.start_m=130"
+    message = refusal(file, option, "planner=dense")
+    assert f"{file}:6: ego.goal_m: is 120; allowed: more than" in message
+    assert message.endswith(f"(with --set {option}, --set planner=dense)")
+    assert "(with" not in refusal(file, "ego.goal_m=-1")
 
 
 def test_another_planner_drops_the_settings_of_the_first(file):

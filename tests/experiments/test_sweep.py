@@ -211,6 +211,26 @@ def test_two_sweeps_in_one_folder(tmp_path, refusal):
     assert list(run_folders(out)) == []
 
 
+def test_a_sweep_does_not_mix_with_something_else(tmp_path, refusal):
+    sweep, out = write_sweep(tmp_path, 2), tmp_path / "runs"
+    single = out / "straight-cruise-0-12345678"
+    single.mkdir(parents=True)
+    (single / "manifest.json").write_text("{}")
+    file = tmp_path / "notes.md"
+    file.touch()
+    before = sorted(tmp_path.rglob("*"))
+    for place, words in (
+        (out, "runs: holds single runs (1), no sweep; allowed: a folder that is new"),
+        (single, "is the folder of a single run"),
+        (tmp_path, "holds something else (empty_road.yaml)"),
+        (file, "notes.md: is a file; allowed: a folder"),
+        (file / "inner", "notes.md: is a file; allowed: a folder"),
+    ):
+        for more in ((), ("--dry-run",)):
+            assert words in refusal("sweep", sweep, "--out", place, *more)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 @pytest.mark.slow
 def test_other_code_and_other_sweep_are_refused(tmp_path, refusal):
     out = tmp_path / "out"

@@ -121,6 +121,23 @@ def test_a_plan_that_is_used_up_is_not_shifted():
     assert shifted_plan(scene_after(path, last), short) is None
 
 
+@pytest.mark.parametrize("time_step", [0.07, 0.3])
+def test_a_plan_at_other_times_than_the_loop_begins_where_the_ego_is(time_step):
+    path = straight(200.0)
+    fine = plan_along(path, 10.0, 8.0)
+    t = time_step * np.arange(8)
+    columns = [np.interp(t, fine.t, getattr(fine, name)) for name in COLUMNS]
+    last = Trajectory(t, *columns)
+    scene = make_scene(path, last.at(STEP), near=10.0)
+    shifted = shifted_plan(scene, last)
+    later = t[t > STEP] - STEP
+    np.testing.assert_allclose(shifted.t, [0.0, *later], atol=1e-12)
+    assert shifted.t[0] == 0.0
+    np.testing.assert_allclose(shifted.s, 10.0 + 8.0 * (shifted.t + STEP))
+    np.testing.assert_allclose(shifted.x, [scene.ego.x, *last.x[t > STEP]])
+    assert shifted.at(0.0) == last.at(STEP)
+
+
 def test_a_plan_can_be_shifted_again_and_again():
     path = straight()
     plan = plan_along(path, 50.0, 10.0)

@@ -207,6 +207,10 @@ def other_schema(folder):
         (lambda f: (f / "metrics.json").write_text("{"), "metrics.json: cannot be"),
         (lambda f: (f / "metrics.json").write_text("[]"), "metrics.json: is damaged"),
         (lambda f: (f / "manifest.json").unlink(), "is no run folder and no folder"),
+        (
+            lambda f: (f / "manifest.json").write_text('{"seed": 3}'),
+            "manifest.json: is damaged: does not say scenario, planner, status",
+        ),
         (lambda f: (f / "config.yaml").unlink(), "config.yaml: cannot be read"),
     ],
 )

@@ -12,10 +12,12 @@ from planner.dense.planner import Memory
 from planner.dense.settings import PathMethod
 from planner.interface import PlanStatus
 from planner.scene import Obstacles
+from planner.states import Trajectory
 from tests.planner.scenes import (
     STEP,
     Car,
     Disc,
+    cars,
     clearance_now,
     discs,
     drive,
@@ -131,6 +133,28 @@ def test_who_stands_ahead_is_waited_for():
     assert last.plan.stats.blocker == "car.0"
     front = last.scene.ego_frenet.s + last.scene.vehicle.front_reach
     assert 1.0 < 60.0 - 2.4 - front < 6.0
+
+
+@pytest.mark.parametrize(
+    ("room", "status"),
+    [(2.0, PlanStatus.FULL_STOP), (-20.0, PlanStatus.LAST_PLAN_SHIFTED)],
+)
+def test_the_last_plan_is_not_driven_into_a_vehicle(room, status):
+    """Too near a vehicle for its gap, no speed plan is allowed: the ladder decides."""
+    path, speed = straight(), 3.0
+    t = STEP * np.arange(61)
+    s, zero = 20.0 + speed * t, np.zeros(61)
+    last = Trajectory(t, s, zero, zero, zero, zero + speed, zero, s, zero)
+    ego = ego_on(path, 20.0 + speed * STEP, speed=speed)
+    scene = make_scene(path, ego, target_speed=8.0)
+    front = scene.ego_frenet.s + scene.vehicle.front_reach
+    rows = [Car(front + room + 2.4, 0.0, 0.0)]
+    if room < 0.0:  # behind it nobody counts, and a closed line leaves no speed
+        scene = replace(scene, stop_lines=(front + 0.2,))
+    result = PLANNER.plan(replace(scene, vehicles=cars(path, rows)), Memory(last))
+    assert result.stats.reason == "no speed along the path"
+    assert result.status is status
+    assert (result.trajectory.s[-1] < scene.ego_frenet.s + 2.0) == (room > 0.0)
 
 
 def test_a_closed_stop_line_is_kept():

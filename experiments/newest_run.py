@@ -1,0 +1,38 @@
+"""Which run of a folder is the newest: by what its manifest says."""
+
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+
+from experiments.errors import ConfigError
+
+RUNS = Path("runs")  # where `rearview run` puts run folders
+ENDED = "ended_at"  # in the manifest: when the run ended, ISO 8601, UTC
+_MANIFEST = "manifest.json"
+
+
+def newest_run(runs: Path = RUNS) -> Path:
+    """Find the run that ended last; files written into a run folder later count not.
+
+    Args:
+        runs: Folder of run folders.
+
+    Raises:
+        ConfigError: If there is none.
+    """
+    ended = {file.parent: _ended(file) for file in runs.glob(f"*/{_MANIFEST}")}
+    if not ended:
+        raise ConfigError(
+            f"{runs}: there is no run yet; allowed: the folder of one, or first "
+            "rearview run intersection"
+        )
+    return max(ended, key=lambda folder: (ended[folder], folder.name))
+
+
+def _ended(manifest: Path) -> datetime:
+    """Say when a run ended; by the file where the manifest does not say it."""
+    try:
+        about = json.loads(manifest.read_text(encoding="utf-8"))
+        return datetime.fromisoformat(about[ENDED]).astimezone(UTC)
+    except (OSError, ValueError, KeyError, TypeError):  # an older or a damaged one
+        return datetime.fromtimestamp(manifest.stat().st_mtime, UTC)
