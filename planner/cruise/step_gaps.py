@@ -124,7 +124,12 @@ def take_gaps(
         bench: Window is given; gaps and nearest are filled, gaps beyond the window with
             the lower bound of `find_windows`.
     """
-    frames, course, gaps, nearest = bench.frames, bench.course, bench.gaps, bench.nearest
+    frames, course, gaps, nearest = (
+        bench.frames,
+        bench.course,
+        bench.gaps,
+        bench.nearest,
+    )
     half_length, half_width, grown = body.half_length, body.half_width, body.grown
     rear, middle, front = discs
     nearest[:] = math.inf

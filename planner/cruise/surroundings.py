@@ -63,6 +63,7 @@ class Bench(NamedTuple):
     until: FloatArray  # step from which on gaps do not matter, (n_offsets,)
     flag: IntArray  # 1 where a way is to be looked at, else 0, (n_steps, n_offsets)
     flagged: IntArray  # how many these are, (n_steps,)
+    number: IntArray  # 0, 1, 2 ..., (n_offsets,)
     hit_step: IntArray  # -1 without a hit, (n_offsets,)
 
 
@@ -91,5 +92,6 @@ def make_bench(n_steps: int, n_padded: int) -> Bench:
         np.empty(n_padded),
         np.zeros((n_steps, n_padded), np.int64),
         np.empty(n_steps, np.int64),
+        np.arange(n_padded),
         np.empty(n_padded, np.int64),
     )

@@ -16,6 +16,7 @@ from planner.cruise.feasibility import Check
 from planner.cruise.frames import Body
 from planner.cruise.step_gaps import first_touch, square_apart
 from planner.cruise.surroundings import (
+    LANES,
     MOVED,
     ROAD_U,
     ROAD_W,
@@ -29,6 +30,7 @@ from planner.geometry.clearance import segment_to_rectangle
 from planner.states import FloatArray, IntArray
 
 PASSED = int(Check.PASSED)
+FAR_BEYOND = 1 << 30  # no candidate has such a number
 ROUNDING = 1.0 + 1e-9  # of a square that only decides whether to look more closely
 
 
@@ -120,19 +122,25 @@ def _flag(
     """
     window, gaps, course, frames = bench.window, bench.gaps, bench.course, bench.frames
     limit, until, flag = bench.limit, bench.until, bench.flag
+    number = bench.number
     half_length, half_width = body.half_length, body.half_width
     rear, middle, front = discs
     found = False
     for i in range(steps[0] + 1, steps[1] + 1):
         begin = np.uint64(min(window[0, i - 1], window[0, i]))
         end = np.uint64(max(window[1, i - 1], window[1, i]))
-        moved, step, doubtful = frames[MOVED, i], float(i), 0
+        moved, step = frames[MOVED, i], float(i)
+        least, greatest = FAR_BEYOND, -1  # of the candidates in doubt
         for o in range(begin, end):
             lowest = gaps[i - 1, o] + gaps[i, o] - moved
-            doubtful += 1 if (lowest < 2.0 * limit[o]) & (step < until[o]) else 0
+            doubtful = (lowest < 2.0 * limit[o]) & (step < until[o])
+            least = min(least, number[o] if doubtful else FAR_BEYOND)
+            greatest = max(greatest, number[o] if doubtful else -1)
         bench.flagged[i] = 0
-        if doubtful == 0:
+        if greatest < 0:
             continue
+        begin = np.uint64(least - least % LANES)
+        end = np.uint64(greatest + 1 + -(greatest + 1) % LANES)
         was, now = _frame(i - 1, frames), _frame(i, frames)
         count = 0
         for o in range(begin, end):
