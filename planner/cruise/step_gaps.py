@@ -173,9 +173,10 @@ def square_apart(u: float, w: float, half_length: float, half_width: float) -> f
 def first_touch(
     steps: tuple[int, int], o: int, gaps: FloatArray, threshold: float
 ) -> int:
-    """Find the first step after which, or at which, a candidate is too near, or -1.
+    """Find the first step that ends a way with a gap below `threshold`, or -1.
 
-    A step counts from the one before it; the first one belongs to the second.
+    The ways looked at end at the second step and later; a gap at the first step belongs
+    to the first way.
     """
     i, last = steps
     while i <= last and gaps[i, o] >= threshold:

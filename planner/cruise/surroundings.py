@@ -10,7 +10,7 @@ from planner.states import BoolArray, FloatArray, IntArray
 
 # Rows of the frames: the axle in the body's frame, (U, W) + change · (UNIT_U, UNIT_W);
 # the road's direction in it; how far a point of the ego can move in it since the step
-# before.
+# before; the gap that candidates have at least whose gap is not taken.
 U, UNIT_U, W, UNIT_W, ROAD_U, ROAD_W, MOVED, FAR = range(8)
 N_FRAME = 8
 LANES = 4  # candidates that the compiler takes at once; arrays of them are padded
