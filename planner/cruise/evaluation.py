@@ -42,7 +42,7 @@ from planner.cruise.motion import (
     lay_ground,
 )
 from planner.cruise.nearness import clear_bodies
-from planner.cruise.surroundings import Surroundings, make_bench
+from planner.cruise.surroundings import Surroundings, make_bench, padded
 from planner.states import FloatArray, IntArray
 
 PASSED = int(Check.PASSED)
@@ -87,7 +87,8 @@ def evaluate(
     hit_size = np.zeros((n_profiles, n))
     terms = np.zeros((n_profiles, N_TERMS, n))
     change = lateral.offsets - lateral.start[0]
-    bench = make_bench(n_steps, n)
+    wide = padded(lateral.offsets, lateral.start[0])
+    bench = make_bench(n_steps, wide.size)
     for p in range(n_profiles):
         count = tracks.n_valid[p]
         passed = 0
@@ -110,7 +111,7 @@ def evaluate(
                 p,
                 count,
                 rows,
-                change,
+                wide,
                 around,
                 bench,
                 verdict[p],

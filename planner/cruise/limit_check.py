@@ -47,7 +47,8 @@ def check_profile(
 ) -> int:
     """Check all candidates of one profile, point by point, to their first violation.
 
-    The first point is not judged, the ego is already there.
+    [Thesis] eq. 4.12, 4.13, and bounds that settle most of the road. The first point is
+    not judged, the ego is already there.
 
     Args:
         p: Which profile.
@@ -56,87 +57,71 @@ def check_profile(
         basis: Of its lateral motion, (8, n_steps).
         change: Terminal offsets less the present one, growing, (n,) [m].
         limits: Of the vehicle.
-        course: Filled, (2, n_steps, n): cos and sin of the heading error.
+        course: Filled, (2, n_steps, >= n): cos and sin of the heading error.
         verdict: Filled, (n,).
 
     Returns:
         How many candidates keep the limits.
     """
-    n = change.size
+    n = verdict.size
+    lever = max(limits.front, limits.rear)
     for o in range(n):
         verdict[o] = PASSED
     left = n
     for i in range(count):
-        if left > 0:
-            suspects, left = _check_step(
-                p, i, rows, basis, change, limits, course, verdict
+        if left == 0:
+            break
+        s_dot, s_ddot = rows[p, S_DOT, i], rows[p, S_DDOT, i]
+        kappa, kappa_rate = rows[p, KAPPA, i], rows[p, KAPPA_RATE, i]
+        l0, slope0, bend0 = basis[L, i], basis[SLOPE, i], basis[BEND, i]
+        l1, slope1, bend1 = basis[UNIT_L, i], basis[UNIT_SLOPE, i], basis[UNIT_BEND, i]
+        # No body reaches farther from its axle's offset than that, and what it turns.
+        widest = limits.half_width + lever * lever * abs(kappa) - limits.excess
+        leftmost, rightmost = rows[p, LEFT, i] - widest, rows[p, RIGHT, i] + widest
+        suspects, left = 0, 0
+        for o in range(n):
+            l = l0 + change[o] * l1
+            slope = slope0 + change[o] * slope1
+            cos_e, sin_e, curvature, speed, acceleration = cartesian_rates(
+                l, kappa, kappa_rate, s_dot, s_ddot, slope, bend0 + change[o] * bend1
             )
-            if i == 0:
-                left = n
-                for o in range(n):
-                    if verdict[o] % SUSPECT == DOMAIN:
-                        verdict[o] = DOMAIN
-                        left -= 1
-                    else:
-                        verdict[o] = PASSED
-            elif suspects > 0:
-                left = _settle(p, i, rows, basis, change, limits, course, verdict)
+            course[0, i, o] = cos_e
+            course[1, i, o] = sin_e
+            turned = lever * abs(sin_e)
+            sideways = speed * speed * abs(curvature)
+            along = max(
+                acceleration - limits.acceleration, -acceleration - limits.deceleration
+            )
+            found = (
+                LATERAL_ACCELERATION
+                if sideways > limits.lateral_acceleration
+                else PASSED
+            )
+            found = ACCELERATION if along > 0.0 else found
+            found = CURVATURE if abs(curvature) > limits.curvature else found
+            suspect = SUSPECT if max(l - leftmost, rightmost - l) + turned > 0.0 else 0
+            found = found + suspect
+            found = DOMAIN if 1.0 - kappa * l < MIN_STRETCH else found
+            before = verdict[o]
+            found = found if before == PASSED else before
+            verdict[o] = found
+            suspects += 1 if found >= SUSPECT else 0
+            left += 1 if found == PASSED else 0
+        if i == 0:
+            left = _forgive(verdict)
+        elif suspects > 0:
+            left = _settle(p, i, rows, basis, change, limits, course, verdict)
     return left
 
 
 @compiled
-def _check_step(
-    p: int,
-    i: int,
-    rows: FloatArray,
-    basis: FloatArray,
-    change: FloatArray,
-    limits: Limits,
-    course: FloatArray,
-    verdict: IntArray,
-) -> tuple[int, int]:
-    """Check one step; [Thesis] eq. 4.12, 4.13 and bounds that settle most of the road.
-
-    Returns:
-        (candidates whose place on the road is still to be settled, those without a
-        violation).
-    """
-    s_dot, s_ddot = rows[p, S_DOT, i], rows[p, S_DDOT, i]
-    kappa, kappa_rate = rows[p, KAPPA, i], rows[p, KAPPA_RATE, i]
-    l0, slope0, bend0 = basis[L, i], basis[SLOPE, i], basis[BEND, i]
-    l1, slope1, bend1 = basis[UNIT_L, i], basis[UNIT_SLOPE, i], basis[UNIT_BEND, i]
-    # No body reaches farther from its axle's offset than that, and what it turns.
-    lever = max(limits.front, limits.rear)
-    widest = limits.half_width + lever * lever * abs(kappa) - limits.excess
-    left, right = rows[p, LEFT, i] - widest, rows[p, RIGHT, i] + widest
-    suspects, passed = 0, 0
-    for o in range(change.size):
-        l = l0 + change[o] * l1
-        slope = slope0 + change[o] * slope1
-        cos_e, sin_e, curvature, speed, acceleration = cartesian_rates(
-            l, kappa, kappa_rate, s_dot, s_ddot, slope, bend0 + change[o] * bend1
-        )
-        course[0, i, o] = cos_e
-        course[1, i, o] = sin_e
-        turned = lever * abs(sin_e)
-        sideways = speed * speed * abs(curvature)
-        along = max(
-            acceleration - limits.acceleration, -acceleration - limits.deceleration
-        )
-        found = (
-            LATERAL_ACCELERATION if sideways > limits.lateral_acceleration else PASSED
-        )
-        found = ACCELERATION if along > 0.0 else found
-        found = CURVATURE if abs(curvature) > limits.curvature else found
-        suspect = SUSPECT if max(l - left, right - l) + turned > 0.0 else 0
-        found = found + suspect
-        found = DOMAIN if 1.0 - kappa * l < MIN_STRETCH else found
-        before = verdict[o]
-        found = found if before == PASSED else before
-        verdict[o] = found
-        suspects += 1 if found >= SUSPECT else 0
-        passed += 1 if found == PASSED else 0
-    return suspects, passed
+def _forgive(verdict: IntArray) -> int:
+    """Keep of the first point's violations only the domain; count who has none."""
+    left = 0
+    for o in range(verdict.size):
+        verdict[o] = DOMAIN if verdict[o] % SUSPECT == DOMAIN else PASSED
+        left += 1 if verdict[o] == PASSED else 0
+    return left
 
 
 @compiled
@@ -152,7 +137,7 @@ def _settle(
 ) -> int:
     """Settle where bodies reach near the road's edge; count who has no violation."""
     passed = 0
-    for o in range(change.size):
+    for o in range(verdict.size):
         if verdict[o] >= SUSPECT:
             excess = road_excess(
                 basis[L, i] + change[o] * basis[UNIT_L, i],

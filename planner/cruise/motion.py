@@ -14,7 +14,7 @@ from planner.compiled import compiled
 from planner.cruise.feasibility import lateral_at, lateral_quintic
 from planner.geometry.frenet import cartesian_rates
 from planner.geometry.lookup import interpolate
-from planner.geometry.pieces import point_at
+from planner.geometry.pieces import trace
 from planner.states import FloatArray, IntArray
 
 # Rows of a track: the profile, the last plan's offset, the path and the road under it.
@@ -74,16 +74,7 @@ def lay_ground(rows: FloatArray, p: int, count: int, ground: Ground) -> None:
         count: Its valid steps.
         ground: What lies under it.
     """
-    for i in range(count):
-        x, y, cos, sin, kappa, rate, _ = point_at(
-            ground.knots, ground.bins, rows[p, S, i]
-        )
-        rows[p, X, i] = x
-        rows[p, Y, i] = y
-        rows[p, COS, i] = cos
-        rows[p, SIN, i] = sin
-        rows[p, KAPPA, i] = kappa
-        rows[p, KAPPA_RATE, i] = rate
+    trace(ground.knots, ground.bins, rows[p, S, :count], rows[p, X : KAPPA_RATE + 1])
     s, left, right = rows[p, S, :count], rows[p, LEFT], rows[p, RIGHT]
     front = np.empty(count)
     road_s = ground.road_s

@@ -11,7 +11,7 @@ from planner.compiled import compiled
 from planner.cruise.feasibility import STRAIGHT, squared_jerk
 from planner.cruise.settings import CruiseSettings
 from planner.geometry.lookup import interpolate
-from planner.geometry.pieces import point_at
+from planner.geometry.pieces import curvature_at
 from planner.motion import polynomials
 from planner.scene import RoadBounds, Scene
 from planner.states import FloatArray, IntArray, freeze
@@ -82,7 +82,7 @@ def _reachable_speed(
     ahead = np.inf
     for k in range(n - 1, -1, -1):
         s[k] = start + PREVIEW_STEP * k
-        curvature = abs(point_at(knots, bins, s[k])[4])
+        curvature = abs(curvature_at(knots, bins, s[k]))
         limit = wanted * wanted
         if curvature > STRAIGHT:
             limit = min(limit, lateral_acceleration / curvature)

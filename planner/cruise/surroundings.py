@@ -10,9 +10,10 @@ from planner.states import BoolArray, FloatArray, IntArray
 
 # Rows of the frames: the axle in the body's frame, (U, W) + change · (UNIT_U, UNIT_W);
 # the road's direction in it; how far a point of the ego can move in it since the step
-# before.
-U, UNIT_U, W, UNIT_W, ROAD_U, ROAD_W, MOVED = range(7)
-N_FRAME = 7
+# before; the gap that candidates have at least whose gap is not taken.
+U, UNIT_U, W, UNIT_W, ROAD_U, ROAD_W, MOVED, FAR = range(8)
+N_FRAME = 8
+LANES = 4  # candidates that the compiler takes at once; arrays of them are padded
 # Rows of the sway: bounds over all offsets of |sin e| and of what e changes in a step.
 ASKEW, TURNED = 0, 1
 N_SWAY = 2
@@ -46,30 +47,51 @@ class Surroundings(NamedTuple):
 
 
 class Bench(NamedTuple):
-    """What is filled anew for each profile, and for each body beside it."""
+    """What is filled anew for each profile, and for each body beside it.
+
+    Arrays over offsets are padded to a multiple of `LANES`.
+    """
 
     basis: FloatArray  # lateral basis, (8, n_steps), rows named in `motion`
     course: FloatArray  # cos and sin of the heading error, (2, n_steps, n_offsets)
     sway: FloatArray  # (2, n_steps)
-    frames: FloatArray  # (7, n_steps)
+    frames: FloatArray  # (8, n_steps)
     gaps: FloatArray  # (n_steps, n_offsets) [m]
     window: IntArray  # offsets whose gaps are taken: first and last + 1, (2, n_steps)
     nearest: FloatArray  # least gap so far, (n_offsets,) [m]
     limit: FloatArray  # only gaps below it matter, (n_offsets,) [m]
+    until: FloatArray  # step from which on gaps do not matter, (n_offsets,)
+    flag: IntArray  # 1 where a way is to be looked at, else 0, (n_steps, n_offsets)
+    flagged: IntArray  # how many these are, (n_steps,)
+    number: IntArray  # 0, 1, 2 ..., (n_offsets,)
     hit_step: IntArray  # -1 without a hit, (n_offsets,)
 
 
 @compiled
-def make_bench(n_steps: int, n_offsets: int) -> Bench:
-    """Allocate it."""
+def padded(offsets: FloatArray, here: float) -> FloatArray:
+    """Give the changes of offset from `here`, the last one repeated up to `LANES`."""
+    n = offsets.size
+    change = np.empty(n + -n % LANES)
+    for o in range(change.size):
+        change[o] = offsets[min(o, n - 1)] - here
+    return change
+
+
+@compiled
+def make_bench(n_steps: int, n_padded: int) -> Bench:
+    """Allocate it; what is never filled is finite all the same."""
     return Bench(
         np.empty((N_BASIS, n_steps)),
-        np.empty((2, n_steps, n_offsets)),
+        np.zeros((2, n_steps, n_padded)),
         np.empty((N_SWAY, n_steps)),
         np.empty((N_FRAME, n_steps)),
-        np.empty((n_steps, n_offsets)),
+        np.empty((n_steps, n_padded)),
         np.empty((2, n_steps), np.int64),
-        np.empty(n_offsets),
-        np.empty(n_offsets),
-        np.empty(n_offsets, np.int64),
+        np.empty(n_padded),
+        np.empty(n_padded),
+        np.empty(n_padded),
+        np.zeros((n_steps, n_padded), np.int64),
+        np.empty(n_steps, np.int64),
+        np.arange(n_padded),
+        np.empty(n_padded, np.int64),
     )

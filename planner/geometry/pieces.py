@@ -158,6 +158,43 @@ def points_at(knots: FloatArray, bins: IndexArray, s: FloatArray) -> FloatArray:
     return out
 
 
+@compiled
+def trace(knots: FloatArray, bins: IndexArray, s: FloatArray, out: FloatArray) -> None:
+    """Evaluate the path at many arc lengths in about growing order, as `point_at` does.
+
+    Each piece is looked for from the one before, and no function that takes arrays is
+    called on the way.
+
+    Args:
+        knots: Table of pieces.
+        bins: Its look-up.
+        s: Arc lengths, (n,) [m].
+        out: Filled, (6, >= n): x, y, cos and sin of the heading, curvature and its
+            rate.
+    """
+    last = knots.shape[0] - 2
+    i = piece_index(knots, bins, s[0]) if s.size > 0 else 0
+    for k in range(s.size):
+        at = s[k]
+        while i < last and at >= knots[i + 1, S]:
+            i += 1
+        while i > 0 and at < knots[i, S]:
+            i -= 1
+        beyond = at > knots[i + 1, S]
+        bent = 0.0 if beyond or at < 0.0 else 1.0
+        j = i + int(beyond)
+        u = at - knots[j, S]
+        curvature, rate = bent * knots[j, CURVATURE], bent * knots[j, RATE]
+        x, y, cos, sin = knots[j, X], knots[j, Y], knots[j, COS], knots[j, SIN]
+        x, y, cos, sin = follow(x, y, cos, sin, curvature, rate, u)
+        out[0, k] = x
+        out[1, k] = y
+        out[2, k] = cos
+        out[3, k] = sin
+        out[4, k] = curvature + rate * u
+        out[5, k] = rate
+
+
 def index_bins(s: FloatArray) -> IndexArray:
     """Give, for each multiple of `BIN_WIDTH`, the last knot at or before it."""
     edges = np.arange(int(s[-1] / BIN_WIDTH) + 1) * BIN_WIDTH

@@ -7,6 +7,7 @@ from scipy.integrate import quad
 from scipy.special import fresnel
 
 from planner.errors import InvalidInputError
+from planner.geometry.pieces import trace
 from planner.geometry.reference_path import ReferencePath
 from planner.geometry.segments import Segment, SegmentKind, arc, clothoid, line
 
@@ -153,3 +154,22 @@ def test_path_survives_pickling():
 def test_bad_segments_are_refused(make, message):
     with pytest.raises(InvalidInputError, match=message):
         make()
+
+
+def test_tracing_gives_the_same_points_to_the_last_bit():
+    """In any order, on knots, and beyond both ends."""
+    path = ReferencePath.from_segments(
+        [line(20.0), clothoid(15.0, 0.0, 0.05), arc(25.0, 0.05), line(10.0)]
+    )
+    rng = np.random.default_rng(0)
+    anywhere = rng.uniform(-5.0, path.length + 5.0, 200)
+    s = np.concatenate([anywhere, path.s, path.s[::-1]])
+    out = np.empty((6, s.size))
+    trace(path.table.knots, path.table.bins, s, out)
+    at = path.at(s)
+    for row, wanted in zip(
+        out,
+        (at.x, at.y, at.cos_heading, at.sin_heading, at.curvature, at.curvature_rate),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(row, wanted)
