@@ -19,7 +19,7 @@ def interpolate(
     Args:
         x: Where to look, (n,), in about growing order.
         shift: Added to each of them.
-        samples: Growing, (m,), m >= 1.
+        samples: Never falling, (m,), m >= 1.
         values: At the samples, (m,).
         out: Filled, (n,).
     """
@@ -34,6 +34,6 @@ def interpolate(
             while k > 0 and at < samples[k]:
                 k -= 1
             begin, end, slope = samples[k], samples[min(k + 1, last)], 0.0
-            if k < last:
+            if end > begin:  # a plan that stands repeats its place
                 slope = (values[k + 1] - values[k]) / (end - begin)
         out[i] = values[k] + slope * (max(at, begin) - begin)

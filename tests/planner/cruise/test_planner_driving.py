@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from planner import cruise
+from planner.cruise.planner import CruiseMemory
 from planner.geometry.reference_path import ReferencePath
 from planner.geometry.segments import arc, clothoid, line
 from planner.interface import PlanStatus
@@ -53,6 +54,18 @@ def test_on_a_free_road_the_ego_keeps_the_centre_and_the_target_speed():
     assert abs(offsets(cycles)[-1]) < 0.1
     assert math.isclose(speeds(cycles)[-1], TARGET, rel_tol=0.03)
     assert np.diff(speeds(cycles)).min() > -0.05
+
+
+def test_rounding_behind_a_last_plan_that_stands_is_no_reason_to_stand_for_ever():
+    path = straight()
+    before = drive(PROPOSED, make_scene(path, ego_on(path, speed=0.0)), 1)[0]
+    place = np.full(before.plan.trajectory.t.size, before.scene.ego_frenet.s)
+    stands = replace(before.plan.trajectory, s=place)
+    behind = replace(before.scene.ego_frenet, s=place[0] - 1e-13)
+    scene = replace(before.scene, ego_frenet=behind)
+    plan = PROPOSED.plan(scene, CruiseMemory(stands))
+    assert plan.status is PlanStatus.OK
+    assert plan.stats.survivors > 0
 
 
 @pytest.mark.parametrize("speed", [0.0, 5.0, 10.0, TARGET, 18.0])
