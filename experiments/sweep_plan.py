@@ -47,6 +47,8 @@ class Plan:
     def __init__(self, sweep: Sweep, document: Document) -> None:
         self._sweep = sweep
         self._places = document
+        self._planners_place = document.where(("planners",))
+        self._seeds_place = document.where(("seeds",))
         self._bases = [scenario_document(name) for name in sweep.scenarios]
         self._set = [
             self._change("set", key, value) for key, value in sweep.set.items()
@@ -89,7 +91,7 @@ class Plan:
         first: bool,
     ) -> PlannedRun:
         """Make one run; `first`: of its planner."""
-        place = self._places.where(("planners",))
+        place = self._planners_place
         changes: list[Change] = [(("planner",), planner.name, place)]
         changes += [
             (("planner", "settings", key), plain(value), place)
@@ -97,8 +99,7 @@ class Plan:
         ]
         changes += self._set
         changes += [self._change("axes", key, value) for key, value in point.items()]
-        seed_place = self._places.where(("seeds",))
-        changes.append((("simulation", "seed"), seed, seed_place))
+        changes.append((("simulation", "seed"), seed, self._seeds_place))
         scenario = check_scenario(changed(base, changes))
         if seed == self._sweep.all_seeds[0]:
             self._check_planner(scenario, point, first=first)
@@ -126,7 +127,7 @@ class Plan:
             for written in keys:
                 if f"{key}.".startswith(f"{written}."):
                     return self._where(section, written)
-        return self._places.where(("planners",))
+        return self._planners_place
 
     def _change(self, section: str, key: str, value: Any) -> Change:
         """Say which key of the scenario takes which value, and where that stands."""

@@ -23,6 +23,7 @@ from experiments.executors.sequential import SequentialExecutor
 from experiments.metrics.row import row_without_episode
 from experiments.results import UNSTEADY_COLUMNS, rebuild, rows
 from experiments.run_task import Failure
+from experiments.scenario_file import CONFIG_FILE, config_text
 from experiments.sweep import drive_missing, task_of
 from experiments.sweep_file import load_sweep
 from experiments.sweep_folder import (
@@ -77,6 +78,7 @@ def pretend(sweep: str, out: Path) -> None:
         folder.mkdir(parents=True)
         (folder / "manifest.json").write_text(json.dumps(about))
         (folder / "metrics.json").write_text(json.dumps(row))
+        (folder / CONFIG_FILE).write_text(config_text(run.scenario.resolved()))
 
 
 def environment() -> dict[str, str]:
@@ -526,8 +528,9 @@ def test_nothing_to_do_is_quick(tmp_path, monkeypatch):
     out = tmp_path / "out"
     sweep = write_sweep(tmp_path, 1000)
     pretend(sweep, out)
-    done = rearview("sweep", sweep, "--out", out)  # compiles byte code
-    assert "light: 1000 runs, 1000 of them are there" in done.stdout, done.stderr
+    done = rearview("sweep", sweep, "--out", out)  # compiles byte code, draws the page
+    assert done.returncode == 0, done.stderr
+    assert "light: 1000 runs, 1000 of them are there" in done.stdout
     taken = []
     for _ in range(3):
         before = os.times()
