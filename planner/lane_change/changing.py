@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner.lane_change.attempt import Attempt, Tally
-from planner.lane_change.commitment import gap_is_safe
+from planner.lane_change.commitment import gap_is_safe, has_way_out
 from planner.lane_change.keeping import keep, soften
 from planner.lane_change.manoeuvre import (
     COMMIT_MARGIN,
@@ -60,6 +60,10 @@ def go_on(
             waiting = Attempt(Phase.CHANGE, change.lane, path, speed, change)
             return _wait_at_line(here, waiting, followers, settings, tally)
         committed = True
+    elif not committed and speed.profile is not None:
+        blockage = blockage_ahead(here, change.lane)
+        if not has_way_out(here, change.target, blockage, speed.profile, 0.0, settings):
+            return None
     phase = Phase.COMMITTED if committed else Phase.CHANGE
     going = replace(change, order=speed.order)
     attempt = Attempt(phase, change.lane, path, speed, going)

@@ -3,9 +3,9 @@
 import numpy as np
 
 from planner.lane_change.settings import LaneChangeSettings
-from planner.lane_change.situation import Situation
+from planner.lane_change.situation import Situation, can_still_wait
 from planner.lane_change.surroundings import in_lane
-from planner.states import FloatArray
+from planner.states import FloatArray, SpeedProfile
 
 
 def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> bool:
@@ -40,6 +40,32 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
         limits.emergency_deceleration,
     )
     return not np.any(front_gap[ahead] < need[ahead])
+
+
+def has_way_out(
+    here: Situation,
+    target: int,
+    blockage: float,
+    profile: SpeedProfile,
+    start: float,
+    settings: LaneChangeSettings,
+) -> bool:
+    """Tell whether the ego may go on with a change that does not bind it yet.
+
+    A cycle on it can still stop where it can pull out again; or it changes now, and the
+    gap is safe already.
+
+    Args:
+        here: Of this cycle.
+        target: Lane that it wants to.
+        blockage: Room to what stands in its lane [m], inf if nothing does.
+        profile: What it would drive.
+        start: How far ahead the change begins, 0 for now [m].
+        settings: See there.
+    """
+    if can_still_wait(here, blockage, profile, settings):
+        return True
+    return start == 0.0 and gap_is_safe(here, target, settings)
 
 
 def rss_distance(

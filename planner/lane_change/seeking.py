@@ -6,10 +6,11 @@ from functools import partial
 import numpy as np
 
 from planner.lane_change.attempt import Attempt, Tally
+from planner.lane_change.commitment import has_way_out
 from planner.lane_change.manoeuvre import Change, Memory, Phase
 from planner.lane_change.path import ChangePath, best_change
 from planner.lane_change.settings import LaneChangeSettings, SpeedSettings
-from planner.lane_change.situation import Situation, speed_task
+from planner.lane_change.situation import Situation, blockage_ahead, speed_task
 from planner.lane_change.speed import SpeedPlan, plan_speed
 from planner.lane_change.speed_program import free_cost
 from planner.lane_change.st_graph import st_graph
@@ -33,7 +34,7 @@ def seek(
     centre = float(np.interp(ego.s, scene.lanes.s, scene.lanes.centre[target]))
     best: tuple[float, float, ChangePath, SpeedPlan] | None = None
     followers = in_lane(scene, here.bodies, lane) & here.behind
-    task = speed_task(here)
+    task, blockage = speed_task(here), blockage_ahead(here, lane)
     # No speed plan costs less than the one that nobody bounds.
     least = free_cost(task, scene.vehicle, settings.speed)
     is_free = partial(_is_free, here, settings.speed)
@@ -68,7 +69,11 @@ def seek(
             to_beat - change.cost,
         )
         tally.speeds(speed)
-        if speed.profile is not None and speed.cost < to_beat - change.cost:
+        if speed.profile is None or speed.cost >= to_beat - change.cost:
+            continue
+        if not has_way_out(here, target, blockage, speed.profile, start, settings):
+            tally.removed["no way out"] = tally.removed.get("no way out", 0) + 1
+        else:
             best = put_off + change.cost + speed.cost, start, change, speed
     if best is None:
         return None

@@ -68,6 +68,7 @@ class ManoeuvreSettings:
     starts: tuple[float, ...] = (0.0, 15.0, 30.0, 50.0, 80.0)  # of a change ahead [m]
     start_weight: float = 0.3  # cost of each metre that a change is put off [1/m]
     pull_out_room: float = 16.0  # kept to a blockage while waiting beside it [m]
+    tight_room: float = 7.0  # from which a stand still leads past a blockage [m]
     reaction: float = 0.6  # of the driver behind, for RSS [s]
     rear_braking: float = 4.5  # of the driver behind, for RSS [m/s²]
 

@@ -11,7 +11,7 @@ from planner.lane_change.speed_program import SpeedTask, knot_times
 from planner.lane_change.st_graph import UsersInTime, in_time
 from planner.lane_change.surroundings import behind_ego
 from planner.scene import Scene
-from planner.states import BoolArray, FloatArray
+from planner.states import BoolArray, FloatArray, SpeedProfile
 
 BESIDE_THE_WAY = 60.0  # added to the path that the fastest drive needs [m]
 STANDSTILL_ROOM = 0.005  # a program needs some room, also to stand still [m]
@@ -86,9 +86,32 @@ def place_to_wait(
     speed = max(here.scene.ego.speed, 0.0)
     braking = here.scene.vehicle.limits.max_deceleration
     gentle = 0.5 * speed + speed**2 / (1.4 * braking)
-    build_up = speed * braking / (2.0 * settings.speed.max_jerk)
-    hard = build_up + speed**2 / (2.0 * braking)
+    hard = hard_stop(here, speed, settings)
     room = settings.manoeuvre.pull_out_room
     stop = min(gentle, max(blockage - 0.5 * room, hard))
     place = max(blockage - room, stop + STANDSTILL_ROOM)
     return place if place < blockage else math.inf
+
+
+def can_still_wait(
+    here: Situation,
+    blockage: float,
+    profile: SpeedProfile,
+    settings: LaneChangeSettings,
+) -> bool:
+    """Tell whether the ego, a cycle on, can still stop where it can pull out again.
+
+    As long as nobody is bound to leave it a gap, that is its way out.
+    """
+    step = here.scene.step
+    driven = float(np.interp(step, profile.t, profile.distance))
+    speed = float(np.interp(step, profile.t, profile.speed))
+    stop = driven + hard_stop(here, speed, settings)
+    return stop <= blockage - settings.manoeuvre.tight_room
+
+
+def hard_stop(here: Situation, speed: float, settings: LaneChangeSettings) -> float:
+    """Give the distance that service braking takes [m]."""
+    braking = here.scene.vehicle.limits.max_deceleration
+    build_up = speed * braking / (2.0 * settings.speed.max_jerk)
+    return build_up + speed**2 / (2.0 * braking)

@@ -15,11 +15,14 @@ from planner.lane_change.commitment import rss_distance
 from planner.lane_change.manoeuvre import Memory, Phase
 from planner.scene import Lanes, Obstacles, Scene
 from planner.states import CartesianState
+from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes
 from tests.planner.scenes import Car, winding
 
 STEP = 0.1
 PLANNER: LaneChangePlanner = proposed()
+CAR = Vehicle()
+WALL_HALF_LENGTH = 2.0  # [m]
 Motion = Callable[[Car, int], Car]
 
 
@@ -311,3 +314,11 @@ def test_rss_is_the_published_formula():
     found = rss_distance(np.array([20.0]), np.array([10.0]), 0.5, 4.0, 5.0)
     assert found[0] == pytest.approx(10.0 + 50.0 - 10.0)
     assert rss_distance(np.array([5.0]), np.array([20.0]), 0.5, 4.0, 5.0)[0] == 0.0
+
+
+@pytest.mark.parametrize("room", [6.5, 8.0, 12.0])
+def test_from_a_stand_it_pulls_out_of_a_narrow_place(room):
+    front = 100.0 + CAR.front_reach
+    driven = drive(200, obstacles=wall(front + room + WALL_HALF_LENGTH), speed=0.0)
+    assert driven.last.ego_frenet.l == pytest.approx(1.75, abs=0.05)
+    assert driven.clearance > 0.3
