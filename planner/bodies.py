@@ -262,9 +262,7 @@ def _nearest_ahead(
 
 def touched_by(
     trajectory: Trajectory,
-    ids: Sequence[str],
-    poses: FloatArray,
-    extents: FloatArray,
+    bodies: Bodies,
     ignored: BoolArray,
     discs: Sequence[float],
     radius: float,
@@ -273,21 +271,24 @@ def touched_by(
     """Name the body that a trajectory comes nearest to, if it comes too near.
 
     Args:
-        trajectory: Of the ego.
-        ids: Of the bodies.
-        poses: x, y, cos and sin of the heading at the trajectory's times, (n, 4, n_t);
-            what lies beyond the last is not looked at.
-        extents: Half length, half width, radius, (n, 3) [m].
+        trajectory: Of the ego, at its own times.
+        bodies: The column nearest in time counts; what lies beyond the last is not
+            looked at.
         ignored: Bodies that do not count, (n,).
         discs: Of the ego, along its heading [m].
         radius: Of the discs [m].
         least: Gap that is too small, one for all or one for each [m].
     """
-    n = min(poses.shape[2], trajectory.t.size)
+    column = np.rint(trajectory.t / bodies.step).astype(np.int64)
+    column = column[column < bodies.poses.shape[2]]
     heading = trajectory.heading
     points = np.stack([trajectory.x, trajectory.y, np.cos(heading), np.sin(heading)])
     gaps = gaps_to(
-        np.ascontiguousarray(points[:, :n]), poses, extents, np.array(discs), radius
+        np.ascontiguousarray(points[:, : column.size]),
+        np.ascontiguousarray(bodies.poses[:, :, column]),
+        bodies.extents,
+        np.array(discs),
+        radius,
     )
     hits = np.flatnonzero((gaps < least) & ~ignored)
-    return ids[int(hits[np.argmin(gaps[hits])])] if hits.size else None
+    return bodies.ids[int(hits[np.argmin(gaps[hits])])] if hits.size else None

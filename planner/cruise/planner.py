@@ -107,9 +107,7 @@ def _fall_back(
         bodies = cycle.bodies
         return touched_by(
             trajectory,
-            bodies.ids,
-            bodies.poses,
-            bodies.extents,
+            bodies,
             bodies.follower,
             discs,
             radius,

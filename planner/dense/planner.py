@@ -144,13 +144,9 @@ def touched_body(scene: Scene, bodies: Bodies, trajectory: Trajectory) -> str | 
 
     Followers do not count: it is for them to keep clear.
     """
-    column = np.rint(trajectory.t / bodies.step).astype(np.int64)
-    column = np.minimum(column, bodies.poses.shape[2] - 1)
     return touched_by(
         trajectory,
-        bodies.ids,
-        np.ascontiguousarray(bodies.poses[:, :, column]),
-        bodies.extents,
+        bodies,
         bodies.follower,
         scene.vehicle.disc_offsets,
         scene.vehicle.disc_radius,

@@ -116,9 +116,7 @@ def _fall_back(
     def blocker(trajectory: Trajectory) -> str | None:
         return touched_by(
             trajectory,
-            bodies.ids,
-            bodies.poses,
-            bodies.extents,
+            bodies,
             here.behind,
             scene.vehicle.disc_offsets,
             scene.vehicle.disc_radius,

@@ -4,8 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.bodies import bodies_of, leader_of
+from planner.bodies import bodies_of, leader_of, touched_by
 from planner.scene import Obstacles, Prediction
+from planner.states import Trajectory
 from tests.planner.scenes import (
     STEP,
     Car,
@@ -14,6 +15,7 @@ from tests.planner.scenes import (
     cars,
     ego_on,
     make_scene,
+    place,
     straight,
 )
 
@@ -150,3 +152,21 @@ def test_in_a_bend_places_are_along_the_road():
     found = leader(scene)
     assert math.isclose(found.s[0], 90.0 - 2.4, abs_tol=1e-6)
     np.testing.assert_allclose(found.speed, 6.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize("step", [0.05, 0.1, 0.2])
+def test_a_trajectory_meets_bodies_where_they_are_at_its_own_times(path, step):
+    scene = scene_at(path, s=100.0, vehicles=[Car(112.0, 0.0, 10.0)])
+    bodies = bodies_of(scene, N)
+    t = step * np.arange(round((N - 1) * bodies.step / step) + 1)
+
+    def at_speed(speed):
+        s = 100.0 + speed * t
+        poses = [place(path, float(at), 0.0) for at in s]
+        x, y, heading = (np.array(column) for column in zip(*poses, strict=True))
+        still = np.zeros_like(t)
+        return Trajectory(t, x, y, heading, still, still + speed, still, s, still)
+
+    asked = (bodies, bodies.follower, (0.0, 1.4, 2.8), 1.1, 0.1)
+    assert touched_by(at_speed(10.0), *asked) is None
+    assert touched_by(at_speed(20.0), *asked) == "car.0"
