@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.geometry.clearance import gaps_to
-from planner.geometry.projection import foot
-from planner.geometry.reference_path import EVERYWHERE, NO_DIRECTION, PathTable
+from planner.geometry.projection import EVERYWHERE, NO_DIRECTION, foot
+from planner.geometry.reference_path import PathTable
 from planner.scene import Prediction, Scene
 from planner.states import BoolArray, FloatArray, Trajectory
 
@@ -147,7 +147,7 @@ def _gather(
     return poses, s, l, speed, extents, size, stride, spin
 
 
-@compiled
+@inlined
 def _copy_prediction(
     ahead: tuple[FloatArray, ...],
     v: int,
@@ -183,7 +183,7 @@ def _copy_prediction(
     return math.sqrt(stride2), spin
 
 
-@compiled
+@inlined
 def _overlaps(
     b: int, l: FloatArray, extents: FloatArray, ego_l: float, half_width: float
 ) -> bool:

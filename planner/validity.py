@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.scene import Scene
 from planner.states import CartesianState, FloatArray, FrenetState
 
@@ -42,7 +42,7 @@ def _all_usable(scene: Scene) -> bool:
     )
 
 
-@compiled
+@inlined
 def _finite(arrays: tuple[FloatArray, ...]) -> bool:
     """Tell whether all numbers are finite."""
     wrong = 0.0  # x - x is 0 unless x is inf or nan, and nan stays

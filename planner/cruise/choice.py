@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.cruise import costs
 from planner.cruise.costs import N_TERMS, SAFETY, TERMS, convolve
 from planner.cruise.evaluation import Evaluation
@@ -111,7 +111,7 @@ def choose(
     return Choice(best, cheapest, counts, factor * raw, raw)
 
 
-@compiled
+@inlined
 def _total(terms: FloatArray, factor: FloatArray, p: int, o: int) -> float:
     """Weighted sum of the terms of one candidate."""
     total = 0.0
@@ -120,7 +120,7 @@ def _total(terms: FloatArray, factor: FloatArray, p: int, o: int) -> float:
     return total
 
 
-@compiled
+@inlined
 def _largest_of_passed(terms: FloatArray, verdict: IntArray, t: int) -> float:
     """Largest value of a term among the survivors, 1 if there is hardly any."""
     largest = 0.0

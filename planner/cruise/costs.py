@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.cruise.settings import SafetyTerm
 from planner.geometry.lookup import interpolate
 from planner.states import FloatArray
@@ -28,7 +28,7 @@ JERK, SAFETY, OFFSET, SPEED, HEADWAY, CONSISTENCY, HEADING, DEAD_END = range(8)
 N_TERMS = 8
 
 
-@compiled
+@inlined
 def edge_clearance(gap: float, size: float, scale: float) -> float:
     """Price of passing one body at `gap` from its edge, additive over bodies [-].
 
@@ -47,7 +47,7 @@ def edge_clearance(gap: float, size: float, scale: float) -> float:
     return size * lack * lack
 
 
-@compiled
+@inlined
 def headway_lack(gap: float, needed: float) -> float:
     """Squared share of the needed gap that is missing [-], 0 ... 1."""
     if gap >= needed:
@@ -109,7 +109,7 @@ def convolved_safety(
     return convolve(hit_size, safety_kernel(term, step, sigma), binary)
 
 
-@compiled
+@inlined
 def convolve(
     hit_size: FloatArray,
     kernel: FloatArray,

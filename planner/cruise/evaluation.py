@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.cruise.costs import (
     CONSISTENCY,
     DEAD_END,
@@ -122,7 +122,7 @@ def evaluate(
     return Evaluation(verdict, hits[:, 0], hit_size, terms)
 
 
-@compiled
+@inlined
 def _price_motion(
     p: int,
     count: int,
@@ -163,7 +163,7 @@ def _price_motion(
         own[JERK, o] = sideways + tracks.jerk[p]
 
 
-@compiled
+@inlined
 def _price_end(
     p: int,
     count: int,

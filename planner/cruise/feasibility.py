@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.motion.polynomials import quintic_coefficients
 
 MIN_STRETCH = 0.05  # 1 - kappa_r l; below it the Frenet frame is not usable
@@ -42,7 +42,7 @@ class Limits(NamedTuple):
     excess: float  # how far the body may be over the road's edge [m]
 
 
-@compiled
+@inlined
 def lateral_over_time(
     c: tuple[float, float, float, float, float, float],
     t: float,
@@ -61,7 +61,7 @@ def lateral_over_time(
     return l, slope, (second - slope * s_ddot) / (speed * speed), third
 
 
-@compiled
+@inlined
 def lateral_over_distance(
     c: tuple[float, float, float, float, float, float],
     driven: float,
@@ -81,7 +81,7 @@ def lateral_over_distance(
     return l, slope, bend, jerk
 
 
-@compiled
+@inlined
 def lateral_at(
     over_time: bool,  # noqa: FBT001 - a constant of the cycle, hoisted by the compiler
     c: tuple[float, float, float, float, float, float],
@@ -100,7 +100,7 @@ def lateral_at(
     return lateral_over_distance(c, done, s_dot, s_ddot, s_dddot)
 
 
-@compiled
+@inlined
 def lateral_quintic(
     start: tuple[float, float, float], offset: float, length: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -108,7 +108,7 @@ def lateral_quintic(
     return quintic_coefficients(start[0], start[1], start[2], offset, 0.0, 0.0, length)
 
 
-@compiled
+@inlined
 def squared_jerk(c: tuple[float, float, float, float, float, float], T: float) -> float:
     """Integral over 0 ... T of the squared third derivative; [Thesis] eq. 4.15."""
     a, b, d = 6.0 * c[3], 24.0 * c[4], 60.0 * c[5]
@@ -119,7 +119,7 @@ def squared_jerk(c: tuple[float, float, float, float, float, float], T: float) -
     )
 
 
-@compiled
+@inlined
 def road_excess(
     l: float,
     cos_error: float,

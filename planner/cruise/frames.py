@@ -7,7 +7,7 @@ profile and body.
 import math
 from typing import NamedTuple
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.cruise.motion import (
     COS,
     KAPPA,
@@ -45,7 +45,7 @@ class Span(NamedTuple):
     turned: float  # largest change of a heading error in one step [rad]
 
 
-@compiled
+@inlined
 def fill_sway(
     p: int,
     count: int,
@@ -106,7 +106,7 @@ def fill_sway(
     return Span(widest, stride, math.sqrt(pace), most)
 
 
-@compiled
+@inlined
 def near_steps(
     p: int,
     count: int,
@@ -162,7 +162,7 @@ class Body(NamedTuple):
     threshold: float  # gap below which it is hit [m]
 
 
-@compiled
+@inlined
 def body_of(b: int, around: Surroundings) -> Body:
     """Pick body `b`."""
     return Body(
@@ -176,7 +176,7 @@ def body_of(b: int, around: Surroundings) -> Body:
     )
 
 
-@compiled
+@inlined
 def fill_frames(
     p: int,
     first: int,

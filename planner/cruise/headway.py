@@ -1,6 +1,6 @@
 """Time headway to the vehicle ahead, and the one left to the vehicle behind."""
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.cruise.costs import headway_lack
 from planner.cruise.motion import S_DOT, UNIT_L, L, S
 from planner.cruise.surroundings import Surroundings
@@ -10,7 +10,7 @@ MIN_REAR_GAP = 1.0  # left to a vehicle behind at any speed [m]
 STRIDE = 5  # steps between the moments looked at: headways change slowly
 
 
-@compiled
+@inlined
 def lack_of_room(s: float, s_dot: float, b: int, i: int, around: Surroundings) -> float:
     """Squared share of the gap to a vehicle ahead or behind that is missing [-].
 
@@ -41,7 +41,7 @@ def lack_of_room(s: float, s_dot: float, b: int, i: int, around: Surroundings) -
     return headway_lack(gap, needed)
 
 
-@compiled
+@inlined
 def add_headway(
     p: int,
     count: int,

@@ -5,7 +5,7 @@ is a constant in it, and what is left is arithmetic without branches, which the 
 does for several candidates at once.
 """
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.cruise.feasibility import MIN_STRETCH, Check, Limits, road_excess
 from planner.cruise.motion import (
     BEND,
@@ -34,7 +34,7 @@ LATERAL_ACCELERATION = int(Check.LATERAL_ACCELERATION)
 SUSPECT = 100  # added to a check's number where the road's edge is to be looked at
 
 
-@compiled
+@inlined
 def check_profile(
     p: int,
     count: int,
@@ -114,7 +114,7 @@ def check_profile(
     return left
 
 
-@compiled
+@inlined
 def _forgive(verdict: IntArray) -> int:
     """Keep of the first point's violations only the domain; count who has none."""
     left = 0
@@ -124,7 +124,7 @@ def _forgive(verdict: IntArray) -> int:
     return left
 
 
-@compiled
+@inlined
 def _settle(
     p: int,
     i: int,

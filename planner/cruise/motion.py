@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.cruise.feasibility import lateral_at, lateral_quintic
 from planner.geometry.frenet import cartesian_rates
 from planner.geometry.lookup import interpolate
@@ -62,7 +62,7 @@ class Ground(NamedTuple):
     front_reach: float  # rear axle to front bumper [m]
 
 
-@compiled
+@inlined
 def lay_ground(rows: FloatArray, p: int, count: int, ground: Ground) -> None:
     """Fill the rows of the last plan, the path and the road under profile `p`.
 
@@ -92,7 +92,7 @@ def lay_ground(rows: FloatArray, p: int, count: int, ground: Ground) -> None:
         rows[p, LAST_L] = 0.0
 
 
-@compiled
+@inlined
 def lateral_length(
     rows: FloatArray, p: int, duration: float, lateral: Lateral
 ) -> float:
@@ -104,7 +104,7 @@ def lateral_length(
     return max(driven, lateral.min_length, lateral.min_speed * duration)
 
 
-@compiled
+@inlined
 def fill_basis(
     basis: FloatArray, p: int, count: int, tracks: Tracks, lateral: Lateral
 ) -> None:

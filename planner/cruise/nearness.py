@@ -4,7 +4,7 @@ The gaps at the steps are taken for many candidates at once; between two steps o
 where they leave it open whether the gap is smaller there.
 """
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.cruise.costs import edge_clearance
 from planner.cruise.feasibility import Check
 from planner.cruise.frames import Body, body_of, fill_frames, fill_sway, near_steps
@@ -18,7 +18,7 @@ PASSED = int(Check.PASSED)
 COLLISION = int(Check.COLLISION)
 
 
-@compiled
+@inlined
 def clear_bodies(
     p: int,
     count: int,
@@ -84,7 +84,7 @@ def clear_bodies(
             verdict[o] = COLLISION
 
 
-@compiled
+@inlined
 def _passed_range(verdict: IntArray) -> tuple[int, int]:
     """Find the first and the last candidate that passed, (first, last + 1)."""
     begin, end = 0, verdict.size
@@ -95,7 +95,7 @@ def _passed_range(verdict: IntArray) -> tuple[int, int]:
     return begin, end
 
 
-@compiled
+@inlined
 def _note(
     among: tuple[int, int],
     body: Body,

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.cruise.frames import Body
 from planner.cruise.motion import UNIT_L
 from planner.cruise.surroundings import (
@@ -29,7 +29,7 @@ from planner.cruise.surroundings import (
 from planner.states import FloatArray
 
 
-@compiled
+@inlined
 def find_windows(
     steps: tuple[int, int],
     among: tuple[int, int],
@@ -81,7 +81,7 @@ def find_windows(
                 window[1, i] = end + -end % LANES
 
 
-@compiled
+@inlined
 def _offsets_within(
     change: FloatArray,
     unit: float,
@@ -106,7 +106,7 @@ def _offsets_within(
     return begin, max(begin, end)
 
 
-@compiled
+@inlined
 def take_gaps(
     steps: tuple[int, int],
     change: FloatArray,
@@ -161,7 +161,7 @@ def take_gaps(
             nearest[o] = min(nearest[o], gaps[i, o])
 
 
-@compiled
+@inlined
 def square_apart(u: float, w: float, half_length: float, half_width: float) -> float:
     """Squared distance of a point from a rectangle about the origin [m²]."""
     du = max(abs(u) - half_length, 0.0)
@@ -169,7 +169,7 @@ def square_apart(u: float, w: float, half_length: float, half_width: float) -> f
     return du * du + dw * dw
 
 
-@compiled
+@inlined
 def first_touch(
     steps: tuple[int, int], o: int, gaps: FloatArray, threshold: float
 ) -> int:

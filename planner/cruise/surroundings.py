@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.cruise.motion import N_BASIS
 from planner.states import BoolArray, FloatArray, IntArray
 
@@ -67,7 +67,7 @@ class Bench(NamedTuple):
     hit_step: IntArray  # -1 without a hit, (n_offsets,)
 
 
-@compiled
+@inlined
 def padded(offsets: FloatArray, here: float) -> FloatArray:
     """Give the changes of offset from `here`, the last one repeated up to `LANES`."""
     n = offsets.size
@@ -77,7 +77,7 @@ def padded(offsets: FloatArray, here: float) -> FloatArray:
     return change
 
 
-@compiled
+@inlined
 def make_bench(n_steps: int, n_padded: int) -> Bench:
     """Allocate it; what is never filled is finite all the same."""
     return Bench(

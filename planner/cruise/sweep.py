@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.cruise.feasibility import Check
 from planner.cruise.frames import Body
 from planner.cruise.step_gaps import first_touch, square_apart
@@ -34,7 +34,7 @@ FAR_BEYOND = 1 << 30  # no candidate has such a number
 ROUNDING = 1.0 + 1e-9  # of a square that only decides whether to look more closely
 
 
-@compiled
+@inlined
 def sweep(
     steps: tuple[int, int],
     among: tuple[int, int],
@@ -77,7 +77,7 @@ def sweep(
                     until[o] = i
 
 
-@compiled
+@inlined
 def _start(
     steps: tuple[int, int],
     among: tuple[int, int],
@@ -99,7 +99,7 @@ def _start(
                 bench.until[o] = hit
 
 
-@compiled
+@inlined
 def _flag(
     steps: tuple[int, int],
     change: FloatArray,
@@ -160,7 +160,7 @@ def _flag(
     return found
 
 
-@compiled
+@inlined
 def _dips(
     a: tuple[float, float, float, float],
     b: tuple[float, float, float, float],
@@ -186,7 +186,7 @@ def _dips(
     return falls & grows & (cross * cross < far2 * (du * du + dw * dw))
 
 
-@compiled
+@inlined
 def _frame(
     i: int, frames: FloatArray
 ) -> tuple[float, float, float, float, float, float]:
@@ -201,7 +201,7 @@ def _frame(
     )
 
 
-@compiled
+@inlined
 def _placed(
     change: float,
     cos_e: float,
@@ -218,7 +218,7 @@ def _placed(
     )
 
 
-@compiled
+@inlined
 def _gap_on_the_way(
     i: int,
     o: int,

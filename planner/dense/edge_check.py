@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.dense.field import squared_distance
 from planner.states import FloatArray, IntArray
 
@@ -14,7 +14,7 @@ TOUCH = 1e-9  # outermost waypoints lie on the bound itself [m]
 RATE_STEP = 0.5  # over which the road's curvature is differentiated [m]
 
 
-@compiled
+@inlined
 def road_table(s: FloatArray, roads: FloatArray, offsets: FloatArray) -> FloatArray:
     """Look up the road at points that many edges share.
 
@@ -39,7 +39,7 @@ def road_table(s: FloatArray, roads: FloatArray, offsets: FloatArray) -> FloatAr
     return road
 
 
-@compiled
+@inlined
 def obstacle_windows(
     s: FloatArray,
     curvature: FloatArray,
@@ -72,7 +72,7 @@ def obstacle_windows(
     return windows
 
 
-@compiled
+@inlined
 def edge_verdict(
     shape: FloatArray,
     s: FloatArray,
@@ -134,7 +134,7 @@ def edge_verdict(
     return FREE, price * (s[n - 1] - s[0]) / ((n - 1) * n_discs)
 
 
-@compiled
+@inlined
 def place_discs(
     shape: FloatArray,
     s: FloatArray,

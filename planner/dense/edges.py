@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.states import FloatArray
 
 MIN_INTEGRAL = 1e-6  # eq. 5.22 has a pole on the line through an obstacle [m²]
@@ -14,7 +14,7 @@ GAUSS_NODES = 0.5 * (_NODES + 1.0)
 GAUSS_WEIGHTS = 0.5 * _WEIGHTS
 
 
-@compiled
+@inlined
 def blend_table(n: int) -> FloatArray:
     """Shape of every edge between waypoints; [Thesis] eq. 5.13-5.16 in closed form.
 
@@ -36,7 +36,7 @@ def blend_table(n: int) -> FloatArray:
     return table
 
 
-@compiled
+@inlined
 def fill_blend(
     shape: FloatArray, table: FloatArray, l0: float, l1: float, length: float
 ) -> None:
@@ -49,7 +49,7 @@ def fill_blend(
         shape[2, j] = second * table[2, j]
 
 
-@compiled
+@inlined
 def quintic_at(
     coefficients: tuple[float, float, float, float, float, float], x: float
 ) -> tuple[float, float, float, float]:
@@ -63,7 +63,7 @@ def quintic_at(
     )
 
 
-@compiled
+@inlined
 def blend_span(
     l0: float, l1: float, length: float, reach: float
 ) -> tuple[float, float]:
@@ -81,7 +81,7 @@ def blend_span(
     return min(l0, l1) - swing, max(l0, l1) + swing
 
 
-@compiled
+@inlined
 def fill_quintic(
     shape: FloatArray,
     coefficients: tuple[float, float, float, float, float, float],
@@ -94,7 +94,7 @@ def fill_quintic(
         shape[0, j], shape[1, j], shape[2, j] = l, slope, second
 
 
-@compiled
+@inlined
 def blend_price(l0: float, l1: float, length: float) -> tuple[float, float]:
     """Integrals of an edge between waypoints in closed form; [Thesis] eq. 5.20, 5.21.
 
@@ -108,7 +108,7 @@ def blend_price(l0: float, l1: float, length: float) -> tuple[float, float]:
     return offset, rise * rise * smooth
 
 
-@compiled
+@inlined
 def quintic_price(
     coefficients: tuple[float, float, float, float, float, float], length: float
 ) -> tuple[float, float]:
@@ -121,7 +121,7 @@ def quintic_price(
     return offset * length, smooth * length
 
 
-@compiled
+@inlined
 def printed_safety(shape: FloatArray, length: float, obstacles: FloatArray) -> float:
     """Safety of an edge as printed; [Thesis] eq. 5.22 with its pole cut off.
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.errors import InvalidInputError
 from planner.scene import Obstacles, Scene
 from planner.states import BoolArray, FloatArray, freeze
@@ -181,7 +181,7 @@ def pieces(
     )
 
 
-@compiled
+@inlined
 def squared_distance(
     s: float, l: float, other_s: float, other_l: float, curvature: float
 ) -> float:
@@ -204,7 +204,7 @@ def squared_distance(
     return float(across * across + max(stretch, 0.0) * chord2)
 
 
-@compiled
+@inlined
 def disc_centre(
     s: float, l: float, slope: float, offset: float, curvature: float
 ) -> tuple[float, float]:
@@ -230,7 +230,7 @@ def disc_centre(
     return s + ahead, l + across - 0.5 * curvature * along * along / rho
 
 
-@compiled
+@inlined
 def path_curvature(
     l: float, slope: float, second: float, curvature: float, curvature_rate: float
 ) -> float:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.dense.field import Cover
 from planner.dense.settings import GateReach, LatticeSettings
 from planner.states import FloatArray
@@ -21,7 +21,7 @@ def gate_radius(
     return radius + (cover.radius + settings.margin)
 
 
-@compiled
+@inlined
 def gate_row(edges: FloatArray, cuts: FloatArray) -> FloatArray:
     """One row of the gate matrix B; [Thesis] eq. 5.5, 5.6.
 
@@ -42,7 +42,7 @@ def gate_row(edges: FloatArray, cuts: FloatArray) -> FloatArray:
     return row
 
 
-@compiled
+@inlined
 def closed_intervals(
     s: float,
     obstacle_s: FloatArray,
@@ -75,7 +75,7 @@ def closed_intervals(
     return cuts[:k][np.argsort(cuts[:k, 0])]
 
 
-@compiled
+@inlined
 def strip_points(
     points: FloatArray, low: float, high: float, cuts: FloatArray
 ) -> FloatArray:

@@ -2,13 +2,13 @@
 
 import math
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.states import FloatArray
 
 MIN_DISTANCE = 1e-3  # eq. 5.3 has a pole where the ego stands on an obstacle [m]
 
 
-@compiled
+@inlined
 def obstacle_influence(
     obstacle: tuple[float, float, float],
     ego: tuple[float, float],
@@ -33,7 +33,7 @@ def obstacle_influence(
     return size / (distance_weight * max(away, MIN_DISTANCE))
 
 
-@compiled
+@inlined
 def profile(
     s: float,
     l: float,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.dense.field import Cover, ObstacleField
 from planner.dense.gate import (
     closed_intervals,
@@ -95,7 +95,7 @@ def adaptive_waypoints(
     return Waypoints(s, l, count)
 
 
-@compiled
+@inlined
 def waypoint_counts(cost: FloatArray, gate: FloatArray, resolution: int) -> FloatArray:
     """One row of N: waypoints in each region; [Thesis] eq. 5.11, 5.12.
 
@@ -180,7 +180,7 @@ def fill_layers(
     return l, count
 
 
-@compiled
+@inlined
 def even_points(low: float, high: float, n: int) -> FloatArray:
     """Spread n points from `low` to `high`, ends included, (n,) [m]."""
     points = np.empty(n)
@@ -189,7 +189,7 @@ def even_points(low: float, high: float, n: int) -> FloatArray:
     return points
 
 
-@compiled
+@inlined
 def region_costs(
     s: float,
     edges: FloatArray,
@@ -219,7 +219,7 @@ def region_costs(
     return cost
 
 
-@compiled
+@inlined
 def region_points(edges: FloatArray, numbers: FloatArray) -> FloatArray:
     """Spread the given numbers of points evenly inside their regions [m]."""
     points = np.empty(int(numbers.sum()))

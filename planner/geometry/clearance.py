@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.states import FloatArray
 
 TURN_REACH = 5.0  # lever with which turning moves the discs, generously [m]
@@ -20,7 +20,7 @@ def point_to_rectangle(
     return math.sqrt(du * du + dw * dw)
 
 
-@compiled
+@inlined
 def _corner_to_segment(
     cu: float, cw: float, u0: float, w0: float, u1: float, w1: float
 ) -> float:
@@ -34,7 +34,7 @@ def _corner_to_segment(
     return math.sqrt(du * du + dw * dw)
 
 
-@compiled
+@inlined
 def _crosses(
     u0: float, w0: float, u1: float, w1: float, half_length: float, half_width: float
 ) -> bool:
@@ -52,7 +52,7 @@ def _crosses(
     return enter <= leave
 
 
-@compiled
+@inlined
 def segment_to_rectangle(
     u0: float, w0: float, u1: float, w1: float, half_length: float, half_width: float
 ) -> float:
@@ -89,7 +89,7 @@ def segment_to_rectangle(
     return nearest
 
 
-@compiled
+@inlined
 def span_clearance(
     points: FloatArray,
     poses: FloatArray,
@@ -173,7 +173,7 @@ def span_clearance(
     return nearest, hit
 
 
-@compiled
+@inlined
 def _in_frame(
     points: FloatArray, poses: FloatArray, b: int, i: int, disc: float
 ) -> tuple[float, float]:
@@ -184,7 +184,7 @@ def _in_frame(
     return dx * cos + dy * sin, dy * cos - dx * sin
 
 
-@compiled
+@inlined
 def gaps_to(
     points: FloatArray,
     poses: FloatArray,

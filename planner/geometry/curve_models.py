@@ -7,7 +7,7 @@ are tuples of pieces as `planner.geometry.curves` samples them.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.geometry.curves import Piece
 from planner.states import FloatArray, freeze
 
@@ -117,7 +117,7 @@ def lane_change_b_spline(length: float, shift: float, c: float) -> tuple[Piece, 
     return b_spline(points, LANE_CHANGE_KNOTS, CUBIC)
 
 
-@compiled
+@inlined
 def lane_change_points(
     length: float, c: float, start: tuple[float, float, float], end: float
 ) -> FloatArray:

@@ -8,7 +8,7 @@ the batched and the single transforms share.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.errors import OutsidePathDomainError
 from planner.geometry.pieces import IndexArray, point_at
 from planner.geometry.reference_path import ReferencePath, as_input
@@ -24,7 +24,7 @@ from planner.states import (
 DOMAIN_MARGIN = 1e-9
 
 
-@compiled
+@inlined
 def frenet_rates(
     l: float,
     road_curvature: float,
@@ -67,7 +67,7 @@ def frenet_rates(
     return s_dot, s_ddot, l_dot, l_ddot, l_prime, l_second
 
 
-@compiled
+@inlined
 def cartesian_rates(
     l: float,
     road_curvature: float,
@@ -98,7 +98,7 @@ def cartesian_rates(
     return cos_error, sin_error, curvature, speed, acceleration
 
 
-@compiled
+@inlined
 def frenet_point(
     knots: FloatArray,
     bins: IndexArray,
@@ -125,7 +125,7 @@ def frenet_point(
     return s_dot, s_ddot, l_dot, l_ddot, l_prime, l_second, inside
 
 
-@compiled
+@inlined
 def cartesian_point(
     knots: FloatArray,
     bins: IndexArray,

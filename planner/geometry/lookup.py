@@ -1,10 +1,10 @@
 """Linear interpolation in a table that is read in about its own order."""
 
-from planner.compiled import compiled
+from planner.compiled import inlined
 from planner.states import FloatArray
 
 
-@compiled
+@inlined
 def interpolate(
     x: FloatArray,
     shift: float,

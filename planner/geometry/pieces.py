@@ -11,7 +11,7 @@ on: otherwise numba counts references atomically, which costs more than the sums
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.states import FloatArray
 
 IndexArray = NDArray[np.int64]
@@ -26,7 +26,7 @@ MAX_TURN = 0.125  # [rad], of one piece by its curvature
 MAX_TURN_BY_RATE = 1.0 / 64.0  # [rad], of one piece by its curvature rate
 
 
-@compiled
+@inlined
 def advance(
     curvature: float, rate: float, u: float
 ) -> tuple[float, float, float, float]:
@@ -65,7 +65,7 @@ def advance(
     )
 
 
-@compiled
+@inlined
 def rotation(angle: float) -> tuple[float, float]:
     """Give (cos, sin) of an angle below 0.15 rad to the last digit, by series."""
     q = angle * angle
@@ -78,7 +78,7 @@ def rotation(angle: float) -> tuple[float, float]:
     return cos, sin
 
 
-@compiled
+@inlined
 def piece_index(knots: FloatArray, bins: IndexArray, s: float) -> int:
     """Find the piece of `knots` that holds arc length `s`; the ends are held."""
     last = knots.shape[0] - 2
@@ -90,7 +90,7 @@ def piece_index(knots: FloatArray, bins: IndexArray, s: float) -> int:
     return int(i)
 
 
-@compiled
+@inlined
 def follow(
     x: float,
     y: float,
@@ -112,7 +112,7 @@ def follow(
     )
 
 
-@compiled
+@inlined
 def point_at(
     knots: FloatArray, bins: IndexArray, s: float
 ) -> tuple[float, float, float, float, float, float, float]:
@@ -133,7 +133,7 @@ def point_at(
     return x, y, cos, sin, curvature + rate * u, rate, heading
 
 
-@compiled
+@inlined
 def curvature_at(knots: FloatArray, bins: IndexArray, s: float) -> float:
     """Give the curvature at `s` [1/m], as `point_at` does; 0 beyond both ends."""
     i = piece_index(knots, bins, s)
@@ -158,7 +158,7 @@ def points_at(knots: FloatArray, bins: IndexArray, s: FloatArray) -> FloatArray:
     return out
 
 
-@compiled
+@inlined
 def trace(knots: FloatArray, bins: IndexArray, s: FloatArray, out: FloatArray) -> None:
     """Evaluate the path at many arc lengths in about growing order, as `point_at` does.
 

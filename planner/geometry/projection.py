@@ -8,7 +8,7 @@ cannot hold the nearest point. In the blocks that are left, foot points lie wher
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.geometry.pieces import (
     COS,
     CURVATURE,
@@ -34,24 +34,65 @@ STEP_LIMIT = 60  # bisection alone needs 45 steps from 1 m
 TIE = 1e-9  # [m]; of feet equally near, the first along the path is taken
 HEADING_WEIGHT = 3.0  # [m], that a foot at a right angle counts as farther away
 
+EVERYWHERE = (-np.inf, np.inf)  # limits of s [m]
+NO_DIRECTION = (0.0, 0.0, 0.0)
+
 Foot = tuple[float, float, float, bool]  # cost [m], s [m], l [m], found
 
 
-@compiled
+@inlined
 def lead(knots: FloatArray, i: int, x: float, y: float) -> float:
     """Give how far a point lies ahead of knot `i`, along its tangent [m]."""
     dx, dy = x - knots[i, X], y - knots[i, Y]
     return float(dx * knots[i, COS] + dy * knots[i, SIN])
 
 
-@compiled
+@inlined
 def squared_distance(blocks: FloatArray, j: int, x: float, y: float) -> float:
     """Give the squared distance of a point from the middle of block `j` [m²]."""
     dx, dy = x - blocks[j, MIDDLE_X], y - blocks[j, MIDDLE_Y]
     return float(dx * dx + dy * dy)
 
 
-@compiled
+@inlined
+def newton_step(
+    x: float,
+    y: float,
+    cos: float,
+    sin: float,
+    curvature: float,
+    rate: float,
+    bracket: tuple[float, float, float],
+) -> tuple[tuple[float, float, float], float, float, float, bool]:
+    """Take one step of Newton's method to the foot of the origin on a piece.
+
+    The root sought is that of (p - r) . t, whose derivative is -(1 - kappa l).
+
+    Args:
+        x: Start of the piece, seen from the point to project [m].
+        y: See x [m].
+        cos: Direction of the piece at its start.
+        sin: See cos.
+        curvature: At the start [1/m].
+        rate: d(curvature)/ds [1/m²].
+        bracket: (least, greatest, present) arc length from the start [m].
+
+    Returns:
+        (the next bracket; l, cos_heading, sin_heading at the present place; whether the
+        next place is the foot).
+    """
+    low, high, u = bracket
+    px, py, foot_cos, foot_sin = follow(x, y, cos, sin, curvature, rate, u)
+    along = -px * foot_cos - py * foot_sin
+    l = px * foot_sin - py * foot_cos
+    slope = 1.0 - (curvature + rate * u) * l
+    low, high = (u, high) if along >= 0.0 else (low, u)
+    u += along / slope
+    u = u if (low <= u) & (u <= high) else 0.5 * (low + high)
+    return (low, high, u), l, foot_cos, foot_sin, abs(along) < STEP_DONE * slope
+
+
+@inlined
 def converge(
     x: float,
     y: float,
@@ -61,43 +102,56 @@ def converge(
     rate: float,
     bracket: tuple[float, float, float],
 ) -> tuple[float, float, float, float]:
-    """Find the foot of the origin on the piece that starts at (x, y).
-
-    Newton's method on (p - r) . t, whose derivative is -(1 - kappa l), kept inside a
-    bracket.
+    """Find the foot of the origin on a piece, kept inside a bracket.
 
     Args:
-        x: Start of the piece, seen from the point to project [m].
-        y: See x [m].
-        cos: Direction of the piece at its start.
-        sin: See cos.
-        curvature: At the start [1/m].
-        rate: d(curvature)/ds [1/m²].
+        x: As in `newton_step`, like the rest.
+        y: See x.
+        cos: See x.
+        sin: See x.
+        curvature: See x.
+        rate: See x.
         bracket: (least, greatest, first guess) of the arc length from the start [m].
 
     Returns:
         (u, l, cos_heading, sin_heading) of the foot, u from the start of the piece.
     """
-    low, high, u = bracket
     l, foot_cos, foot_sin = 0.0, 1.0, 0.0
-    along, slope, steps = np.inf, 1.0, 0
-    while abs(along) >= STEP_DONE * slope and steps < STEP_LIMIT:
+    done, steps = False, 0
+    while not done and steps < STEP_LIMIT:
         steps += 1
-        px, py, foot_cos, foot_sin = follow(x, y, cos, sin, curvature, rate, u)
-        along = -px * foot_cos - py * foot_sin
-        l = px * foot_sin - py * foot_cos
-        slope = 1.0 - (curvature + rate * u) * l
-        if along >= 0.0:
-            low = u
-        else:
-            high = u
-        u += along / slope
-        if not low <= u <= high:
-            u = 0.5 * (low + high)
-    return u, l, foot_cos, foot_sin
+        bracket, l, foot_cos, foot_sin, done = newton_step(
+            x, y, cos, sin, curvature, rate, bracket
+        )
+    return bracket[2], l, foot_cos, foot_sin
 
 
-@compiled
+@inlined
+def falling_piece(knots: FloatArray, start: int, stop: int, x: float, y: float) -> int:
+    """Find the piece on which the lead changes its sign, where it falls all along.
+
+    Args:
+        knots: Table of `pieces`.
+        start: First knot.
+        stop: Last knot.
+        x: Of the point, finite [m].
+        y: See x [m].
+
+    Returns:
+        The piece, -1 if there is none between the two knots.
+    """
+    ahead, behind = lead(knots, start, x, y), lead(knots, stop, x, y)
+    i = -1
+    if ahead >= 0.0 and behind < 0.0:
+        i = start + int((stop - start) * (ahead / (ahead - behind)))
+        while lead(knots, i, x, y) < 0.0:
+            i -= 1
+        while lead(knots, i + 1, x, y) >= 0.0:
+            i += 1
+    return i
+
+
+@inlined
 def foot_in_piece(
     knots: FloatArray, i: int, x: float, y: float
 ) -> tuple[float, float, float, float]:
@@ -116,7 +170,7 @@ def foot_in_piece(
     return start + u, l, cos, sin
 
 
-@compiled
+@inlined
 def better_of(
     best: Foot,
     candidate: tuple[float, float, float, float],
@@ -132,7 +186,7 @@ def better_of(
     return best
 
 
-@compiled
+@inlined
 def better_foot_in_block(
     knots: FloatArray,
     blocks: FloatArray,
@@ -146,20 +200,12 @@ def better_foot_in_block(
     """Compare the feet in block `j` with the best one so far."""
     start = j * PIECES_PER_BLOCK
     stop = min(start + PIECES_PER_BLOCK, knots.shape[0] - 1)
-    along, along_stop = lead(knots, start, x, y), lead(knots, stop, x, y)
     farthest = np.sqrt(squared_distance(blocks, j, x, y)) + blocks[j, HALF_LENGTH]
     if farthest * blocks[j, SHARPEST] < 1.0:
         # 1 - kappa l > 0 all along: the lead falls and changes its sign at most once
-        if along < 0.0 or along_stop >= 0.0:
-            stop = start
-        else:
-            start += int((stop - start) * (along / (along - along_stop)))
-            while lead(knots, start, x, y) < 0.0:
-                start -= 1
-            while lead(knots, start + 1, x, y) >= 0.0:
-                start += 1
-            stop = start + 1
-            along = 0.0
+        piece = falling_piece(knots, start, stop, x, y)
+        start, stop = (piece, piece + 1) if piece >= 0 else (0, 0)
+    along = lead(knots, start, x, y)
     for i in range(start, stop):
         along_next = lead(knots, i + 1, x, y)
         if along >= 0.0 and along_next < 0.0:
@@ -169,7 +215,7 @@ def better_foot_in_block(
     return best
 
 
-@compiled
+@inlined
 def foot_on_extensions(
     knots: FloatArray,
     x: float,
@@ -198,7 +244,7 @@ def foot_on_extensions(
     return best
 
 
-@compiled
+@inlined
 def foot_within(
     knots: FloatArray,
     bins: IndexArray,
@@ -239,7 +285,7 @@ def foot_within(
     return best
 
 
-@compiled
+@inlined
 def foot(
     knots: FloatArray,
     bins: IndexArray,
@@ -255,8 +301,7 @@ def foot(
     """
     _, s, l, found = foot_within(knots, bins, blocks, x, y, limits, direction)
     if not found:
-        everywhere = (-np.inf, np.inf)
-        _, s, l, found = foot_within(knots, bins, blocks, x, y, everywhere, direction)
+        _, s, l, found = foot_within(knots, bins, blocks, x, y, EVERYWHERE, direction)
     if not found:
         return np.nan, np.nan
     return s, l
@@ -275,8 +320,7 @@ def feet(
 ) -> tuple[FloatArray, FloatArray]:
     """Project many points; an empty `near` or `heading` stands for none."""
     s, l = np.empty(x.size), np.empty(x.size)
-    limits = (-np.inf, np.inf)
-    direction = (0.0, 0.0, 0.0)
+    limits, direction = EVERYWHERE, NO_DIRECTION
     for i in range(x.size):
         if near.size > 0:
             limits = (near[i] - reach, near[i] + reach)

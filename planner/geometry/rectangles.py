@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.errors import InvalidInputError
 from planner.states import FloatArray, freeze
 
@@ -158,7 +158,7 @@ def _require_bodies(rows: FloatArray) -> None:
         raise InvalidInputError(f"length, width, radius must be >= 0, got {rows}")
 
 
-@compiled
+@inlined
 def _outside_box(dx: float, dy: float, half_length: float, half_width: float) -> float:
     """Give the squared distance of a point from an upright box about the origin."""
     ex = max(abs(dx) - half_length, 0.0)
@@ -166,7 +166,7 @@ def _outside_box(dx: float, dy: float, half_length: float, half_width: float) ->
     return ex * ex + ey * ey
 
 
-@compiled
+@inlined
 def _nearest_corner(
     dx: float,
     dy: float,
@@ -188,7 +188,7 @@ def _nearest_corner(
     )
 
 
-@compiled
+@inlined
 def core_distance(
     dx: float,
     dy: float,
@@ -242,7 +242,7 @@ def core_distance(
     return float(np.sqrt(squared))
 
 
-@compiled
+@inlined
 def _rounded_distance(a: FloatArray, b: FloatArray) -> float:
     """Give the distance of two rows of the packed table [m]."""
     core = core_distance(
@@ -267,14 +267,14 @@ def _distances(one: FloatArray, many: FloatArray) -> FloatArray:
     return out
 
 
-@compiled
+@inlined
 def _turn(before: float, after: float) -> float:
     """Give the shorter turn between two headings [rad]."""
     full = 2.0 * np.pi
     return (after - before + np.pi) % full - np.pi
 
 
-@compiled
+@inlined
 def swept_contact(
     a_before: FloatArray, a_after: FloatArray, b_before: FloatArray, b_after: FloatArray
 ) -> bool:

@@ -7,13 +7,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from planner.geometry.batch_projection import feet_on_whole_path
 from planner.geometry.pieces import IndexArray, point_at, points_at
-from planner.geometry.projection import feet, foot, search_tables
+from planner.geometry.projection import (
+    EVERYWHERE,
+    NO_DIRECTION,
+    feet,
+    foot,
+    search_tables,
+)
 from planner.geometry.segments import Knots, Segment, knot_table, knots_of_segments
 from planner.states import FloatArray, freeze
 
-EVERYWHERE = (-float("inf"), float("inf"))
-NO_DIRECTION = (0.0, 0.0, 0.0)
 EMPTY = freeze(())
 
 
@@ -161,14 +166,17 @@ class ReferencePath:
             positive to the left [m].
         """
         shape = np.shape(x)
-        s, l = feet(
-            *self.table,
-            as_input(x),
-            as_input(y),
-            EMPTY if near is None else _spread(near, shape),
-            float(reach),
-            EMPTY if heading is None else _spread(heading, shape),
-        )
+        if near is None and heading is None:
+            s, l = feet_on_whole_path(*self.table, as_input(x), as_input(y))
+        else:
+            s, l = feet(
+                *self.table,
+                as_input(x),
+                as_input(y),
+                EMPTY if near is None else _spread(near, shape),
+                float(reach),
+                EMPTY if heading is None else _spread(heading, shape),
+            )
         return s.reshape(shape), l.reshape(shape)
 
     def project_one(

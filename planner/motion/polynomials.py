@@ -6,12 +6,12 @@ Coefficients stand lowest order first on the last axis. Time runs from 0 to T.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.errors import InvalidInputError
 from planner.states import FloatArray
 
 
-@compiled
+@inlined
 def quintic_coefficients(
     p0: float, v0: float, a0: float, p1: float, v1: float, a1: float, T: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -43,7 +43,7 @@ def quintic_coefficients(
     )
 
 
-@compiled
+@inlined
 def quartic_coefficients(
     p0: float, v0: float, a0: float, v1: float, a1: float, T: float
 ) -> tuple[float, float, float, float, float]:

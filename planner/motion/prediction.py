@@ -8,12 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.compiled import compiled, inlined
 from planner.geometry.pieces import curvature_at, point_at
-from planner.geometry.projection import foot
+from planner.geometry.projection import EVERYWHERE, NO_DIRECTION, foot
 from planner.geometry.reference_path import (
-    EVERYWHERE,
-    NO_DIRECTION,
     PathTable,
     ReferencePath,
     as_input,
@@ -158,7 +156,7 @@ def roll_out(
     return out
 
 
-@compiled
+@inlined
 def follow_road(
     path: PathTable,
     v: int,
@@ -200,7 +198,7 @@ def follow_road(
         out[4, v, i] = l
 
 
-@compiled
+@inlined
 def go_straight(
     path: PathTable,
     v: int,

@@ -188,3 +188,21 @@ def test_not_a_number_stays_not_a_number():
     assert np.isnan(s).tolist() == [False, True]
     assert np.isnan(l).tolist() == [False, True]
     assert math.isnan(float(U_TURN.at(math.nan).x))
+
+
+@pytest.mark.parametrize("width", [3.0, 30.0, 300.0])
+@pytest.mark.parametrize(
+    "path",
+    [ReferencePath.from_segments(ROAD), U_TURN, EIGHT, CROSSING],
+    ids=["road", "u_turn", "eight", "crossing"],
+)
+def test_many_points_at_once_have_the_feet_of_each_to_the_last_digit(path, width):
+    rng = np.random.default_rng(5)
+    s = rng.uniform(-30.0, path.length + 30.0, 1000)
+    x, y = beside(path, s, rng.uniform(-width, width, s.size))
+    x[100], y[200], x[300], y[300] = np.nan, np.inf, -np.inf, np.inf
+    ends = path.at(np.array([0.0, path.length]))
+    x[:2], y[:2] = ends.x, ends.y
+    found = np.stack(path.project(x, y))
+    each = np.array([path.project_one(*point) for point in zip(x, y, strict=True)])
+    np.testing.assert_array_equal(found, each.T)
