@@ -58,7 +58,7 @@ def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
     Returns:
         The bodies; a prediction that ends early is held, one without columns stands.
     """
-    fixed, moving = scene.obstacles, scene.vehicles
+    fixed, moving, ego = scene.obstacles, scene.vehicles, scene.ego_frenet
     ahead = moving.prediction if moving.prediction.x.shape[1] else _standing(scene)
     table = _gather(
         scene.path.table,
@@ -67,17 +67,9 @@ def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
         (ahead.x, ahead.y, ahead.heading, ahead.s, ahead.l),
         (step or scene.step) / ahead.step,
         n_steps,
+        (ego.s - scene.vehicle.rear_overhang, ego.l, scene.vehicle.width / 2.0),
     )
-    poses, s, l, speed, extents, size, stride, spin = table
-    follower = _followers(
-        s,
-        l,
-        extents,
-        len(fixed.ids),
-        scene.ego_frenet.s - scene.vehicle.rear_overhang,
-        scene.ego_frenet.l,
-        scene.vehicle.width / 2.0,
-    )
+    poses, s, l, speed, extents, size, stride, spin, follower = table
     return Bodies(
         (*fixed.ids, *moving.ids),
         poses,
@@ -102,7 +94,8 @@ def _gather(
     ahead: tuple[FloatArray, ...],
     ratio: float,
     n_steps: int,
-) -> tuple[FloatArray, ...]:
+    ego: tuple[float, float, float],
+) -> tuple[*tuple[FloatArray, ...], BoolArray]:
     """Fill the columns of `Bodies` from those of obstacles and predicted vehicles.
 
     Args:
@@ -112,9 +105,10 @@ def _gather(
         ahead: x, y, heading, s, l, (n_moving, columns).
         ratio: Columns in one step.
         n_steps: Wanted.
+        ego: s of its rear, l, and half its width [m].
 
     Returns:
-        (poses, s, l, speed, extents, size, stride, spin).
+        (poses, s, l, speed, extents, size, stride, spin, follower).
     """
     x, y, heading, length, width, radius = fixed
     speed_now, moving_length, moving_width = moving
@@ -144,7 +138,8 @@ def _gather(
     size = np.empty(n)
     for b in range(n):
         size[b] = math.hypot(extents[b, 0], extents[b, 1]) + extents[b, 2]
-    return poses, s, l, speed, extents, size, stride, spin
+    follower = _followers(s, l, extents, n_fixed, ego)
+    return poses, s, l, speed, extents, size, stride, spin, follower
 
 
 @inlined
@@ -192,17 +187,16 @@ def _overlaps(
     return bool(abs(l[b, 0] - ego_l) < reach)
 
 
-@compiled
+@inlined
 def _followers(
     s: FloatArray,
     l: FloatArray,
     extents: FloatArray,
     n_static: int,
-    rear: float,
-    ego_l: float,
-    half_width: float,
+    ego: tuple[float, float, float],
 ) -> BoolArray:
     """Tell which bodies are vehicles behind the ego in its corridor."""
+    rear, ego_l, half_width = ego
     follower = np.zeros(s.shape[0], np.bool_)
     for b in range(n_static, s.shape[0]):
         behind = s[b, 0] + extents[b, 0] + extents[b, 2] < rear + 0.5

@@ -32,9 +32,8 @@ def _all_usable(scene: Scene) -> bool:
     """Look at all arrays at once; `_odd_array` says which one is odd."""
     fixed, moving, road = scene.obstacles, scene.vehicles, scene.road
     ahead = moving.prediction
-    return _finite(
-        (fixed.x, fixed.y, fixed.heading, fixed.length, fixed.width, fixed.radius)
-    ) and _usable(
+    return _usable(
+        (fixed.x, fixed.y, fixed.heading, fixed.length, fixed.width, fixed.radius),
         (moving.x, moving.y, moving.heading, moving.speed, moving.acceleration),
         (moving.length, moving.width, road.left, road.right),
         (ahead.x, ahead.y, ahead.heading),
@@ -54,6 +53,7 @@ def _finite(arrays: tuple[FloatArray, ...]) -> bool:
 
 @compiled
 def _usable(
+    fixed: tuple[FloatArray, ...],
     moving: tuple[FloatArray, ...],
     rest: tuple[FloatArray, ...],
     ahead: tuple[FloatArray, ...],
@@ -64,7 +64,8 @@ def _usable(
     for array in places:
         for value in array.flat:
             nowhere += 1 if np.isnan(value) else 0
-    return bool(nowhere == 0 and _finite(moving) and _finite(rest) and _finite(ahead))
+    finite = _finite(fixed) and _finite(moving) and _finite(rest) and _finite(ahead)
+    return bool(nowhere == 0 and finite)
 
 
 def _odd_array(scene: Scene) -> str | None:

@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.compiled import compiled, inlined
+from planner.compiled import inlined
 from planner.cruise import costs
 from planner.cruise.costs import N_TERMS, SAFETY, TERMS, convolve
-from planner.cruise.evaluation import Evaluation
 from planner.cruise.feasibility import Check
 from planner.cruise.settings import CruiseSettings, Normalisation, SafetyTerm
 from planner.states import FloatArray, IntArray
@@ -18,6 +17,8 @@ N_CHECKS = len(Check)
 PASSED = int(Check.PASSED)
 COLLISION = int(Check.COLLISION)
 WITHOUT_MEMORY = np.array([float(name != "consistency") for name in TERMS])
+
+Columns = tuple[FloatArray, FloatArray, bool, FloatArray, bool]  # of a `Pricing`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,10 +47,8 @@ class Pricing:
             term is SafetyTerm.BINARY_CONVOLUTION,
         )
 
-    def columns(
-        self, *, remembers: bool
-    ) -> tuple[FloatArray, FloatArray, bool, FloatArray, bool]:
-        """Give the arguments of `choose`; consistency needs a last plan."""
+    def columns(self, *, remembers: bool) -> Columns:
+        """Give what `choose` reads; consistency needs a last plan."""
         weights = self.weights if remembers else self.weights * WITHOUT_MEMORY
         return weights, self.scales, self.per_cycle, self.kernel, self.binary
 
@@ -64,29 +63,26 @@ class Choice(NamedTuple):
     raw: FloatArray  # the same without weights and scales, (8,)
 
 
-@compiled
+@inlined
 def choose(
-    found: Evaluation,
-    weights: FloatArray,
-    scales: FloatArray,
-    per_cycle: bool,  # noqa: FBT001 - constants of the planner
-    kernel: FloatArray,
-    binary: bool,  # noqa: FBT001
+    verdict: IntArray, hit_size: FloatArray, terms: FloatArray, pricing: Columns
 ) -> Choice:
     """Make the terms comparable, add them up and take the least.
 
     Args:
-        found: Verdicts and raw terms; the safety is overwritten if by convolution.
-        weights: As in `Pricing`, like the rest.
-        scales: See weights.
-        per_cycle: See weights.
-        kernel: See weights.
-        binary: See weights.
+        verdict: The `Check` that removed each candidate, (n_profiles, n_offsets).
+        hit_size: Radius of the largest body that each hits, 0 if none, in the same
+            shape [m].
+        terms: Raw ones, (n_profiles, 8, n_offsets); the safety is overwritten if it is
+            one by convolution.
+        pricing: Columns of the `Pricing`.
     """
-    terms, verdict = found.terms, found.verdict
+    weights, scales, per_cycle, kernel, binary = pricing
     n = verdict.shape[1]
     if kernel.size > 0:
-        terms[:, SAFETY] = convolve(found.hit_size, kernel, binary)
+        safety = convolve(hit_size, kernel, binary)
+        for k in range(verdict.size):
+            terms[k // n, SAFETY, k % n] = safety[k // n, k % n]
     factor = np.empty(N_TERMS)
     for t in range(N_TERMS):
         scale = scales[t]
@@ -105,10 +101,11 @@ def choose(
             best, least = k, total
         if check in (PASSED, COLLISION) and total < least_of_all:
             cheapest, least_of_all = k, total
-    raw = np.zeros(N_TERMS)
-    if best >= 0:
-        raw[:] = terms[best // n, :, best % n]
-    return Choice(best, cheapest, counts, factor * raw, raw)
+    raw, weighted = np.zeros(N_TERMS), np.zeros(N_TERMS)
+    for t in range(N_TERMS if best >= 0 else 0):
+        raw[t] = terms[best // n, t, best % n]
+        weighted[t] = factor[t] * raw[t]
+    return Choice(best, cheapest, counts, weighted, raw)
 
 
 @inlined

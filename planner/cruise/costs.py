@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from planner.compiled import compiled, inlined
+from planner.compiled import inlined
 from planner.cruise.settings import SafetyTerm
 from planner.geometry.lookup import interpolate
 from planner.states import FloatArray
@@ -126,7 +126,7 @@ def convolve(
     return out
 
 
-@compiled
+@inlined
 def speed_deviation(
     s: FloatArray, s_dot: FloatArray, s_grid: FloatArray, v_grid: FloatArray
 ) -> FloatArray:

@@ -7,10 +7,9 @@ import numpy as np
 
 from planner.bodies import Bodies, bodies_of, leader_of
 from planner.compiled import compiled
-from planner.cruise import costs, sampling
-from planner.cruise.feasibility import TOLERANCE, Check, Limits, road_excess
+from planner.cruise import sampling
+from planner.cruise.feasibility import TOLERANCE, Limits, road_excess
 from planner.cruise.motion import (
-    N_ROWS,
     Ground,
     Lateral,
     Tracks,
@@ -19,21 +18,13 @@ from planner.cruise.motion import (
 from planner.cruise.settings import CruiseSettings, LateralMotion
 from planner.cruise.surroundings import Surroundings
 from planner.geometry.clearance import gaps_to
-from planner.geometry.pieces import point_at
+from planner.geometry.pieces import curvature_at
 from planner.scene import Scene
 from planner.states import BoolArray, FloatArray, IntArray, Trajectory
 
 CAPSULE_DISCS = 33  # 0.1 m apart: their hull waves by less than the tolerance
 TOUCH_TOLERANCE = 2e-3  # by which a gap below the margin may still shrink [m]
 STANDING = 0.5  # a slower vehicle is one to steer round [m/s]
-REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
-SPEED_EXCESS = 0.5  # over the largest speed that a profile may have [m/s]
-
-# Plain numbers: numba compiles these in.
-PASSED = int(Check.PASSED)
-REVERSING = int(Check.REVERSING)
-SPEED = int(Check.SPEED)
-STOP_LINE = int(Check.STOP_LINE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,10 +52,9 @@ class Cycle:
             scene, settings, speed_ahead, leader_of(scene, bodies)
         )
         limits = _limits(scene, settings)
-        ego, s = scene.ego_frenet, profiles.motion[:, 0]
-        span = (ego.s, float(s[:, -1].max()))
+        ego = scene.ego_frenet
         offsets = sampling.terminal_offsets(
-            scene.road, span, limits.half_width, settings
+            scene.road, (ego.s, profiles.farthest), limits.half_width, settings
         )
         over_time = settings.lateral_motion is LateralMotion.TIME
         first, second = (
@@ -81,7 +71,7 @@ class Cycle:
         table, road = scene.path.table, scene.road
         return cls(
             bodies,
-            _tracks(scene, profiles),
+            profiles.tracks,
             lateral,
             limits,
             Ground(
@@ -95,8 +85,8 @@ class Cycle:
                 scene.vehicle.front_reach,
             ),
             _surroundings(scene, settings, bodies),
-            costs.speed_deviation(s, profiles.motion[:, 1], *speed_ahead),
-            profiles.count.size
+            profiles.speed_term,
+            profiles.speed_term.size
             * max(sampling.full_grid_size(settings) - offsets.size, 0),
             last,
         )
@@ -122,20 +112,13 @@ def _limits(scene: Scene, settings: CruiseSettings) -> Limits:
     front = vehicle.front_reach if whole_body else 0.0
     rear = vehicle.rear_overhang if whole_body else 0.0
     half_width = vehicle.width / 2.0 + settings.road_margin
-    at, table = scene.ego_frenet, scene.path.table
-    curvature = point_at(table.knots, table.bins, at.s)[4]
-    error = math.atan2(at.l_prime, 1.0 - curvature * at.l)
-    left, right = scene.road.at(np.array(at.s))
-    excess = road_excess(
-        at.l,
-        math.cos(error),
-        math.sin(error),
-        curvature,
-        float(left),
-        float(right),
-        front,
-        rear,
-        half_width,
+    at, table, road = scene.ego_frenet, scene.path.table, scene.road
+    excess = _excess_now(
+        (at.s, at.l, at.l_prime),
+        table.knots,
+        table.bins,
+        (road.s, road.left, road.right),
+        (front, rear, half_width),
     )
     return Limits(
         max(own.max_acceleration, ego.acceleration) + TOLERANCE,
@@ -150,10 +133,30 @@ def _limits(scene: Scene, settings: CruiseSettings) -> Limits:
     )
 
 
-def front_limit(scene: Scene) -> float:
-    """Arc length that the front must not pass: a line just passed asks to stand."""
-    here = scene.ego_frenet.s + scene.vehicle.front_reach
-    return max(min(scene.stop_lines, default=math.inf), here + TOLERANCE)
+@compiled
+def _excess_now(
+    ego: tuple[float, float, float],
+    knots: FloatArray,
+    bins: IntArray,
+    road: tuple[FloatArray, FloatArray, FloatArray],
+    body: tuple[float, float, float],
+) -> float:
+    """How far the ego reaches over the road's edge now; negative inside [m].
+
+    Args:
+        ego: s, l and dl/ds.
+        knots: Table of the path.
+        bins: Its look-up.
+        road: Arc lengths, left and right bounds, (n,) [m].
+        body: To its front and rear from the axle, and half its width [m].
+    """
+    s, l, slope = ego
+    curvature = curvature_at(knots, bins, s)
+    error = math.atan2(slope, 1.0 - curvature * l)
+    right, left = sampling.lateral_room(road, (s, s))
+    front, rear, half_width = body
+    cos, sin = math.cos(error), math.sin(error)
+    return road_excess(l, cos, sin, curvature, left, right, front, rear, half_width)
 
 
 def _allowed_excess(excess: float, road_margin: float) -> float:
@@ -165,43 +168,6 @@ def _allowed_excess(excess: float, road_margin: float) -> float:
     if excess < -road_margin:
         return TOLERANCE
     return max(excess, 0.0) + road_margin + TOLERANCE
-
-
-def _tracks(scene: Scene, profiles: sampling.Profiles) -> Tracks:
-    """Make the tracks; what lies under them is filled in where they are evaluated."""
-    rows, dropped = _lay_out(
-        profiles.motion,
-        profiles.count,
-        profiles.slowest,
-        profiles.fastest,
-        max(scene.vehicle.limits.max_speed, scene.ego_frenet.s_dot) + SPEED_EXCESS,
-        front_limit(scene) - scene.vehicle.front_reach,
-    )
-    return Tracks(rows, profiles.duration, profiles.count, profiles.jerk, dropped)
-
-
-@compiled
-def _lay_out(
-    motion: FloatArray,
-    count: IntArray,
-    slowest: FloatArray,
-    fastest: FloatArray,
-    max_speed: float,
-    stop_at: float,
-) -> tuple[FloatArray, IntArray]:
-    """Make rows for the tracks, and find profiles that no lateral motion can mend."""
-    n, _, n_steps = motion.shape
-    rows, dropped = np.empty((n, N_ROWS, n_steps)), np.empty(n, np.int64)
-    for p in range(n):
-        rows[p, :4] = motion[p]
-        dropped[p] = PASSED
-        if motion[p, 0, count[p] - 1] > stop_at:
-            dropped[p] = STOP_LINE
-        if fastest[p] > max_speed:
-            dropped[p] = SPEED
-        if slowest[p] < -REVERSE_TOLERANCE:
-            dropped[p] = REVERSING
-    return rows, dropped
 
 
 def disc_cover(

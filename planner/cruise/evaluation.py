@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.compiled import compiled, inlined
+from planner.cruise.choice import Choice, Columns, choose
 from planner.cruise.costs import (
     CONSISTENCY,
     DEAD_END,
@@ -37,6 +38,7 @@ from planner.cruise.motion import (
     Lateral,
     S,
     Tracks,
+    candidate_motion,
     fill_basis,
     lateral_length,
     lay_ground,
@@ -49,12 +51,12 @@ PASSED = int(Check.PASSED)
 
 
 class Evaluation(NamedTuple):
-    """What is known about all candidates; (n_profiles, n_offsets) each."""
+    """What is known about all candidates, and the one that is chosen."""
 
-    verdict: IntArray  # the `Check` that removed it
-    blocker: IntArray  # first body in time that it hits, or -1
-    hit_size: FloatArray  # radius of the largest body that it hits [m]
-    terms: FloatArray  # raw cost terms, (n_profiles, 8, n_offsets)
+    verdict: IntArray  # the `Check` that removed each, (n_profiles, n_offsets)
+    blocker: IntArray  # first body in time that each hits, or -1, in the same shape
+    choice: Choice
+    motion: FloatArray  # of the chosen one, as `candidate_motion`; (9, 0) without one
 
 
 @compiled
@@ -65,8 +67,9 @@ def evaluate(
     ground: Ground,
     around: Surroundings,
     speed_term: FloatArray,
+    pricing: Columns,
 ) -> Evaluation:
-    """Check and price all candidates.
+    """Check and price all candidates, and choose one.
 
     Args:
         tracks: Profiles; the rows of the ground under them are filled here.
@@ -75,10 +78,7 @@ def evaluate(
         ground: Path, road and last plan.
         around: Bodies.
         speed_term: Price of each profile's speed, (n_profiles,).
-
-    Returns:
-        Verdicts, hits and cost terms. Terms of candidates that violate a limit mean
-        nothing.
+        pricing: Weights and scales, columns of the `Pricing`.
     """
     rows, n = tracks.rows, lateral.offsets.size
     n_profiles, n_steps = rows.shape[0], rows.shape[2]
@@ -119,7 +119,12 @@ def evaluate(
                 hit_size[p],
                 own[SAFETY],
             )
-    return Evaluation(verdict, hits[:, 0], hit_size, terms)
+    choice = choose(verdict, hit_size, terms, pricing)
+    motion = np.empty((9, 0))
+    if choice.best >= 0:
+        offset = lateral.offsets[choice.best % n]
+        motion = candidate_motion(choice.best // n, offset, tracks, lateral)
+    return Evaluation(verdict, hits[:, 0], choice, motion)
 
 
 @inlined

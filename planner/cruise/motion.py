@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.compiled import compiled, inlined
+from planner.compiled import inlined
 from planner.cruise.feasibility import lateral_at, lateral_quintic
 from planner.geometry.frenet import cartesian_rates
 from planner.geometry.lookup import interpolate
@@ -138,7 +138,7 @@ def fill_basis(
         basis[UNIT_JERK, i] = jerk
 
 
-@compiled
+@inlined
 def candidate_motion(
     p: int, offset: float, tracks: Tracks, lateral: Lateral
 ) -> FloatArray:

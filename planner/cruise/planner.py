@@ -6,11 +6,12 @@ from functools import partial
 from planner.bodies import touched_by
 from planner.cruise import costs
 from planner.cruise.alternatives import alternatives_of
-from planner.cruise.choice import Choice, Pricing, choose
+from planner.cruise.choice import Pricing
 from planner.cruise.costs import JERK, OFFSET
-from planner.cruise.cycle import Cycle, disc_cover, front_limit
+from planner.cruise.cycle import Cycle, disc_cover
 from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
+from planner.cruise.sampling import front_limit
 from planner.cruise.settings import CruiseSettings
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
@@ -56,20 +57,21 @@ class CruisePlanner:
             cycle.ground,
             cycle.around,
             cycle.speed_term,
+            self._pricing.columns(remembers=last is not None),
         )
-        choice = choose(found, *self._pricing.columns(remembers=last is not None))
-        stats = _statistics(cycle, found, choice)
+        stats = _statistics(cycle, found)
         looked_at = partial(alternatives_of, cycle, found.verdict.ravel())
-        if choice.best < 0:
+        if found.choice.best < 0:
             instead = _fall_back(scene, self.settings, cycle, stats)
             return replace(instead, alternatives=looked_at)
-        trajectory = cycle.trajectory(choice.best)
+        trajectory = Trajectory.from_rows(found.motion)
         memory_now = CruiseMemory(trajectory)
         return PlanResult(PlanStatus.OK, trajectory, memory_now, stats, looked_at)
 
 
-def _statistics(cycle: Cycle, found: Evaluation, choice: Choice) -> PlanStats:
+def _statistics(cycle: Cycle, found: Evaluation) -> PlanStats:
     """Say what became of the candidates and what the chosen one costs."""
+    choice = found.choice
     counts = choice.counts.tolist()
     removed = {
         name: counts[check] for check, name in CHECK_NAMES.items() if counts[check]

@@ -1,14 +1,16 @@
 """Longitudinal profiles and lateral targets: what the candidates are made of."""
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.bodies import Leader
-from planner.compiled import compiled
-from planner.cruise.feasibility import STRAIGHT, squared_jerk
+from planner.compiled import compiled, inlined
+from planner.cruise.costs import speed_deviation
+from planner.cruise.feasibility import STRAIGHT, TOLERANCE, Check, squared_jerk
+from planner.cruise.motion import N_ROWS, S_DDDOT, S_DDOT, S_DOT, S, Tracks
 from planner.cruise.settings import CruiseSettings
 from planner.geometry.lookup import interpolate
 from planner.geometry.pieces import curvature_at
@@ -20,23 +22,29 @@ PREVIEW = 90.0  # how far ahead the road sets the speed: 20 m/s stop at 2.2 m/s�
 PREVIEW_STEP = 1.0  # [m]
 SLOW = 3.0  # below it the ego may also creep [m/s]
 SAME = 1e-9  # share of the lateral step by which an offset may miss a multiple [-]
+REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
+SPEED_EXCESS = 0.5  # over the largest speed that a profile may have [m/s]
 EMPTY = freeze(())
 
+# Plain numbers: numba compiles these in.
+PASSED = int(Check.PASSED)
+REVERSING = int(Check.REVERSING)
+SPEED = int(Check.SPEED)
+STOP_LINE = int(Check.STOP_LINE)
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Profiles:
+Columns = tuple[FloatArray, FloatArray, IntArray, FloatArray, IntArray]  # of `Tracks`
+
+
+class Profiles(NamedTuple):
     """Longitudinal motions.
 
-    After its manoeuvre a profile goes on at its terminal speed. Points from `count`
+    After its manoeuvre a profile goes on at its terminal speed. Points from `n_valid`
     on are padding.
     """
 
-    motion: FloatArray  # (n_profiles, 4, n_steps): s [m] and its three derivatives
-    duration: FloatArray  # of the manoeuvre, (n_profiles,) [s]
-    count: IntArray  # valid points, (n_profiles,)
-    jerk: FloatArray  # integral of squared jerk, (n_profiles,) [m²/s⁵]
-    slowest: FloatArray  # smallest s_dot, (n_profiles,) [m/s]
-    fastest: FloatArray  # largest s_dot, (n_profiles,) [m/s]
+    tracks: Tracks  # what lies under them is filled in where they are evaluated
+    speed_term: FloatArray  # price of each one's speed, (n_profiles,) [-]
+    farthest: float  # largest s at their ends [m]
 
 
 def reference_speed(
@@ -113,32 +121,60 @@ def terminal_offsets(
     Returns:
         Offsets in growing order, (n,) [m].
     """
-    step = settings.lateral_step
-    low, high = _lateral_room(road.s, road.left, road.right, *s)
-    high = min(settings.lateral_limit, high - half_width)
-    low = max(-settings.lateral_limit, low + half_width)
-    first, last = math.ceil(low / step - SAME), math.floor(high / step + SAME)
-    offsets = [step * k for k in range(first, last + 1)]
-    if settings.edge_offsets and low < high:
-        offsets = sorted({low, *offsets, high})
-    return np.array(offsets, dtype=np.float64)
+    return _offsets(
+        (road.s, road.left, road.right),
+        s,
+        half_width,
+        settings.lateral_limit,
+        settings.lateral_step,
+        settings.edge_offsets,
+    )
 
 
 @compiled
-def _lateral_room(
-    road_s: FloatArray,
-    road_left: FloatArray,
-    road_right: FloatArray,
-    begin: float,
-    end: float,
+def _offsets(
+    road: tuple[FloatArray, FloatArray, FloatArray],
+    s: tuple[float, float],
+    half_width: float,
+    limit: float,
+    step: float,
+    with_edges: bool,  # noqa: FBT001 - a constant of the planner
+) -> FloatArray:
+    """Give the offsets of `terminal_offsets`; none twice."""
+    low, high = lateral_room(road, s)
+    high = min(limit, high - half_width)
+    low = max(-limit, low + half_width)
+    first, last = math.ceil(low / step - SAME), math.floor(high / step + SAME)
+    edges = 2 if with_edges and low < high else 0
+    offsets = np.empty(max(last - first + 1, 0) + edges)
+    for k in range(offsets.size - edges):
+        offsets[k] = step * (first + k)
+    if edges > 0:
+        offsets[-2], offsets[-1] = low, high
+        offsets = np.unique(offsets)
+    return offsets
+
+
+@inlined
+def lateral_room(
+    road: tuple[FloatArray, FloatArray, FloatArray], s: tuple[float, float]
 ) -> tuple[float, float]:
-    """Widest bounds (lowest right one, highest left one) between two places [m]."""
-    ends, left, right = np.array((begin, end)), np.empty(2), np.empty(2)
+    """Widest bounds between two places.
+
+    Args:
+        road: Arc lengths, left and right bounds, (n,) [m].
+        s: First and last place [m].
+
+    Returns:
+        (lowest right one, highest left one) [m].
+    """
+    road_s, road_left, road_right = road
+    ends, left, right = np.array(s), np.empty(2), np.empty(2)
     interpolate(ends, 0.0, road_s, road_left, left)
     interpolate(ends, 0.0, road_s, road_right, right)
     low, high = min(right[0], right[1]), max(left[0], left[1])
     for i in range(road_s.size):
-        if begin < road_s[i] < end:
+        if s[0] < road_s[i] < s[1]:
             low, high = min(low, road_right[i]), max(high, road_left[i])
     return low, high
 
@@ -147,6 +183,12 @@ def full_grid_size(settings: CruiseSettings) -> int:
     """Count the offsets on a road wider than the limit; 21 in [Thesis] ch. 4."""
     n = 2 * int(settings.lateral_limit / settings.lateral_step + 1e-9) + 1
     return n + 2 if settings.edge_offsets else n
+
+
+def front_limit(scene: Scene) -> float:
+    """Arc length that the front must not pass: a line just passed asks to stand."""
+    here = scene.ego_frenet.s + scene.vehicle.front_reach
+    return max(min(scene.stop_lines, default=math.inf), here + TOLERANCE)
 
 
 def stop_target(scene: Scene, settings: CruiseSettings) -> float | None:
@@ -170,20 +212,24 @@ def longitudinal_profiles(
     Quartics to fractions of the speed that the road allows, quintics to a stand at
     the stop line, quintics to the following distance behind the leader.
     """
-    ego = scene.ego_frenet
+    ego, vehicle = scene.ego_frenet, scene.vehicle
     stop = stop_target(scene, settings)
     creep = settings.creep_speeds if ego.s_dot < SLOW else ()
-    rows, duration = _sample(
+    columns, speed_term, farthest = _profiles(
         (ego.s, ego.s_dot, ego.s_ddot),
         speed_ahead,
         (_row(settings.times), _row(settings.speed_fractions), _row(creep)),
         (_row(settings.stop_times), np.inf if stop is None else stop),
         _row(settings.follow_times),
         (EMPTY, EMPTY) if leader is None else (leader.s, leader.speed),
-        (settings.standstill_gap, settings.time_headway, scene.vehicle.front_reach),
-        settings.step,
+        (settings.standstill_gap, settings.time_headway, vehicle.front_reach),
+        (settings.step, settings.horizon),
+        (
+            max(vehicle.limits.max_speed, ego.s_dot) + SPEED_EXCESS,
+            front_limit(scene) - vehicle.front_reach,
+        ),
     )
-    return Profiles(*roll_out(rows, duration, settings.step, settings.horizon))
+    return Profiles(Tracks(*columns), speed_term, farthest)
 
 
 @lru_cache(maxsize=64)
@@ -193,6 +239,32 @@ def _row(values: tuple[float, ...]) -> FloatArray:
 
 
 @compiled
+def _profiles(
+    start: tuple[float, float, float],
+    speed_ahead: tuple[FloatArray, FloatArray],
+    keeping: tuple[FloatArray, FloatArray, FloatArray],
+    stopping: tuple[FloatArray, float],
+    follow_times: FloatArray,
+    leader: tuple[FloatArray, FloatArray],
+    room: tuple[float, float, float],
+    grid: tuple[float, float],
+    bounds: tuple[float, float],
+) -> tuple[Columns, FloatArray, float]:
+    """Solve for all profiles, evaluate and price them; as `_sample` and `roll_out`."""
+    coefficients, duration = _sample(
+        start, speed_ahead, keeping, stopping, follow_times, leader, room, grid[0]
+    )
+    columns = roll_out(coefficients, duration, grid, bounds)
+    rows = columns[0]
+    grid_s, grid_speed = speed_ahead
+    speed_term = speed_deviation(rows[:, S], rows[:, S_DOT], grid_s, grid_speed)
+    farthest = -np.inf
+    for p in range(rows.shape[0]):
+        farthest = max(farthest, rows[p, S, -1])
+    return columns, speed_term, farthest
+
+
+@inlined
 def _sample(
     start: tuple[float, float, float],
     speed_ahead: tuple[FloatArray, FloatArray],
@@ -262,35 +334,41 @@ def _sample(
     return rows[:n].copy(), duration[:n].copy()
 
 
-@compiled
+@inlined
 def roll_out(
-    coefficients: FloatArray, duration: FloatArray, step: float, horizon: float
-) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray, FloatArray]:
+    coefficients: FloatArray,
+    duration: FloatArray,
+    grid: tuple[float, float],
+    bounds: tuple[float, float],
+) -> Columns:
     """Evaluate quintics s(t) on the time grid, at constant speed after their end.
 
     Args:
         coefficients: (n, 6), lowest order first.
         duration: (n,) [s].
-        step: [s].
-        horizon: Where all profiles end, and to which the jerk is integrated; 0 ends
-            each with its manoeuvre [s].
+        grid: Step, and the horizon where all profiles end, and to which the jerk is
+            integrated; 0 ends each with its manoeuvre [s].
+        bounds: Speed that none may exceed [m/s], and place that none may end beyond
+            [m].
 
     Returns:
-        The columns of `Profiles`.
+        The columns of `Tracks`.
     """
+    step, horizon = grid
+    max_speed, stop_at = bounds
     n = coefficients.shape[0]
     end = horizon if horizon > 0.0 else duration.max()
     n_steps = int(np.rint(end / step)) + 1
     count = np.full(n, n_steps)
     if not horizon > 0.0:
         count = np.rint(duration / step).astype(np.int64) + 1
-    motion = np.empty((n, 4, n_steps))
-    jerk = np.empty(n)
-    slowest, fastest = np.full(n, np.inf), np.full(n, -np.inf)
+    rows = np.empty((n, N_ROWS, n_steps))
+    jerk, dropped = np.empty(n), np.full(n, PASSED)
     for p in range(n):
         c0, c1, c2 = coefficients[p, 0], coefficients[p, 1], coefficients[p, 2]
         c3, c4, c5 = coefficients[p, 3], coefficients[p, 4], coefficients[p, 5]
         jerk[p] = squared_jerk((c0, c1, c2, c3, c4, c5), min(duration[p], end))
+        slowest, fastest = np.inf, -np.inf
         for i in range(n_steps):
             t = min(i * step, duration[p])
             after = i * step - t
@@ -298,11 +376,16 @@ def roll_out(
             v = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)))
             a = 2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5))
             s = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
-            motion[p, 0, i] = s + v * after
-            motion[p, 1, i] = v
-            motion[p, 2, i] = moving * a
-            motion[p, 3, i] = moving * (6.0 * c3 + t * (24.0 * c4 + t * 60.0 * c5))
+            rows[p, S, i] = s + v * after
+            rows[p, S_DOT, i] = v
+            rows[p, S_DDOT, i] = moving * a
+            rows[p, S_DDDOT, i] = moving * (6.0 * c3 + t * (24.0 * c4 + t * 60.0 * c5))
             if i < count[p]:
-                slowest[p] = min(slowest[p], v)
-                fastest[p] = max(fastest[p], v)
-    return motion, duration, count, jerk, slowest, fastest
+                slowest, fastest = min(slowest, v), max(fastest, v)
+        if rows[p, S, count[p] - 1] > stop_at:
+            dropped[p] = STOP_LINE
+        if fastest > max_speed:
+            dropped[p] = SPEED
+        if slowest < -REVERSE_TOLERANCE:
+            dropped[p] = REVERSING
+    return rows, duration, count, jerk, dropped

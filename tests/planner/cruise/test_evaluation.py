@@ -174,9 +174,9 @@ class SlowPlanner:
         self.speed_ahead = sampling.reference_speed(scene, settings)
         end = settings.horizon or max(settings.times)
         self.bodies = bodies_of(scene, round(end / settings.step) + 1)
-        self.profiles = sampling.longitudinal_profiles(
+        self.tracks = sampling.longitudinal_profiles(
             scene, settings, self.speed_ahead, leader_of(scene, self.bodies)
-        )
+        ).tracks
         vehicle, own = scene.vehicle, scene.vehicle.limits
         whole = settings.cover_discs > 1
         self.front = vehicle.front_reach if whole else 0.0
@@ -187,7 +187,7 @@ class SlowPlanner:
             settings.max_lateral_acceleration or own.max_lateral_acceleration
         )
         self.max_curvature = settings.max_curvature or own.max_curvature
-        furthest = float(self.profiles.motion[:, 0, -1].max())
+        furthest = float(self.tracks.rows[:, 0, -1].max())
         self.offsets = sampling.terminal_offsets(
             scene.road, (scene.ego_frenet.s, furthest), self.half_width, settings
         )
@@ -211,9 +211,9 @@ class SlowPlanner:
 
     def candidates(self):
         out = []
-        for p in range(self.profiles.count.size):
-            count = int(self.profiles.count[p])
-            motion = self.profiles.motion[p][:, :count]
+        for p in range(self.tracks.n_valid.size):
+            count = int(self.tracks.n_valid[p])
+            motion = self.tracks.rows[p, :4, :count]
             dropped = self._dropped(motion)
             for offset in self.offsets:
                 if dropped:
@@ -238,7 +238,7 @@ class SlowPlanner:
 
     def _candidate(self, p, motion, offset):
         settings, scene = self.settings, self.scene
-        duration = float(self.profiles.duration[p])
+        duration = float(self.tracks.duration[p])
         rows, polynomial, length = lateral(settings, scene, motion, duration, offset)
         s, s_dot, s_ddot, _ = motion
         l, slope, bent, jerk = rows
@@ -267,7 +267,7 @@ class SlowPlanner:
             else:
                 sideways = settings.step * np.sum(jerk**2)
             terms = {
-                "jerk": sideways + float(self.profiles.jerk[p]),
+                "jerk": sideways + float(self.tracks.jerk[p]),
                 "offset": float(np.mean(l**2)),
                 "heading": math.sin(error[-1]) ** 2,
                 "headway": self._headway(s, s_dot, l),
@@ -338,7 +338,7 @@ class SlowPlanner:
                     needed = settings.rear_time_headway * bodies.speed[b] + MIN_REAR_GAP
                 if gap < needed:
                     total += (1.0 - max(gap, 0.0) / needed) ** 2
-        return total * STRIDE / self.profiles.motion.shape[2]
+        return total * STRIDE / self.tracks.rows.shape[2]
 
     def _dead_end(self, s, s_dot, l):
         settings, bodies, vehicle = self.settings, self.bodies, self.scene.vehicle
@@ -389,7 +389,7 @@ def priced(slow, candidates, settings, *, remembers):
     n_offsets = slow.offsets.size
     raw = np.array([[c.terms.get(name, np.nan) for name in TERMS] for c in candidates])
     speed = speed_deviation(
-        slow.profiles.motion[:, 0], slow.profiles.motion[:, 1], *slow.speed_ahead
+        slow.tracks.rows[:, 0].copy(), slow.tracks.rows[:, 1].copy(), *slow.speed_ahead
     )
     raw[:, TERMS.index("speed")] = np.repeat(speed, n_offsets)
     if settings.safety_term is not SafetyTerm.EDGE_CLEARANCE:
