@@ -60,7 +60,7 @@ def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
     """
     fixed, moving, ego = scene.obstacles, scene.vehicles, scene.ego_frenet
     ahead = moving.prediction if moving.prediction.x.shape[1] else _standing(scene)
-    table = _gather(
+    table, follower = _gather(
         scene.path.table,
         (fixed.x, fixed.y, fixed.heading, fixed.length, fixed.width, fixed.radius),
         (moving.speed, moving.length, moving.width),
@@ -69,7 +69,7 @@ def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
         n_steps,
         (ego.s - scene.vehicle.rear_overhang, ego.l, scene.vehicle.width / 2.0),
     )
-    poses, s, l, speed, extents, size, stride, spin, follower = table
+    poses, s, l, speed, extents, size, stride, spin = table
     return Bodies(
         (*fixed.ids, *moving.ids),
         poses,
@@ -95,7 +95,7 @@ def _gather(
     ratio: float,
     n_steps: int,
     ego: tuple[float, float, float],
-) -> tuple[*tuple[FloatArray, ...], BoolArray]:
+) -> tuple[tuple[FloatArray, ...], BoolArray]:
     """Fill the columns of `Bodies` from those of obstacles and predicted vehicles.
 
     Args:
@@ -108,7 +108,7 @@ def _gather(
         ego: s of its rear, l, and half its width [m].
 
     Returns:
-        (poses, s, l, speed, extents, size, stride, spin, follower).
+        ((poses, s, l, speed, extents, size, stride, spin), follower).
     """
     x, y, heading, length, width, radius = fixed
     speed_now, moving_length, moving_width = moving
@@ -139,7 +139,7 @@ def _gather(
     for b in range(n):
         size[b] = math.hypot(extents[b, 0], extents[b, 1]) + extents[b, 2]
     follower = _followers(s, l, extents, n_fixed, ego)
-    return poses, s, l, speed, extents, size, stride, spin, follower
+    return (poses, s, l, speed, extents, size, stride, spin), follower
 
 
 @inlined

@@ -197,7 +197,8 @@ def _thresholds(
     would shrink and grow while the ego drives straight past a body.
     """
     here = np.empty((4, 1))
-    here[:, 0] = ego[0], ego[1], math.cos(ego[2]), math.sin(ego[2])
+    here[0, 0], here[1, 0] = ego[0], ego[1]
+    here[2, 0], here[3, 0] = math.cos(ego[2]), math.sin(ego[2])
     capsule = np.linspace(discs[0], discs[2], CAPSULE_DISCS)
     gaps = gaps_to(here, poses, extents, capsule, disc_radius, margin + 0.1)
     for b in range(gaps.size):

@@ -140,18 +140,22 @@ def _offsets(
     step: float,
     with_edges: bool,  # noqa: FBT001 - a constant of the planner
 ) -> FloatArray:
-    """Give the offsets of `terminal_offsets`; none twice."""
+    """Give the offsets of `terminal_offsets`; an edge at a multiple counts once."""
     low, high = lateral_room(road, s)
     high = min(limit, high - half_width)
     low = max(-limit, low + half_width)
     first, last = math.ceil(low / step - SAME), math.floor(high / step + SAME)
-    edges = 2 if with_edges and low < high else 0
-    offsets = np.empty(max(last - first + 1, 0) + edges)
-    for k in range(offsets.size - edges):
-        offsets[k] = step * (first + k)
-    if edges > 0:
-        offsets[-2], offsets[-1] = low, high
-        offsets = np.unique(offsets)
+    n = max(last - first + 1, 0)
+    edges = with_edges and low < high
+    below = int(edges and (n == 0 or low / step < first - SAME))
+    above = int(edges and (n == 0 or high / step > last + SAME))
+    offsets = np.empty(below + n + above)
+    for k in range(n):
+        offsets[below + k] = step * (first + k)
+    if below:
+        offsets[0] = low
+    if above:
+        offsets[-1] = high
     return offsets
 
 
@@ -309,16 +313,18 @@ def _sample(
                 end_speed = min(creep[i - fractions.size], allowed[j])
             p = i * times.size + j
             duration[p] = times[j]
-            rows[p, :5] = polynomials.quartic_coefficients(
+            quartic = polynomials.quartic_coefficients(
                 s, s_dot, s_ddot, end_speed, 0.0, times[j]
             )
+            _store(quartic, rows[p])
     n = n_keeping
     if s < stop < np.inf:
         for time in stop_times:
             duration[n] = time
-            rows[n] = polynomials.quintic_coefficients(
+            quintic = polynomials.quintic_coefficients(
                 s, s_dot, s_ddot, stop, 0.0, 0.0, time
             )
+            _store(quintic, rows[n])
             n += 1
     if leader_s.size > 0:
         for time in follow_times:
@@ -327,11 +333,19 @@ def _sample(
             target = leader_s[k] - standstill_gap - time_headway * speed - front_reach
             if target > s:
                 duration[n] = time
-                rows[n] = polynomials.quintic_coefficients(
+                quintic = polynomials.quintic_coefficients(
                     s, s_dot, s_ddot, target, speed, 0.0, time
                 )
+                _store(quintic, rows[n])
                 n += 1
     return rows[:n].copy(), duration[:n].copy()
+
+
+@inlined
+def _store(coefficients: tuple[float, ...], row: FloatArray) -> None:
+    """Copy a tuple one by one: a slice filled at once takes numba 2 s to compile."""
+    for k in range(len(coefficients)):
+        row[k] = coefficients[k]
 
 
 @inlined
@@ -357,11 +371,11 @@ def roll_out(
     step, horizon = grid
     max_speed, stop_at = bounds
     n = coefficients.shape[0]
-    end = horizon if horizon > 0.0 else duration.max()
+    end = horizon
+    for p in range(n if horizon <= 0.0 else 0):
+        end = max(end, duration[p])
     n_steps = int(np.rint(end / step)) + 1
-    count = np.full(n, n_steps)
-    if not horizon > 0.0:
-        count = np.rint(duration / step).astype(np.int64) + 1
+    count = np.empty(n, np.int64)
     rows = np.empty((n, N_ROWS, n_steps))
     jerk, dropped = np.empty(n), np.full(n, PASSED)
     for p in range(n):
@@ -369,6 +383,7 @@ def roll_out(
         c3, c4, c5 = coefficients[p, 3], coefficients[p, 4], coefficients[p, 5]
         jerk[p] = squared_jerk((c0, c1, c2, c3, c4, c5), min(duration[p], end))
         slowest, fastest = np.inf, -np.inf
+        count[p] = n_steps if horizon > 0.0 else int(np.rint(duration[p] / step)) + 1
         for i in range(n_steps):
             t = min(i * step, duration[p])
             after = i * step - t

@@ -138,8 +138,9 @@ def take_gaps(
         w0, w1 = frames[W, i], frames[UNIT_W, i]
         road_u, road_w = frames[ROAD_U, i], frames[ROAD_W, i]
         begin, end = np.uint64(bench.window[0, i]), np.uint64(bench.window[1, i])
+        far = frames[FAR, i]
         for o in range(gaps.shape[1]):
-            gaps[i, o] = frames[FAR, i]
+            gaps[i, o] = far
         for o in range(begin, end):
             u, w = u0 + change[o] * u1, w0 + change[o] * w1
             cos_e, sin_e = course[0, i, o], course[1, i, o]

@@ -184,8 +184,8 @@ def feet_on_whole_path(
         count = min(TILE, x.size - begin)
         many = count >= FEW
         if many:
-            tile[POINT_X : POINT_X + count] = x[begin : begin + count]
-            tile[POINT_Y : POINT_Y + count] = y[begin : begin + count]
+            for i in range(count):
+                tile[POINT_X + i], tile[POINT_Y + i] = x[begin + i], y[begin + i]
             find_blocks(blocks, tile)
             find_pieces(knots, blocks, count, tile)
             find_feet(tile)
