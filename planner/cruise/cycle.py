@@ -7,7 +7,6 @@ import numpy as np
 
 from planner.bodies import Bodies, bodies_of, leader_of
 from planner.compiled import compiled
-from planner.cruise import sampling
 from planner.cruise.feasibility import TOLERANCE, Limits, road_excess
 from planner.cruise.motion import (
     Ground,
@@ -15,8 +14,15 @@ from planner.cruise.motion import (
     Tracks,
     candidate_motion,
 )
+from planner.cruise.reference_speed import reference_speed
+from planner.cruise.sampling import EMPTY, longitudinal_profiles
 from planner.cruise.settings import CruiseSettings, LateralMotion
 from planner.cruise.surroundings import Surroundings
+from planner.cruise.terminal_offsets import (
+    full_grid_size,
+    lateral_room,
+    terminal_offsets,
+)
 from planner.geometry.clearance import gaps_to
 from planner.geometry.pieces import curvature_at
 from planner.scene import Scene
@@ -46,14 +52,14 @@ class Cycle:
         cls, scene: Scene, settings: CruiseSettings, last: Trajectory | None
     ) -> "Cycle":
         """Sample the profiles and put the scene into arrays."""
-        speed_ahead = sampling.reference_speed(scene, settings)
+        speed_ahead = reference_speed(scene, settings)
         bodies = bodies_of(scene, settings.n_steps, settings.step)
-        profiles = sampling.longitudinal_profiles(
+        profiles = longitudinal_profiles(
             scene, settings, speed_ahead, leader_of(scene, bodies)
         )
         limits = _limits(scene, settings)
         ego = scene.ego_frenet
-        offsets = sampling.terminal_offsets(
+        offsets = terminal_offsets(
             scene.road, (ego.s, profiles.farthest), limits.half_width, settings
         )
         over_time = settings.lateral_motion is LateralMotion.TIME
@@ -80,14 +86,13 @@ class Cycle:
                 road.s,
                 road.left,
                 road.right,
-                sampling.EMPTY if last is None else last.s,
-                sampling.EMPTY if last is None else last.l,
+                EMPTY if last is None else last.s,
+                EMPTY if last is None else last.l,
                 scene.vehicle.front_reach,
             ),
             _surroundings(scene, settings, bodies),
             profiles.speed_term,
-            profiles.speed_term.size
-            * max(sampling.full_grid_size(settings) - offsets.size, 0),
+            profiles.speed_term.size * max(full_grid_size(settings) - offsets.size, 0),
             last,
         )
 
@@ -153,7 +158,7 @@ def _excess_now(
     s, l, slope = ego
     curvature = curvature_at(knots, bins, s)
     error = math.atan2(slope, 1.0 - curvature * l)
-    right, left = sampling.lateral_room(road, (s, s))
+    right, left = lateral_room(road, (s, s))
     front, rear, half_width = body
     cos, sin = math.cos(error), math.sin(error)
     return road_excess(l, cos, sin, curvature, left, right, front, rear, half_width)

@@ -1,4 +1,4 @@
-"""Longitudinal profiles and lateral targets: what the candidates are made of."""
+"""Longitudinal profiles: how the candidates move along the road."""
 
 import math
 from functools import lru_cache
@@ -9,19 +9,15 @@ import numpy as np
 from planner.bodies import Leader
 from planner.compiled import compiled, inlined
 from planner.cruise.costs import speed_deviation
-from planner.cruise.feasibility import STRAIGHT, TOLERANCE, Check, squared_jerk
+from planner.cruise.feasibility import TOLERANCE, Check, squared_jerk
 from planner.cruise.motion import N_ROWS, S_DDDOT, S_DDOT, S_DOT, S, Tracks
 from planner.cruise.settings import CruiseSettings
 from planner.geometry.lookup import interpolate
-from planner.geometry.pieces import curvature_at
 from planner.motion import polynomials
-from planner.scene import RoadBounds, Scene
+from planner.scene import Scene
 from planner.states import FloatArray, IntArray, freeze
 
-PREVIEW = 90.0  # how far ahead the road sets the speed: 20 m/s stop at 2.2 m/s² [m]
-PREVIEW_STEP = 1.0  # [m]
 SLOW = 3.0  # below it the ego may also creep [m/s]
-SAME = 1e-9  # share of the lateral step by which an offset may miss a multiple [-]
 REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
 SPEED_EXCESS = 0.5  # over the largest speed that a profile may have [m/s]
 EMPTY = freeze(())
@@ -45,148 +41,6 @@ class Profiles(NamedTuple):
     tracks: Tracks  # what lies under them is filled in where they are evaluated
     speed_term: FloatArray  # price of each one's speed, (n_profiles,) [-]
     farthest: float  # largest s at their ends [m]
-
-
-def reference_speed(
-    scene: Scene, settings: CruiseSettings
-) -> tuple[FloatArray, FloatArray]:
-    """Speed that the road ahead asks for.
-
-    The target speed, lowered where curvature would exceed the comfortable lateral
-    acceleration or a stop line is closed, and before such places so far that they
-    are reached with the comfortable deceleration: v(s)² = min over s' >= s of
-    v_limit(s')² + 2 b (s' - s).
-
-    Returns:
-        (s, v), both (n,); s grows by 1 m from the ego on [m], v [m/s].
-    """
-    table = scene.path.table
-    return _reachable_speed(
-        table.knots,
-        table.bins,
-        scene.ego_frenet.s,
-        min(scene.target_speed, scene.vehicle.limits.max_speed),
-        min(scene.stop_lines, default=np.inf)
-        - settings.stop_gap
-        - scene.vehicle.front_reach,
-        settings.comfort_lateral_acceleration,
-        settings.comfort_deceleration,
-    )
-
-
-@compiled
-def _reachable_speed(
-    knots: FloatArray,
-    bins: IntArray,
-    start: float,
-    wanted: float,
-    stop_at: float,
-    lateral_acceleration: float,
-    deceleration: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Give (s, v) of `reference_speed`; from `stop_at` on v is 0."""
-    n = int(np.ceil(PREVIEW / PREVIEW_STEP))
-    s, v = np.empty(n), np.empty(n)
-    ahead = np.inf
-    for k in range(n - 1, -1, -1):
-        s[k] = start + PREVIEW_STEP * k
-        curvature = abs(curvature_at(knots, bins, s[k]))
-        limit = wanted * wanted
-        if curvature > STRAIGHT:
-            limit = min(limit, lateral_acceleration / curvature)
-        if s[k] >= stop_at:
-            limit = 0.0
-        ahead = min(limit, ahead + 2.0 * deceleration * PREVIEW_STEP)
-        v[k] = np.sqrt(max(ahead, 0.0))
-    return s, v
-
-
-def terminal_offsets(
-    road: RoadBounds,
-    s: tuple[float, float],
-    half_width: float,
-    settings: CruiseSettings,
-) -> FloatArray:
-    """Terminal offsets: multiples of the lateral step inside the widest road ahead.
-
-    The outermost places that the body can take are added: between an obstacle and the
-    road's edge there may be room for the body but not for a multiple of the step.
-
-    Args:
-        road: Lateral room.
-        s: First and last arc length that the horizon covers [m].
-        half_width: Of the body [m].
-        settings: Step and limit.
-
-    Returns:
-        Offsets in growing order, (n,) [m].
-    """
-    return _offsets(
-        (road.s, road.left, road.right),
-        s,
-        half_width,
-        settings.lateral_limit,
-        settings.lateral_step,
-        settings.edge_offsets,
-    )
-
-
-@compiled
-def _offsets(
-    road: tuple[FloatArray, FloatArray, FloatArray],
-    s: tuple[float, float],
-    half_width: float,
-    limit: float,
-    step: float,
-    with_edges: bool,  # noqa: FBT001 - a constant of the planner
-) -> FloatArray:
-    """Give the offsets of `terminal_offsets`; an edge at a multiple counts once."""
-    low, high = lateral_room(road, s)
-    high = min(limit, high - half_width)
-    low = max(-limit, low + half_width)
-    first, last = math.ceil(low / step - SAME), math.floor(high / step + SAME)
-    n = max(last - first + 1, 0)
-    edges = with_edges and low < high
-    below = int(edges and (n == 0 or low / step < first - SAME))
-    above = int(edges and (n == 0 or high / step > last + SAME))
-    offsets = np.empty(below + n + above)
-    for k in range(n):
-        offsets[below + k] = step * (first + k)
-    if below:
-        offsets[0] = low
-    if above:
-        offsets[-1] = high
-    return offsets
-
-
-@inlined
-def lateral_room(
-    road: tuple[FloatArray, FloatArray, FloatArray], s: tuple[float, float]
-) -> tuple[float, float]:
-    """Widest bounds between two places.
-
-    Args:
-        road: Arc lengths, left and right bounds, (n,) [m].
-        s: First and last place [m].
-
-    Returns:
-        (lowest right one, highest left one) [m].
-    """
-    road_s, road_left, road_right = road
-    ends, left, right = np.array(s), np.empty(2), np.empty(2)
-    interpolate(ends, 0.0, road_s, road_left, left)
-    interpolate(ends, 0.0, road_s, road_right, right)
-    low, high = min(right[0], right[1]), max(left[0], left[1])
-    for i in range(road_s.size):
-        if s[0] < road_s[i] < s[1]:
-            low, high = min(low, road_right[i]), max(high, road_left[i])
-    return low, high
-
-
-def full_grid_size(settings: CruiseSettings) -> int:
-    """Count the offsets on a road wider than the limit; 21 in [Thesis] ch. 4."""
-    n = 2 * int(settings.lateral_limit / settings.lateral_step + 1e-9) + 1
-    return n + 2 if settings.edge_offsets else n
 
 
 def front_limit(scene: Scene) -> float:

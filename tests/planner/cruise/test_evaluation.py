@@ -12,16 +12,18 @@ import pytest
 
 from planner import cruise
 from planner.bodies import bodies_of, leader_of
-from planner.cruise import sampling
 from planner.cruise.costs import convolved_safety, speed_deviation
 from planner.cruise.feasibility import road_excess
 from planner.cruise.headway import MIN_REAR_GAP, STRIDE
+from planner.cruise.reference_speed import reference_speed
+from planner.cruise.sampling import longitudinal_profiles
 from planner.cruise.settings import (
     LateralMotion,
     Normalisation,
     SafetyTerm,
     Weights,
 )
+from planner.cruise.terminal_offsets import terminal_offsets
 from planner.geometry.frenet import frenet_to_cartesian
 from planner.interface import PlanStatus
 from planner.states import FrenetStates
@@ -171,10 +173,10 @@ class SlowPlanner:
 
     def __init__(self, settings, scene):
         self.settings, self.scene = settings, scene
-        self.speed_ahead = sampling.reference_speed(scene, settings)
+        self.speed_ahead = reference_speed(scene, settings)
         end = settings.horizon or max(settings.times)
         self.bodies = bodies_of(scene, round(end / settings.step) + 1)
-        self.tracks = sampling.longitudinal_profiles(
+        self.tracks = longitudinal_profiles(
             scene, settings, self.speed_ahead, leader_of(scene, self.bodies)
         ).tracks
         vehicle, own = scene.vehicle, scene.vehicle.limits
@@ -188,7 +190,7 @@ class SlowPlanner:
         )
         self.max_curvature = settings.max_curvature or own.max_curvature
         furthest = float(self.tracks.rows[:, 0, -1].max())
-        self.offsets = sampling.terminal_offsets(
+        self.offsets = terminal_offsets(
             scene.road, (scene.ego_frenet.s, furthest), self.half_width, settings
         )
         ego = scene.ego

@@ -6,7 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.bodies import bodies_of, leader_of
-from planner.cruise import CruiseSettings, sampling, thesis_proposed
+from planner.cruise import CruiseSettings, thesis_proposed
+from planner.cruise.reference_speed import reference_speed
+from planner.cruise.sampling import longitudinal_profiles
+from planner.cruise.terminal_offsets import terminal_offsets
 from planner.scene import RoadBounds
 from tests.planner.scenes import (
     TARGET,
@@ -23,14 +26,14 @@ SETTINGS = CruiseSettings()
 
 
 def test_on_a_free_straight_the_reference_speed_is_the_target_speed():
-    _, v = sampling.reference_speed(make_scene(straight()), SETTINGS)
+    _, v = reference_speed(make_scene(straight()), SETTINGS)
     np.testing.assert_allclose(v, TARGET)
 
 
 def test_the_reference_speed_against_a_double_loop():
     path = winding()
     scene = make_scene(path, ego_on(path, 5.0), stop_lines=(70.0,))
-    s, v = sampling.reference_speed(scene, SETTINGS)
+    s, v = reference_speed(scene, SETTINGS)
     limit = np.full(s.size, TARGET)
     for k, at in enumerate(s):
         kappa = abs(float(path.at(at).curvature))
@@ -46,7 +49,7 @@ def test_the_reference_speed_against_a_double_loop():
 
 def test_a_curve_lowers_the_reference_speed_before_it_begins():
     path = bend(15.0)
-    s, v = sampling.reference_speed(make_scene(path), SETTINGS)
+    s, v = reference_speed(make_scene(path), SETTINGS)
     comfortable = math.sqrt(SETTINGS.comfort_lateral_acceleration * 15.0)
     np.testing.assert_allclose(v[(s > 62.0) & (s < 85.0)], comfortable)
     assert np.all(np.diff(v[s < 60.0]) <= 1e-9)
@@ -57,7 +60,7 @@ def test_a_curve_lowers_the_reference_speed_before_it_begins():
 @given(st.floats(1.1, 7.0), st.floats(1.1, 7.0))
 def test_terminal_offsets_keep_the_body_on_the_road(left, right):
     bounds = road(straight(), left, -right)
-    offsets = sampling.terminal_offsets(bounds, (0.0, 50.0), 1.05, SETTINGS)
+    offsets = terminal_offsets(bounds, (0.0, 50.0), 1.05, SETTINGS)
     assert np.all(np.diff(offsets) > 0.0)
     assert offsets.min() >= max(-right + 1.05, -SETTINGS.lateral_limit) - 1e-9
     assert offsets.max() <= min(left - 1.05, SETTINGS.lateral_limit) + 1e-9
@@ -68,16 +71,16 @@ def test_where_the_road_widens_ahead_the_wider_part_is_sampled():
     bounds = RoadBounds(
         np.array([0.0, 40.0, 50.0]), np.array([2.0, 2.0, 6.0]), -np.ones(3)
     )
-    near = sampling.terminal_offsets(bounds, (0.0, 30.0), 0.9, SETTINGS)
-    far = sampling.terminal_offsets(bounds, (0.0, 60.0), 0.9, SETTINGS)
+    near = terminal_offsets(bounds, (0.0, 30.0), 0.9, SETTINGS)
+    far = terminal_offsets(bounds, (0.0, 60.0), 0.9, SETTINGS)
     assert near.max() < 1.2
     assert far.max() > 4.4
 
 
 def profiles(scene, settings=SETTINGS):
-    ahead = sampling.reference_speed(scene, settings)
+    ahead = reference_speed(scene, settings)
     leader = leader_of(scene, bodies_of(scene, 51))
-    return sampling.longitudinal_profiles(scene, settings, ahead, leader).tracks
+    return longitudinal_profiles(scene, settings, ahead, leader).tracks
 
 
 @pytest.mark.parametrize("acceleration", [-1.5, 0.0, 1.0])
