@@ -6,6 +6,7 @@ import numpy as np
 
 from experiments.trace import Trace
 from planner.interface import PlanStatus
+from planner.states import FloatArray
 
 TO_MS = 1e3  # from seconds
 
@@ -30,9 +31,9 @@ def planning_percentiles(
 ) -> list[float | None]:
     """Percentiles of the wall-clock time of one planning cycle [ms].
 
-    None each if nothing was planned.
+    None each if fewer than two cycles were planned.
     """
-    times = np.ma.compressed(trace.timing["planning_ms"])
+    times = _planning_times(trace)
     if not times.size:
         return [None] * len(percentiles)
     return [float(value) for value in np.percentile(times, percentiles)]
@@ -41,8 +42,16 @@ def planning_percentiles(
 def deadline_misses(trace: Trace) -> int:
     """Planning cycles that took longer, by the wall clock, than a step lasts."""
     deadline = TO_MS * float(trace.fact("step_s"))
-    times = np.ma.compressed(trace.timing["planning_ms"])
-    return int(np.count_nonzero(times > deadline))
+    return int(np.count_nonzero(_planning_times(trace) > deadline))
+
+
+def _planning_times(trace: Trace) -> FloatArray:
+    """Wall clock of the cycles from the second one on, (n,) [ms].
+
+    The first one loads the planner's compiled loops, or compiles them, which is the
+    start of a process and not planning.
+    """
+    return np.asarray(np.ma.compressed(trace.timing["planning_ms"])[1:])
 
 
 def steps_per_second(trace: Trace) -> float | None:
