@@ -9,6 +9,7 @@ from typing import TypeVar, cast
 
 import numba
 
+OPTIONS = {"cache": True, "error_model": "numpy"}
 F = TypeVar("F", bound=Callable[..., object])
 
 
@@ -41,7 +42,7 @@ def compiled(function: F) -> F:
     Division by zero gives inf or nan as in numpy; floating point is not
     reordered, so that results are the same on every run.
     """
-    return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+    return cast(F, numba.njit(**OPTIONS)(function))
 
 
 def inlined(function: F) -> F:
@@ -50,5 +51,4 @@ def inlined(function: F) -> F:
     For what hot loops call: a loop around it can become vector instructions, and no
     references to arrays are counted for a call. Each caller takes longer to compile.
     """
-    options = {"cache": True, "error_model": "numpy", "forceinline": True}
-    return cast(F, numba.njit(**options)(function))
+    return cast(F, numba.njit(forceinline=True, **OPTIONS)(function))

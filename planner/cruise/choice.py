@@ -18,7 +18,7 @@ PASSED = int(Check.PASSED)
 COLLISION = int(Check.COLLISION)
 WITHOUT_MEMORY = np.array([float(name != "consistency") for name in TERMS])
 
-Columns = tuple[FloatArray, FloatArray, bool, FloatArray, bool]  # of a `Pricing`
+PricingColumns = tuple[FloatArray, FloatArray, bool, FloatArray, bool]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +47,7 @@ class Pricing:
             term is SafetyTerm.BINARY_CONVOLUTION,
         )
 
-    def columns(self, *, remembers: bool) -> Columns:
+    def columns(self, *, remembers: bool) -> PricingColumns:
         """Give what `choose` reads; consistency needs a last plan."""
         weights = self.weights if remembers else self.weights * WITHOUT_MEMORY
         return weights, self.scales, self.per_cycle, self.kernel, self.binary
@@ -65,7 +65,7 @@ class Choice(NamedTuple):
 
 @inlined
 def choose(
-    verdict: IntArray, hit_size: FloatArray, terms: FloatArray, pricing: Columns
+    verdict: IntArray, hit_size: FloatArray, terms: FloatArray, pricing: PricingColumns
 ) -> Choice:
     """Make the terms comparable, add them up and take the least.
 
@@ -80,9 +80,7 @@ def choose(
     weights, scales, per_cycle, kernel, binary = pricing
     n = verdict.shape[1]
     if kernel.size > 0:
-        safety = convolve(hit_size, kernel, binary)
-        for k in range(verdict.size):
-            terms[k // n, SAFETY, k % n] = safety[k // n, k % n]
+        _put_safety(convolve(hit_size, kernel, binary), terms)
     factor = np.empty(N_TERMS)
     for t in range(N_TERMS):
         scale = scales[t]
@@ -102,10 +100,19 @@ def choose(
         if check in (PASSED, COLLISION) and total < least_of_all:
             cheapest, least_of_all = k, total
     raw, weighted = np.zeros(N_TERMS), np.zeros(N_TERMS)
-    for t in range(N_TERMS if best >= 0 else 0):
-        raw[t] = terms[best // n, t, best % n]
-        weighted[t] = factor[t] * raw[t]
+    if best >= 0:
+        for t in range(N_TERMS):
+            raw[t] = terms[best // n, t, best % n]
+            weighted[t] = factor[t] * raw[t]
     return Choice(best, cheapest, counts, weighted, raw)
+
+
+@inlined
+def _put_safety(safety: FloatArray, terms: FloatArray) -> None:
+    """Overwrite the safety; in a loop, as a slice takes numba 2 s to compile."""
+    for p in range(safety.shape[0]):
+        for o in range(safety.shape[1]):
+            terms[p, SAFETY, o] = safety[p, o]
 
 
 @inlined

@@ -1,10 +1,7 @@
-"""The hot loop: every candidate through every check and cost term.
+"""The hot loop: every candidate through every check and cost term, and the choice.
 
-One compiled call does a whole cycle. It goes profile by profile, and within one by
-terminal offset; what belongs to a profile is worked out once.
-
-The compiled functions take few large arrays: each array that a compiled function
-holds costs two atomic reference counts, and there are hundreds of candidates.
+One compiled call does it all. It goes profile by profile, and within one by terminal
+offset; what belongs to a profile is worked out once. What it calls is compiled into it.
 """
 
 from typing import NamedTuple
@@ -12,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.compiled import compiled, inlined
-from planner.cruise.choice import Choice, Columns, choose
+from planner.cruise.choice import Choice, PricingColumns, choose
 from planner.cruise.costs import (
     CONSISTENCY,
     DEAD_END,
@@ -67,7 +64,7 @@ def evaluate(
     ground: Ground,
     around: Surroundings,
     speed_term: FloatArray,
-    pricing: Columns,
+    pricing: PricingColumns,
 ) -> Evaluation:
     """Check and price all candidates, and choose one.
 

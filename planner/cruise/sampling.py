@@ -15,7 +15,7 @@ from planner.cruise.settings import CruiseSettings
 from planner.geometry.lookup import interpolate
 from planner.motion import polynomials
 from planner.scene import Scene
-from planner.states import FloatArray, IntArray, freeze
+from planner.states import FloatArray, freeze
 
 SLOW = 3.0  # below it the ego may also creep [m/s]
 REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
@@ -27,8 +27,6 @@ PASSED = int(Check.PASSED)
 REVERSING = int(Check.REVERSING)
 SPEED = int(Check.SPEED)
 STOP_LINE = int(Check.STOP_LINE)
-
-Columns = tuple[FloatArray, FloatArray, IntArray, FloatArray, IntArray]  # of `Tracks`
 
 
 class Profiles(NamedTuple):
@@ -73,8 +71,8 @@ def longitudinal_profiles(
     ego, vehicle = scene.ego_frenet, scene.vehicle
     stop = stop_target(scene, settings)
     creep = settings.creep_speeds if ego.s_dot < SLOW else ()
-    columns, speed_term, farthest = _profiles(
-        (ego.s, ego.s_dot, ego.s_ddot),
+    return _profiles(
+        (float(ego.s), float(ego.s_dot), float(ego.s_ddot)),
         speed_ahead,
         (_row(settings.times), _row(settings.speed_fractions), _row(creep)),
         (_row(settings.stop_times), np.inf if stop is None else stop),
@@ -87,7 +85,6 @@ def longitudinal_profiles(
             front_limit(scene) - vehicle.front_reach,
         ),
     )
-    return Profiles(Tracks(*columns), speed_term, farthest)
 
 
 @lru_cache(maxsize=64)
@@ -107,19 +104,31 @@ def _profiles(
     room: tuple[float, float, float],
     grid: tuple[float, float],
     bounds: tuple[float, float],
-) -> tuple[Columns, FloatArray, float]:
-    """Solve for all profiles, evaluate and price them; as `_sample` and `roll_out`."""
+) -> Profiles:
+    """Solve for all profiles, evaluate and price them.
+
+    Args:
+        start: As in `_sample`, like the rest up to the room.
+        speed_ahead: See start.
+        keeping: See start.
+        stopping: See start.
+        follow_times: See start.
+        leader: See start.
+        room: See start.
+        grid: As in `roll_out`.
+        bounds: See grid.
+    """
     coefficients, duration = _sample(
         start, speed_ahead, keeping, stopping, follow_times, leader, room, grid[0]
     )
-    columns = roll_out(coefficients, duration, grid, bounds)
-    rows = columns[0]
+    tracks = roll_out(coefficients, duration, grid, bounds)
+    rows = tracks.rows
     grid_s, grid_speed = speed_ahead
     speed_term = speed_deviation(rows[:, S], rows[:, S_DOT], grid_s, grid_speed)
     farthest = -np.inf
     for p in range(rows.shape[0]):
         farthest = max(farthest, rows[p, S, -1])
-    return columns, speed_term, farthest
+    return Profiles(tracks, speed_term, farthest)
 
 
 @inlined
@@ -208,7 +217,7 @@ def roll_out(
     duration: FloatArray,
     grid: tuple[float, float],
     bounds: tuple[float, float],
-) -> Columns:
+) -> Tracks:
     """Evaluate quintics s(t) on the time grid, at constant speed after their end.
 
     Args:
@@ -218,16 +227,14 @@ def roll_out(
             integrated; 0 ends each with its manoeuvre [s].
         bounds: Speed that none may exceed [m/s], and place that none may end beyond
             [m].
-
-    Returns:
-        The columns of `Tracks`.
     """
     step, horizon = grid
     max_speed, stop_at = bounds
     n = coefficients.shape[0]
     end = horizon
-    for p in range(n if horizon <= 0.0 else 0):
-        end = max(end, duration[p])
+    if horizon == 0.0:
+        for p in range(n):
+            end = max(end, duration[p])
     n_steps = int(np.rint(end / step)) + 1
     count = np.empty(n, np.int64)
     rows = np.empty((n, N_ROWS, n_steps))
@@ -257,4 +264,4 @@ def roll_out(
             dropped[p] = SPEED
         if slowest < -REVERSE_TOLERANCE:
             dropped[p] = REVERSING
-    return rows, duration, count, jerk, dropped
+    return Tracks(rows, duration, count, jerk, dropped)

@@ -97,5 +97,7 @@ def lateral_room(
 
 def full_grid_size(settings: CruiseSettings) -> int:
     """Count the offsets on a road wider than the limit; 21 in [Thesis] ch. 4."""
-    n = 2 * int(settings.lateral_limit / settings.lateral_step + 1e-9) + 1
-    return n + 2 if settings.edge_offsets else n
+    steps = settings.lateral_limit / settings.lateral_step
+    whole = math.floor(steps + SAME)
+    edges = 2 if settings.edge_offsets and steps > whole + SAME else 0
+    return 2 * whole + 1 + edges

@@ -4,8 +4,9 @@ A path is a table of knots, one row each; between two knots the curvature is lin
 arc length (a line, an arc or a clothoid). A point is reached from the knot before it by
 a short series instead of trigonometry.
 
-Compiled functions that take arrays have one exit and read the arrays before they call
-on: otherwise numba counts references atomically, which costs more than the sums.
+Compiled functions that take arrays and are not inlined have one exit and read the
+arrays before they call on: otherwise numba counts references atomically, which costs
+more than the sums.
 """
 
 import numpy as np

@@ -26,8 +26,9 @@ from planner.geometry.pieces import (
 from planner.states import FloatArray, freeze
 
 PIECES_PER_BLOCK = 64
-# Columns of the block table.
-MIDDLE_X, MIDDLE_Y, HALF_LENGTH, SHARPEST = range(4)
+# Columns of the block table; ALONE is how near blocks but its neighbours come to its
+# middle [m].
+MIDDLE_X, MIDDLE_Y, HALF_LENGTH, SHARPEST, ALONE = range(5)
 
 STEP_DONE = 1e-7  # [m]; Newton's next step is then below 1e-13 m
 STEP_LIMIT = 60  # bisection alone needs 45 steps from 1 m
@@ -278,6 +279,8 @@ def foot_within(
         if squared < least:
             nearest, least = j, squared
     best = better_foot_in_block(knots, blocks, nearest, x, y, limits, direction, best)
+    if best[0] + np.sqrt(least) < blocks[nearest, ALONE]:
+        first, last = max(first, nearest - 1), min(last, nearest + 1)
     for j in range(first, last + 1):
         reach = best[0] + blocks[j, HALF_LENGTH]
         if j != nearest and squared_distance(blocks, j, x, y) <= reach * reach:
@@ -341,5 +344,15 @@ def search_tables(knots: FloatArray) -> tuple[FloatArray, IndexArray, FloatArray
     # a knot shows only the curvature after it, the end of a piece shows the other
     ends = knots[:-1, CURVATURE] + knots[:-1, RATE] * np.diff(knots[:, S])
     sharpest = np.maximum(np.abs(knots[:-1, CURVATURE]), np.abs(ends))
-    columns = (x, y, 0.5 * (end - start) + TIE, np.maximum.reduceat(sharpest, first))
+    half = 0.5 * (end - start) + TIE
+    number = np.arange(x.size)
+    alone = [
+        np.min(
+            np.hypot(x - x[j], y - y[j]) - half,
+            where=np.abs(number - j) > 1,
+            initial=np.inf,
+        )
+        for j in number
+    ]
+    columns = (x, y, half, np.maximum.reduceat(sharpest, first), alone)
     return knots, bins, freeze(np.stack(columns, axis=1))

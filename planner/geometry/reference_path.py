@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from planner.geometry.batch_projection import feet_on_whole_path
 from planner.geometry.pieces import IndexArray, point_at, points_at
 from planner.geometry.projection import (
     EVERYWHERE,
@@ -166,17 +165,14 @@ class ReferencePath:
             positive to the left [m].
         """
         shape = np.shape(x)
-        if near is None and heading is None:
-            s, l = feet_on_whole_path(*self.table, as_input(x), as_input(y))
-        else:
-            s, l = feet(
-                *self.table,
-                as_input(x),
-                as_input(y),
-                EMPTY if near is None else _spread(near, shape),
-                float(reach),
-                EMPTY if heading is None else _spread(heading, shape),
-            )
+        s, l = feet(
+            *self.table,
+            as_input(x),
+            as_input(y),
+            EMPTY if near is None else _spread(near, shape),
+            float(reach),
+            EMPTY if heading is None else _spread(heading, shape),
+        )
         return s.reshape(shape), l.reshape(shape)
 
     def project_one(

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,10 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.bodies import bodies_of, leader_of
-from planner.cruise import CruiseSettings, thesis_proposed
+from planner.cruise import CruisePlanner, CruiseSettings, thesis_proposed
 from planner.cruise.reference_speed import reference_speed
 from planner.cruise.sampling import longitudinal_profiles
-from planner.cruise.terminal_offsets import terminal_offsets
+from planner.cruise.terminal_offsets import full_grid_size, terminal_offsets
+from planner.interface import PlanStatus
 from planner.scene import RoadBounds
 from tests.planner.scenes import (
     TARGET,
@@ -75,6 +77,55 @@ def test_where_the_road_widens_ahead_the_wider_part_is_sampled():
     far = terminal_offsets(bounds, (0.0, 60.0), 0.9, SETTINGS)
     assert near.max() < 1.2
     assert far.max() > 4.4
+
+
+def offsets_between(left, right, **changes):
+    bounds = road(straight(), left, right)
+    settings = replace(SETTINGS, **changes)
+    return terminal_offsets(bounds, (0.0, 50.0), 1.0, settings)
+
+
+def test_the_outermost_places_of_the_body_are_sampled_too():
+    expected = [-1.3, -1.0, -0.5, 0.0, 0.5, 0.7]
+    np.testing.assert_allclose(offsets_between(1.7, -2.3), expected)
+    np.testing.assert_allclose(
+        offsets_between(1.7, -2.3, edge_offsets=False), expected[1:-1]
+    )
+    np.testing.assert_allclose(offsets_between(1.4, -0.9), [0.1, 0.4])
+
+
+@pytest.mark.parametrize("miss", [0.0, 1e-12, -1e-12])
+def test_an_outermost_place_at_a_multiple_of_the_step_is_sampled_once(miss):
+    found = offsets_between(2.0 + miss, -2.0 - miss)
+    np.testing.assert_allclose(found, [-1.0, -0.5, 0.0, 0.5, 1.0], atol=1e-9)
+
+
+def test_on_a_road_narrower_than_the_body_there_is_no_offset():
+    assert offsets_between(0.7, -0.7).size == 0
+
+
+@pytest.mark.parametrize("limit", [2.0, 2.2])
+@pytest.mark.parametrize("edges", [True, False])
+def test_the_full_grid_is_what_a_wide_road_gives(limit, edges):
+    changes = {"lateral_limit": limit, "edge_offsets": edges}
+    found = offsets_between(20.0, -20.0, **changes)
+    assert found.size == full_grid_size(replace(SETTINGS, **changes))
+
+
+def test_on_a_wide_road_no_candidate_counts_as_off_it():
+    path = straight()
+    scene = make_scene(path, ego_on(path, 20.0), bounds=road(path, 20.0, -20.0))
+    plan = CruisePlanner(SETTINGS).plan(scene, None)
+    assert "road" not in plan.stats.removed
+
+
+def test_whole_numbers_for_the_ego_are_numbers_too():
+    path = straight()
+    scene = make_scene(path, ego_on(path, 20.0, 0.0, 8.0))
+    whole = replace(scene.ego_frenet, s=20, s_dot=8, s_ddot=0, l=0)
+    ego = replace(scene.ego, x=20, y=0, speed=8)
+    plan = CruisePlanner(SETTINGS).plan(replace(scene, ego=ego, ego_frenet=whole), None)
+    assert plan.status is PlanStatus.OK
 
 
 def profiles(scene, settings=SETTINGS):
