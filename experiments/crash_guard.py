@@ -18,6 +18,7 @@ MISTAKE_OF_OURS = 3  # exit status after an error that no one foresaw
 INTERRUPTED = 130  # exit status after Ctrl-C
 TERMINATED = 143  # exit status after SIGTERM
 SECOND_SIGNAL = 0.3  # signals closer than this are one, sent to a group [s]
+NOTICE_AFTER = 1.0  # that a step goes on after Ctrl-C, the user is told [s]
 PATIENCE = 5.0  # for an episode to end after SIGTERM, before SIGKILL [s]
 
 
@@ -57,7 +58,7 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
             crashed(child, _death(state, ended=False) or "")
         return TERMINATED
     except KeyboardInterrupt:  # from the terminal, which sends it to both
-        os.waitpid(child, 0)
+        _wait_for_the_step(child)
         return INTERRUPTED
     death = _death(state, ended=_was_written(reading))
     return os.WEXITSTATUS(state) if death is None else crashed(child, death)
@@ -68,15 +69,34 @@ def _on_terminate(*_: object) -> None:
     raise _TerminatedError
 
 
+def _wait_for_the_step(child: int) -> None:
+    """Wait for a process to complete its step, after a second Ctrl-C no longer."""
+    try:
+        if not _has_ended(child, NOTICE_AFTER):
+            words = "waiting for the step to end; Ctrl-C again stops at once\n"
+            sys.stderr.write(words)
+            sys.stderr.flush()
+            os.waitpid(child, 0)
+    except KeyboardInterrupt:
+        if not _ends_in_time(child):
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+
+
 def _ends_in_time(child: int) -> bool:
     """Ask a process to end, and tell whether it does."""
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # this one is being obeyed
     os.kill(child, signal.SIGTERM)
-    deadline = monotonic() + PATIENCE
+    return _has_ended(child, PATIENCE)
+
+
+def _has_ended(child: int, patience: float) -> bool:
+    """Tell whether a process ends before `patience` [s] is over."""
+    deadline = monotonic() + patience
     while monotonic() < deadline:
         if os.waitpid(child, os.WNOHANG) != (0, 0):
             return True
-        sleep(0.05)
+        sleep(0.02)
     return False
 
 

@@ -6,7 +6,8 @@ from typing import Any
 
 from experiments import manifest
 from experiments.config import Scenario
-from experiments.planners import planner_source
+from experiments.planner_sources import planner_sources
+from experiments.planners import own_module
 from experiments.scenario_file import config_hash
 
 SHAPING = ("python", "libsumo", "numpy", "scipy", "numba")
@@ -36,8 +37,7 @@ def run_hashes(scenario: Scenario, net_file: Path | None) -> dict[str, str | Non
     """Hash configuration, network, code and a user's planner, and all in one."""
     configuration = config_hash(scenario.resolved())
     network = _file_hash(*_stamp(net_file)) if net_file else None
-    source = planner_source(scenario.planner.name)
-    planner = _file_hash(*_stamp(source)) if source else None
+    planner = _planner_hash(own_module(scenario.planner.name))
     code = code_hash()
     return {
         "run_hash": manifest.text_hash(f"{configuration} {network} {code} {planner}"),
@@ -46,6 +46,13 @@ def run_hashes(scenario: Scenario, net_file: Path | None) -> dict[str, str | Non
         "code_hash": code,
         "planner_hash": planner,
     }
+
+
+def _planner_hash(module_name: str | None) -> str | None:
+    """Hash a user's planner with what it imports from beside it, None for ours."""
+    sources = planner_sources(module_name) if module_name else ()
+    hashes = [f"{file.name} {_file_hash(*_stamp(file))}" for file in sources]
+    return manifest.text_hash("\n".join(hashes)) if hashes else None
 
 
 @cache

@@ -120,13 +120,9 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
     return CheckedPlanner(_call(name, _load(name), **settings))
 
 
-def planner_source(name: str) -> Path | None:
-    """Give the file of a user's own planner, None for one of this project."""
-    if name in PLANNERS:
-        return None
-    module = sys.modules.get(name.partition(":")[0])
-    file = getattr(module, "__file__", None)
-    return Path(file) if file else None
+def own_module(name: str) -> str | None:
+    """Name the module of a user's own planner, None for one of this project."""
+    return None if name in PLANNERS else name.partition(":")[0]
 
 
 def _call(

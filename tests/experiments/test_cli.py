@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -225,6 +226,34 @@ def test_sigterm_to_the_parent_ends_both(road, tmp_path, asleep, whole):
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, 0)
     assert [path.name[0] for path in runs.iterdir()] == ["e"] * whole
+
+
+def test_ctrl_c_in_a_step_that_hangs_says_so_and_the_second_one_stops(road, tmp_path):
+    runs = tmp_path / "runs"
+    command = [sys.executable, "-m", "experiments", "run", road, *OWN]
+    process = subprocess.Popen(
+        [*command, "--set", "planner.settings.sleep=60", "--out", str(runs)],
+        cwd=HERE,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        start_new_session=True,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until = time.monotonic() + 30.0
+    while not (runs.exists() and list(runs.iterdir())) and time.monotonic() < until:
+        time.sleep(0.02)
+    time.sleep(0.5)
+    os.killpg(process.pid, signal.SIGINT)
+    for line in process.stderr:
+        if line.startswith("waiting for the step to end"):
+            break
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)  # to the parent alone
+    assert process.wait(timeout=10) == crash_guard.INTERRUPTED
+    process.stderr.close()
+    with pytest.raises(ProcessLookupError):
+        os.killpg(process.pid, 0)
+    assert list(runs.iterdir()) == []
 
 
 def test_ctrl_c_leaves_nothing(road, tmp_path):
