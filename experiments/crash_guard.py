@@ -52,13 +52,10 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
     try:
         _, state = os.waitpid(child, 0)
     except _TerminatedError:  # sent to the parent alone, perhaps
-        if not _ends_in_time(child):
-            os.kill(child, signal.SIGKILL)
-            _, state = os.waitpid(child, 0)
-            crashed(child, _death(state, ended=False) or "")
+        _stop(child, crashed)
         return TERMINATED
     except KeyboardInterrupt:  # from the terminal, which sends it to both
-        _wait_for_the_step(child)
+        _wait_for_the_step(child, crashed)
         return INTERRUPTED
     death = _death(state, ended=_was_written(reading))
     return os.WEXITSTATUS(state) if death is None else crashed(child, death)
@@ -69,7 +66,7 @@ def _on_terminate(*_: object) -> None:
     raise _TerminatedError
 
 
-def _wait_for_the_step(child: int) -> None:
+def _wait_for_the_step(child: int, crashed: Callable[[int, str], int]) -> None:
     """Wait for a process to complete its step, after a second Ctrl-C no longer."""
     try:
         if not _has_ended(child, NOTICE_AFTER):
@@ -78,16 +75,17 @@ def _wait_for_the_step(child: int) -> None:
             sys.stderr.flush()
             os.waitpid(child, 0)
     except KeyboardInterrupt:
-        if not _ends_in_time(child):
-            os.kill(child, signal.SIGKILL)
-            os.waitpid(child, 0)
+        _stop(child, crashed)
 
 
-def _ends_in_time(child: int) -> bool:
-    """Ask a process to end, and tell whether it does."""
+def _stop(child: int, crashed: Callable[[int, str], int]) -> None:
+    """End a process; one that does not end in time is killed, and has crashed."""
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # this one is being obeyed
     os.kill(child, signal.SIGTERM)
-    return _has_ended(child, PATIENCE)
+    if not _has_ended(child, PATIENCE):
+        os.kill(child, signal.SIGKILL)
+        _, state = os.waitpid(child, 0)
+        crashed(child, _death(state, ended=False) or "")
 
 
 def _has_ended(child: int, patience: float) -> bool:

@@ -6,7 +6,6 @@ project's own have the hash of the code.
 """
 
 import sys
-import sysconfig
 from functools import cache
 from modulefinder import Module, ModuleFinder
 from pathlib import Path
@@ -15,6 +14,8 @@ from typing import IO, Any
 
 from experiments.errors import ConfigError
 from experiments.manifest import PACKAGES
+
+INSTALLED = ("site-packages", "dist-packages")  # folders that many packages share
 
 
 @cache
@@ -31,11 +32,11 @@ def planner_sources(module_name: str) -> tuple[Path, ...]:
     if module is None or getattr(module, "__file__", None) is None:
         return ()
     root = _root(module)
-    installed = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}
-    finder = _Finder(root, module_name.partition(".")[0], alone=str(root) in installed)
+    package = module_name.partition(".")[0]
+    finder = _Finder(root, package, alone=root.name in INSTALLED)
     try:
         finder.import_hook(module_name)
-    except ImportError:  # within a namespace package
+    except ImportError:  # within a namespace package, or one of ours by its address
         return (Path(str(module.__file__)),)
     except SyntaxError as error:
         place = f"{error.filename}, line {error.lineno}"

@@ -87,8 +87,11 @@ def safety_kernel(term: SafetyTerm, step: float, sigma: float) -> FloatArray:
     return np.empty(0)
 
 
-def convolved_safety(
-    hit_size: FloatArray, term: SafetyTerm, step: float, sigma: float
+@inlined
+def convolve(
+    hit_size: FloatArray,
+    kernel: FloatArray,
+    binary: bool,  # noqa: FBT001 - a constant of the planner
 ) -> FloatArray:
     """Safety by convolution along the terminal offsets, for each profile.
 
@@ -98,24 +101,12 @@ def convolved_safety(
     Args:
         hit_size: Largest obstacle that each candidate hits, 0 if none,
             (n_profiles, n_offsets) [m].
-        term: Which of the two.
-        step: Between terminal offsets [m].
-        sigma: Of the kernel [m].
+        kernel: Of `safety_kernel`, (2 m + 1,).
+        binary: Whether each hit counts 1, whatever its size.
 
     Returns:
         (n_profiles, n_offsets).
     """
-    binary = term is SafetyTerm.BINARY_CONVOLUTION
-    return convolve(hit_size, safety_kernel(term, step, sigma), binary)
-
-
-@inlined
-def convolve(
-    hit_size: FloatArray,
-    kernel: FloatArray,
-    binary: bool,  # noqa: FBT001 - a constant of the planner
-) -> FloatArray:
-    """Convolve each row with `kernel`; `binary` makes each hit count 1."""
     n, half = hit_size.shape[1], kernel.size // 2
     out = np.zeros_like(hit_size)
     for p in range(hit_size.shape[0]):

@@ -4,20 +4,10 @@ import math
 
 import numpy as np
 
-from planner.compiled import compiled, inlined
+from planner.compiled import inlined
 from planner.states import FloatArray
 
 TURN_REACH = 5.0  # lever with which turning moves the discs, generously [m]
-
-
-@compiled
-def point_to_rectangle(
-    u: float, w: float, half_length: float, half_width: float
-) -> float:
-    """Distance of a point from a rectangle about the origin [m]; 0 inside."""
-    du = max(abs(u) - half_length, 0.0)
-    dw = max(abs(w) - half_width, 0.0)
-    return math.sqrt(du * du + dw * dw)
 
 
 @inlined

@@ -6,10 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.cruise.costs import (
-    convolved_safety,
+    convolve,
     edge_clearance,
     gaussian_kernel,
     headway_lack,
+    safety_kernel,
     size_kernel,
     speed_deviation,
 )
@@ -50,6 +51,11 @@ def test_the_size_kernel_has_the_shape_of_equation_4_18():
     least = np.min(np.exp(-0.5 * fine**2) * (1.0 - fine**2))
     expected = (g - least) / (g - least).sum()
     np.testing.assert_allclose(f, expected, atol=1e-8)
+
+
+def convolved_safety(sizes, term, step, sigma):
+    binary = term is SafetyTerm.BINARY_CONVOLUTION
+    return convolve(sizes, safety_kernel(term, step, sigma), binary)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import pytest
 
 from planner import cruise
 from planner.bodies import bodies_of, leader_of
-from planner.cruise.costs import convolved_safety, speed_deviation
+from planner.cruise.costs import convolve, safety_kernel, speed_deviation
 from planner.cruise.feasibility import road_excess
 from planner.cruise.headway import MIN_REAR_GAP, STRIDE
 from planner.cruise.reference_speed import reference_speed
@@ -391,15 +391,15 @@ def priced(slow, candidates, settings, *, remembers):
     n_offsets = slow.offsets.size
     raw = np.array([[c.terms.get(name, np.nan) for name in TERMS] for c in candidates])
     speed = speed_deviation(
-        slow.tracks.rows[:, 0].copy(), slow.tracks.rows[:, 1].copy(), *slow.speed_ahead
+        slow.tracks.rows[:, 0], slow.tracks.rows[:, 1], *slow.speed_ahead
     )
     raw[:, TERMS.index("speed")] = np.repeat(speed, n_offsets)
     if settings.safety_term is not SafetyTerm.EDGE_CLEARANCE:
         hits = np.array([c.hit_size for c in candidates]).reshape(-1, n_offsets)
         sigma = settings.convolution_sigma
-        raw[:, TERMS.index("safety")] = convolved_safety(
-            hits, settings.safety_term, settings.lateral_step, sigma
-        ).ravel()
+        kernel = safety_kernel(settings.safety_term, settings.lateral_step, sigma)
+        binary = settings.safety_term is SafetyTerm.BINARY_CONVOLUTION
+        raw[:, TERMS.index("safety")] = convolve(hits, kernel, binary).ravel()
     passed = np.array([c.verdict == "passed" for c in candidates])
     if settings.normalisation is Normalisation.PER_CYCLE:
         largest = raw[passed].max(axis=0, initial=0.0)

@@ -6,7 +6,6 @@ from hypothesis import strategies as st
 
 from planner.geometry.clearance import (
     gaps_to,
-    point_to_rectangle,
     segment_to_rectangle,
     span_clearance,
 )
@@ -22,13 +21,6 @@ def outside(u, w, half_length, half_width):
     nearest_u = np.clip(u, -half_length, half_length)
     nearest_w = np.clip(w, -half_width, half_width)
     return np.hypot(u - nearest_u, w - nearest_w)
-
-
-@given(coordinate, coordinate, half, half)
-def test_point_to_rectangle_is_the_distance_to_the_clamped_point(u, w, a, b):
-    assert math.isclose(
-        point_to_rectangle(u, w, a, b), outside(u, w, a, b), abs_tol=1e-12
-    )
 
 
 @given(coordinate, coordinate, coordinate, coordinate, half, half)
