@@ -172,7 +172,7 @@ def _planning(trace: Trace) -> Curve:
     deadline = float(trace.fact("step_s")) * TO_MS
     series = [Series("planning", times)]
     there = times[np.isfinite(times)]
-    note = f"{deadline_misses(trace)} above {deadline:g} ms, the first aside"
+    note = f"late: {deadline_misses(trace)}, first aside"
     high = float(SHOWN_PLANNING * np.percentile(there, 99)) if there.size else None
     if high is not None and high > deadline / 2.0:
         series.append(Series("step", np.full(times.size, deadline), "limit"))
