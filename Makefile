@@ -86,5 +86,5 @@ $(STAMP): pyproject.toml constraints.txt
 	@echo "Installing into $(VENV) (once, takes a few minutes) ..."
 	@$(PYTHON) -m venv $(VENV) || { echo "$(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt-get install python3-venv" >&2; exit 2; }
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]" -c constraints.txt
-	@$(BIN)/python -m experiments.doctor
+	@$(BIN)/python -m experiments.cosim.sumo.system_libraries
 	@touch $@

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.compiled import compiled, inlined
-from planner.geometry.clearance import gaps_to
-from planner.geometry.projection import EVERYWHERE, NO_DIRECTION, foot
-from planner.geometry.reference_path import PathTable
+from planner.numerics.compiled import compiled, inlined
+from planner.reference_path.path import PathTable
+from planner.reference_path.projection import EVERYWHERE, NO_DIRECTION, foot
 from planner.scene import Prediction, Scene
+from planner.shapes.disc_clearance import gaps_to
 from planner.states import BoolArray, FloatArray, Trajectory
 
 CORRIDOR_MARGIN = 0.3  # lateral overlap is judged this much wider than the bodies [m]

@@ -10,9 +10,9 @@ from collections.abc import Callable
 import numpy as np
 
 from planner.errors import OutsidePathDomainError
-from planner.geometry.frenet import frenet_to_cartesian
 from planner.interface import PlanStatus
-from planner.motion import polynomials
+from planner.numerics import polynomials
+from planner.reference_path.frenet import frenet_to_cartesian
 from planner.scene import Scene
 from planner.states import CartesianState, FloatArray, FrenetStates, Trajectory
 

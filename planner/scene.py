@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner.errors import InvalidInputError
-from planner.geometry.reference_path import ReferencePath
+from planner.reference_path.path import ReferencePath
 from planner.states import CartesianState, FloatArray, FrenetState, freeze
 from planner.vehicle import Vehicle
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from sumo_nets.errors import NetworkError
 
-ROOT = Path(__file__).parent
+ROOT = Path(__file__).parent / "networks"
 
 OPTIONS = (
     "--no-turnarounds=true",

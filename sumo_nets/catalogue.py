@@ -16,9 +16,9 @@ from types import MappingProxyType
 from typing import Any, Self
 
 from sumo_nets.build import net_path
+from sumo_nets.centre_line import Segment, arc, clothoid, line
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete, check_route, drivable_lanes, read_net
-from sumo_nets.outline import Segment, arc, clothoid, line
 
 # Road for background traffic behind the place where scenarios begin [m].
 LEAD_IN = 100.0

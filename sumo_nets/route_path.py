@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from sumo_nets.centre_line import FloatArray
 from sumo_nets.errors import NetworkError
+from sumo_nets.join_lanes import Piece, blend, densify, resample, stitch
 from sumo_nets.lane_choice import LaneUse, choose_lanes, via_lanes
 from sumo_nets.net_reader import check_route, drivable_lanes, read_net
-from sumo_nets.outline import FloatArray
-from sumo_nets.stitching import Piece, blend, densify, resample, stitch
 
 # Largest distance of neighbouring points [m].
 SPACING = 1.0

@@ -12,12 +12,12 @@ import pytest
 import typer
 import typer.main
 
-from experiments.cli import app
-from experiments.compile_notice import NOTICE
-from experiments.outcome_table import SHOWN
-from experiments.planners import PLANNERS
-from experiments.scenario_file import load_scenario, scenario_names
-from experiments.sweep_file import load_sweep
+from experiments.cli.app import app
+from experiments.cli.compile_notice import NOTICE
+from experiments.cli.outcome_table import SHOWN
+from experiments.config.scenario_file import load_scenario, scenario_names
+from experiments.config.sweep_file import load_sweep
+from experiments.planners.registry import PLANNERS
 from sumo_nets.build import net_path
 
 ROOT = Path(__file__).parent.parent

@@ -14,8 +14,8 @@ from experiments.config.obstacles import (
 )
 from experiments.config.road import Network, Road
 from experiments.config.traffic import ScriptedVehicle, Traffic, read_traffic
+from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
-from experiments.strict_yaml import Document, KeyPath, dotted
 
 DEFAULT_PLANNER = "cruise"
 

@@ -11,11 +11,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from experiments.cosim import frames
-from experiments.cosim.projection import state_on_path
 from experiments.cosim.records import Signal, TrafficState
+from experiments.cosim.scene_builder import state_on_path
+from experiments.cosim.sumo import frames
 from planner.errors import InvalidInputError
-from planner.geometry.reference_path import ReferencePath
+from planner.reference_path.path import ReferencePath
 from planner.scene import Obstacles, RoadBounds
 from planner.states import CartesianState, FloatArray
 

@@ -8,28 +8,28 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
+from experiments.cosim.blockage import Standstill
+from experiments.cosim.collision_monitor import Truth
 from experiments.cosim.plant import (
     PlannerOutputError,
     Plant,
     check_motion,
     drivable_trajectory,
 )
-from experiments.cosim.projection import SceneFrame, make_scene
 from experiments.cosim.records import (
     Ending,
     EpisodeStatus,
     StepRecord,
     TrafficState,
 )
+from experiments.cosim.scene_builder import SceneFrame, make_scene
 from experiments.cosim.signals import closed_stop_lines
-from experiments.cosim.standstill import Standstill
-from experiments.cosim.truth import Truth
 from experiments.cosim.world import World
 from experiments.errors import SimulationError
 from planner.errors import OutsidePathDomainError
-from planner.geometry.frenet import cartesian_to_frenet_one
 from planner.interface import Planner, PlanResult, PlanStats
-from planner.motion.prediction import Predictor, constant_speed
+from planner.prediction import Predictor, constant_speed
+from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.scene import Lanes
 from planner.states import CartesianState, FrenetState
 from planner.vehicle import Vehicle

@@ -3,7 +3,7 @@
 import math
 from typing import Protocol
 
-from experiments.cosim import frames
+from experiments.cosim.sumo import frames
 from experiments.errors import ExperimentError
 from planner.interface import PlanResult
 from planner.states import CartesianState, Trajectory

@@ -3,7 +3,7 @@
 from typing import Protocol, runtime_checkable
 
 from experiments.cosim.records import TrafficState
-from planner.geometry.reference_path import ReferencePath
+from planner.reference_path.path import ReferencePath
 from planner.scene import Obstacles, RoadBounds
 from planner.states import CartesianState, Trajectory
 

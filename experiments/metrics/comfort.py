@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from experiments.trace import Column, Table, Trace
+from experiments.trace.schema import Column, Table, Trace
 from planner.states import FloatArray
 
 JERK_COST = "jerk_integral"  # key of PlanStats.costs [m²/s⁵]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from experiments.trace import Trace
+from experiments.trace.schema import Trace
 from planner.interface import PlanStatus
 from planner.states import FloatArray
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from experiments.cosim.records import EpisodeStatus
-from experiments.trace import Trace
+from experiments.trace.schema import Trace
 
 
 def arrived(trace: Trace) -> bool:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from experiments.trace import Trace
+from experiments.trace.schema import Trace
 from planner.states import FloatArray
 
 CHANGED = 2.5  # three quarters of a lane of 10/3 m [m]

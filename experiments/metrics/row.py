@@ -4,13 +4,13 @@ from experiments.metrics import (
     columns,
     comfort,
     computation,
-    counterfactual,
     efficiency,
     lane_change,
     safety,
-    traffic_impact,
 )
-from experiments.trace import Table, Trace
+from experiments.metrics import followers as traffic_impact
+from experiments.metrics import without_ego as counterfactual
+from experiments.trace.schema import Table, Trace
 
 Cell = str | int | float | bool | None
 

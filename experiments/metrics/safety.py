@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 
-from experiments.metrics.neighbours import Neighbours, neighbours
-from experiments.trace import Trace
+from experiments.metrics.pairs import Neighbours, neighbours
+from experiments.trace.schema import Trace
 from planner.states import FloatArray
 
 TTC_HORIZON = 10.0  # an encounter farther ahead is none [s]

@@ -16,7 +16,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from experiments.sweep_folder import write_whole
+from experiments.sweep.folder import write_whole
 
 PAGES = Path(__file__).parent / "pages"
 PAGE_FILE = "report.html"

@@ -7,15 +7,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from experiments.episode.identity import code_hash, shaping_versions
 from experiments.errors import ResultsError
-from experiments.identity import code_hash, shaping_versions
-from experiments.manifest import ROOT
-from experiments.sweep_folder import write_whole
+from experiments.storage.provenance import ROOT
+from experiments.sweep.folder import write_whole
 from experiments.thesis.claims import Chapter
-from experiments.thesis.cruise import cruise_chapter
-from experiments.thesis.dense_chapter import dense_chapter
+from experiments.thesis.cruise.chapter import cruise_chapter
+from experiments.thesis.dense.chapter import dense_chapter
 from experiments.thesis.effort import Effort, Work
-from experiments.thesis.lane_change import lane_change_chapter
+from experiments.thesis.lane_change.chapter import lane_change_chapter
 
 Data = dict[str, Any]
 CHAPTERS: Mapping[str, Callable[[Effort, Work], Chapter]] = {
@@ -24,7 +24,11 @@ CHAPTERS: Mapping[str, Callable[[Effort, Work], Chapter]] = {
     "lane_change": lane_change_chapter,
 }
 FOLDER = "chapters"  # of the finished ones
-INPUTS = ("experiments/scenarios/*.yaml", "experiments/thesis/*.yaml", "sumo_nets/*/*")
+INPUTS = (
+    "experiments/scenarios/*.yaml",
+    "experiments/thesis/*.yaml",
+    "sumo_nets/networks/*/*",
+)
 
 
 def identity(effort: Effort) -> Data:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from experiments.statistics import wilson
+from experiments.comparison.inference import wilson
 
 DIGITS = 4  # significant ones of every number that is reported
 NOTHING = 1e-9  # what is smaller is rounding

@@ -9,10 +9,10 @@ from typing import Annotated
 from pydantic import Field, ValidationError
 
 from experiments.config.base import Strict
-from experiments.config_errors import describe
+from experiments.config.scenario_file import tuples
+from experiments.config.validation_errors import describe
+from experiments.config.yaml_reader import Document, read_document
 from experiments.errors import ConfigError
-from experiments.scenario_file import tuples
-from experiments.strict_yaml import Document, read_document
 
 FILE = Path(__file__).parent / "published.yaml"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.errors import ResultsError
-from experiments.sweep_folder import write_whole
+from experiments.sweep.folder import write_whole
 from experiments.thesis.chapters import Data
 from experiments.thesis.claims import printed
 from experiments.thesis.document import document

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from planner.compiled import inlined
 from planner.cruise.settings import SafetyTerm
-from planner.geometry.lookup import interpolate
+from planner.numerics.compiled import inlined
+from planner.numerics.interpolation import interpolate
 from planner.states import FloatArray
 
 MIN_SPEED_SCALE = 2.0  # near a stop line, where the reference speed is 0 [m/s]

@@ -6,26 +6,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.bodies import Bodies, bodies_of, leader_of
-from planner.compiled import compiled
-from planner.cruise.feasibility import TOLERANCE, Limits, road_excess
-from planner.cruise.motion import (
+from planner.cruise.candidate_motion import (
     Ground,
     Lateral,
     Tracks,
     candidate_motion,
 )
-from planner.cruise.reference_speed import reference_speed
-from planner.cruise.sampling import EMPTY, longitudinal_profiles
-from planner.cruise.settings import CruiseSettings, LateralMotion
-from planner.cruise.surroundings import Surroundings
-from planner.cruise.terminal_offsets import (
+from planner.cruise.feasibility import TOLERANCE, Limits, road_excess
+from planner.cruise.sampling.lateral import (
     full_grid_size,
     lateral_room,
     terminal_offsets,
 )
-from planner.geometry.clearance import gaps_to
-from planner.geometry.pieces import curvature_at
+from planner.cruise.sampling.longitudinal import EMPTY, longitudinal_profiles
+from planner.cruise.sampling.reference_speed import reference_speed
+from planner.cruise.settings import CruiseSettings, LateralMotion
+from planner.cruise.workspace import Surroundings
+from planner.numerics.compiled import compiled
+from planner.reference_path.linear_curvature import curvature_at
 from planner.scene import Scene
+from planner.shapes.disc_clearance import gaps_to
 from planner.states import BoolArray, FloatArray, IntArray, Trajectory
 
 CAPSULE_DISCS = 33  # 0.1 m apart: their hull waves by less than the tolerance

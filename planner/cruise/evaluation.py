@@ -8,23 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.compiled import compiled, inlined
-from planner.cruise.choice import Choice, PricingColumns, choose
-from planner.cruise.costs import (
-    CONSISTENCY,
-    DEAD_END,
-    HEADING,
-    HEADWAY,
-    JERK,
-    N_TERMS,
-    OFFSET,
-    SAFETY,
-    SPEED,
-)
-from planner.cruise.feasibility import Check, Limits, lateral_quintic, squared_jerk
-from planner.cruise.headway import add_headway
-from planner.cruise.limit_check import check_profile
-from planner.cruise.motion import (
+from planner.cruise.candidate_motion import (
     L_JERK,
     LAST_L,
     S_DOT,
@@ -40,8 +24,24 @@ from planner.cruise.motion import (
     lateral_length,
     lay_ground,
 )
-from planner.cruise.nearness import clear_bodies
-from planner.cruise.surroundings import Surroundings, make_bench, padded
+from planner.cruise.checks.clearance import clear_bodies
+from planner.cruise.checks.limits import check_profile
+from planner.cruise.costs import (
+    CONSISTENCY,
+    DEAD_END,
+    HEADING,
+    HEADWAY,
+    JERK,
+    N_TERMS,
+    OFFSET,
+    SAFETY,
+    SPEED,
+)
+from planner.cruise.feasibility import Check, Limits, lateral_quintic, squared_jerk
+from planner.cruise.headway import add_headway
+from planner.cruise.selection import Choice, PricingColumns, choose
+from planner.cruise.workspace import Surroundings, make_bench, padded
+from planner.numerics.compiled import compiled, inlined
 from planner.states import FloatArray, IntArray
 
 PASSED = int(Check.PASSED)

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.compiled import inlined
-from planner.motion.polynomials import quintic_coefficients
+from planner.numerics.compiled import inlined
+from planner.numerics.polynomials import quintic_coefficients
 
 MIN_STRETCH = 0.05  # 1 - kappa_r l; below it the Frenet frame is not usable
 MIN_SPEED = 0.1  # below it l(t) gives no direction [m/s]

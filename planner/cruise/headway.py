@@ -1,9 +1,9 @@
 """Time headway to the vehicle ahead, and the one left to the vehicle behind."""
 
-from planner.compiled import inlined
+from planner.cruise.candidate_motion import S_DOT, UNIT_L, L, S
 from planner.cruise.costs import headway_lack
-from planner.cruise.motion import S_DOT, UNIT_L, L, S
-from planner.cruise.surroundings import Surroundings
+from planner.cruise.workspace import Surroundings
+from planner.numerics.compiled import inlined
 from planner.states import FloatArray
 
 MIN_REAR_GAP = 1.0  # left to a vehicle behind at any speed [m]

@@ -5,19 +5,19 @@ from functools import partial
 
 from planner.bodies import touched_by
 from planner.cruise import costs
-from planner.cruise.alternatives import alternatives_of
-from planner.cruise.choice import Pricing
 from planner.cruise.costs import JERK, OFFSET
 from planner.cruise.cycle import Cycle, disc_cover
+from planner.cruise.drawn_candidates import alternatives_of
 from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
-from planner.cruise.sampling import front_limit
+from planner.cruise.sampling.longitudinal import front_limit
+from planner.cruise.selection import Pricing
 from planner.cruise.settings import CruiseSettings
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
+from planner.scene_checks import invalid
 from planner.states import Trajectory
-from planner.validity import invalid
 
 CHECK_NAMES = {
     int(check): check.name.lower() for check in Check if check is not Check.PASSED

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.compiled import inlined
 from planner.errors import InvalidInputError
+from planner.numerics.compiled import inlined
 from planner.scene import Obstacles, Scene
 from planner.states import BoolArray, FloatArray, freeze
 from planner.vehicle import Vehicle

@@ -3,13 +3,17 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from planner.dense.coarse_path import PathStart
 from planner.dense.field import Cover, ObstacleField
-from planner.dense.lattice import LatticeSearch, search_lattice
-from planner.dense.path import FrenetPath
+from planner.dense.frenet_path import FrenetPath
+from planner.dense.lattice.coarse_path import PathStart
+from planner.dense.lattice.search import LatticeSearch, search_lattice
+from planner.dense.lattice.waypoints import (
+    Waypoints,
+    adaptive_waypoints,
+    uniform_waypoints,
+)
 from planner.dense.settings import LatticeSettings, SmoothingSettings
-from planner.dense.smoothing import Smoothing, SmoothingStatus, smooth
-from planner.dense.waypoints import Waypoints, adaptive_waypoints, uniform_waypoints
+from planner.dense.tube.smoothing import Smoothing, SmoothingStatus, smooth
 
 
 class LatticeStatus(StrEnum):

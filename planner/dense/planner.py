@@ -7,17 +7,17 @@ import numpy as np
 
 from planner.bodies import Bodies, bodies_of, touched_by
 from planner.dense.field import Cover, field_of
+from planner.dense.path_ladder import ChosenPath, Task, choose_path
 from planner.dense.settings import DenseSettings
 from planner.dense.speed import Way, knot_times, plan_drive
 from planner.dense.vehicles_ahead import bound_by_vehicles
-from planner.dense.way import ChosenPath, Task, choose_path
 from planner.fallback import fallback
-from planner.geometry.frenet_lines import line_in_plane
 from planner.interface import PlanResult, PlanStats, PlanStatus
-from planner.motion.path_speed import trajectory_on
+from planner.path_velocity import trajectory_on
+from planner.reference_path.frenet_lines import line_in_plane
 from planner.scene import Scene
+from planner.scene_checks import invalid
 from planner.states import Path, SpeedProfile, Trajectory
-from planner.validity import invalid
 
 HARD_GAP = 0.02  # least distance to a body that a fallback may leave [m]
 AT_THE_END = 1.0  # from where on who is blocked is said to stand because of it [m]

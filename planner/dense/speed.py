@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.dense.settings import DriveSettings
-from planner.motion.piecewise_jerk import (
+from planner.piecewise_jerk.solve import (
     PiecewiseJerkProblem,
     QpStatus,
     solve,
 )
-from planner.motion.speed_limits import drive_along, limit_speeds
 from planner.scene import Scene
+from planner.speed_limits import drive_along, limit_speeds
 from planner.states import FloatArray, Path, SpeedProfile
 
 ROUNDING = 1e-6  # of places [m]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.numerics.compiled import compiled
 from planner.scene import Scene
 from planner.states import BoolArray, FloatArray, IntArray, Path
 

@@ -1,6 +1,6 @@
 """Shapes of lane changes over the road, sampled and priced; [Thesis] 6.3.5, 6.11.
 
-The clamped cubic B-spline of `planner.geometry.curve_models`, with its first control
+The clamped cubic B-spline of `planner.lane_change.b_spline`, with its first control
 points placed such that position, slope and second derivative are those of the ego: so a
 change can be planned anew from the middle of another one.
 """
@@ -9,13 +9,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.compiled import compiled
-from planner.geometry.curve_models import (
+from planner.lane_change.b_spline import (
     CUBIC,
     LANE_CHANGE_KNOTS,
     b_spline,
     lane_change_points,
 )
+from planner.numerics.compiled import compiled
 from planner.states import FloatArray, freeze
 
 SAMPLES = 161  # of the spline's parameter

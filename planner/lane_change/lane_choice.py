@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.compiled import compiled
+from planner.numerics.compiled import compiled
 from planner.scene import Lanes, Scene
 from planner.states import FloatArray
 

@@ -11,12 +11,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.compiled import compiled
-from planner.geometry.frenet_lines import line_in_plane
-from planner.geometry.reference_path import ReferencePath
 from planner.lane_change.change_shapes import BASIS, control_points, prices, sample
 from planner.lane_change.settings import PathSettings
-from planner.motion.polynomials import quintic_coefficients
+from planner.numerics.compiled import compiled
+from planner.numerics.polynomials import quintic_coefficients
+from planner.reference_path.frenet_lines import line_in_plane
+from planner.reference_path.path import ReferencePath
 from planner.states import FloatArray, FrenetState, Path
 from planner.vehicle import Vehicle
 

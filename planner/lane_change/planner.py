@@ -8,19 +8,19 @@ import numpy as np
 from planner.bodies import bodies_of, touched_by
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
-from planner.lane_change.attempt import Attempt, Tally
-from planner.lane_change.changing import go_on
-from planner.lane_change.keeping import keep
 from planner.lane_change.lane_choice import lane_at, wanted_lane
-from planner.lane_change.manoeuvre import Memory, Phase
-from planner.lane_change.picture import speed_graph_of
-from planner.lane_change.seeking import seek
+from planner.lane_change.phases.candidate import Attempt, Tally
+from planner.lane_change.phases.change import go_on
+from planner.lane_change.phases.cycle_view import Situation, look
+from planner.lane_change.phases.keep import keep
+from planner.lane_change.phases.memory import Memory, Phase
+from planner.lane_change.phases.seek import seek
 from planner.lane_change.settings import LaneChangeSettings
-from planner.lane_change.situation import Situation, look
-from planner.motion.path_speed import trajectory_on
+from planner.lane_change.speed.drawn_graph import speed_graph_of
+from planner.path_velocity import trajectory_on
 from planner.scene import Scene
+from planner.scene_checks import invalid
 from planner.states import Trajectory
-from planner.validity import invalid
 
 HARD_GAP = 0.05  # least distance to a body that a fallback may leave [m]
 

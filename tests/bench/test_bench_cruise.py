@@ -8,10 +8,10 @@ import pytest
 
 from planner import cruise
 from planner.bodies import bodies_of
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc, clothoid, line
 from planner.interface import PlanStatus
-from planner.motion.prediction import constant_speed
+from planner.prediction import constant_speed
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, clothoid, line
 from tests.planner.scenes import Car, Disc, ego_on, make_scene, road
 
 pytestmark = pytest.mark.bench

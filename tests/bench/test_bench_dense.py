@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.thesis.dense_layouts import DIFFERENT_SIZES, EGO_RADIUS
+from experiments.thesis.dense.layouts import DIFFERENT_SIZES, EGO_RADIUS
 from planner.dense import adaptive, proposed, uniform
 from planner.dense.field import Cover, straight_field
 from planner.dense.lattice_methods import plan_adaptive, plan_uniform
@@ -13,7 +13,7 @@ from planner.dense.settings import (
     SideSettings,
     SmoothingSettings,
 )
-from planner.dense.side_sequences import plan_sides
+from planner.dense.sides.sequences import plan_sides
 from planner.vehicle import Vehicle
 from tests.planner.scenes import Disc, ego_on, make_scene, straight
 

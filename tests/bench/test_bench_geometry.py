@@ -3,15 +3,15 @@ import math
 import numpy as np
 import pytest
 
-from planner.geometry.frenet import (
+from planner.reference_path.frenet import (
     cartesian_to_frenet,
     cartesian_to_frenet_one,
     frenet_to_cartesian,
     frenet_to_cartesian_one,
 )
-from planner.geometry.rectangles import Rectangle, Rectangles, distances, swept_contacts
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc, clothoid, line
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, clothoid, line
+from planner.shapes.rectangles import Rectangle, Rectangles, distances, swept_contacts
 from planner.states import CartesianState, FrenetState, FrenetStates
 
 pytestmark = pytest.mark.bench

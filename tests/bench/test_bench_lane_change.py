@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.planner.lane_change.test_speed import random_scene
 
 from planner.lane_change import proposed
 from planner.lane_change.path import best_change
@@ -13,14 +14,13 @@ from planner.lane_change.settings import (
     PathSettings,
     SpeedSettings,
 )
-from planner.lane_change.speed import plan_speed
-from planner.lane_change.speed_program import SpeedTask, knot_times
-from planner.lane_change.st_graph import in_time
-from planner.motion.piecewise_jerk import QpStatus, solve
+from planner.lane_change.speed.plan import plan_speed
+from planner.lane_change.speed.program import SpeedTask, knot_times
+from planner.lane_change.speed.st_graph import in_time
+from planner.piecewise_jerk.solve import QpStatus, solve
 from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes
 from tests.planner.lane_change.test_planner import wall
-from tests.planner.lane_change.test_speed import random_scene
 from tests.planner.motion.programs import KINDS
 from tests.planner.scenes import Car
 

@@ -8,8 +8,8 @@ from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
-from experiments.episode import run_episode
-from experiments.scenario_file import load_scenario
+from experiments.config.scenario_file import load_scenario
+from experiments.episode.run import run_episode
 
 ROADS = ("straight", "curved", "intersection", "u_shaped")
 

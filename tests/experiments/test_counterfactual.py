@@ -6,13 +6,13 @@ import duckdb
 import numpy as np
 import pytest
 
+from experiments.config.scenario_file import load_scenario
 from experiments.cosim.records import TrafficState
-from experiments.episode import WITHOUT_EGO_FILE, run_episode
-from experiments.metrics.counterfactual import Cost, costs
-from experiments.recording import vehicle_table
-from experiments.scenario_file import load_scenario
-from experiments.trace import Table, Trace, trace_hash
-from experiments.trace_files import read_trace
+from experiments.episode.run import WITHOUT_EGO_FILE, run_episode
+from experiments.metrics.without_ego import Cost, costs
+from experiments.trace.files import read_trace
+from experiments.trace.recording import vehicle_table
+from experiments.trace.schema import Table, Trace, trace_hash
 from planner.states import CartesianState
 from tests.experiments.traces import STEP, STRAIGHT, record, trace_of
 

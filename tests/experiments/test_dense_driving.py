@@ -9,9 +9,9 @@ from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
-from experiments.episode import run_episode
-from experiments.scenario_file import load_scenario
-from planner.geometry.rectangles import Rectangle, distance
+from experiments.config.scenario_file import load_scenario
+from experiments.episode.run import run_episode
+from planner.shapes.rectangles import Rectangle, distance
 
 LEFT = 1.0  # before what blocks the road [m]
 

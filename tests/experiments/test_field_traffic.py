@@ -2,11 +2,11 @@
 
 import pytest
 
-from experiments.cosim.lanes import all_lanes
-from experiments.cosim.obstacles import ID_PREFIX, place, twins
-from experiments.layout import make_layout
-from experiments.scenario_file import load_scenario
-from experiments.worlds import make_demand
+from experiments.config.scenario_file import load_scenario
+from experiments.cosim.sumo.lanes import all_lanes
+from experiments.cosim.sumo.obstacle_vehicles import ID_PREFIX, place, twins
+from experiments.world_setup.layout import make_layout
+from experiments.world_setup.world import make_demand
 from sumo_nets.demand import write_demand
 
 libsumo = pytest.importorskip("libsumo")

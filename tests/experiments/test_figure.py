@@ -17,18 +17,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.path import Path as Outline
 
-from experiments.cli import app
-from experiments.episode import run_episode
+from experiments.cli.app import app
+from experiments.config.scenario_file import load_scenario
+from experiments.episode.run import run_episode
 from experiments.errors import ResultsError
-from experiments.report.figures import draw_run, save_figure
-from experiments.report.from_above import offset_line, rectangle
-from experiments.report.over_time import fallback_steps, waiting_steps
-from experiments.report.page import page_for
-from experiments.report.run_record import read_run
-from experiments.road_map import map_around, read_map, write_map
-from experiments.scenario_file import load_scenario
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import line
+from experiments.report.figures.page_layout import page_for
+from experiments.report.figures.save import draw_run, save_figure
+from experiments.report.figures.time_series import fallback_steps, waiting_steps
+from experiments.report.figures.top_view import offset_line, rectangle
+from experiments.report.run_reader import read_run
+from experiments.trace.road_map import map_around, read_map, write_map
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import line
 from sumo_nets.build import net_path
 
 OWN = "tests.experiments.constant_speed_planner:make"
@@ -274,9 +274,7 @@ def test_damaged_run(tmp_path, capsys):
 
 
 def test_other_commands_do_not_load_matplotlib(tmp_path):
-    code = (
-        "import sys, experiments.cli, experiments.episode, experiments.report.figures"
-    )
+    code = "import sys, experiments.cli.app, experiments.episode.run, experiments.report.figures.save"
     done = subprocess.run(
         [sys.executable, "-c", code + "; sys.exit('matplotlib' in sys.modules)"],
         cwd=ROOT,

@@ -18,9 +18,9 @@ from pathlib import Path
 import libsumo
 import numpy as np
 
-from experiments.cosim.session import PLAN_COLOUR, PLAN_ID
-from experiments.episode import run_episode
-from experiments.scenario_file import load_scenario
+from experiments.cosim.sumo.world import PLAN_COLOUR, PLAN_ID
+from experiments.episode.run import run_episode
+from experiments.config.scenario_file import load_scenario
 
 scenario = load_scenario(
     "straight", overrides=["traffic=none", "simulation.duration_s=0.5"]

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from experiments.cosim.obstacles import PlacedBody, obstacles_on_path
+from experiments.cosim.sumo.obstacle_vehicles import PlacedBody, obstacles_on_path
 from experiments.metrics.lane_change import (
     blockage,
     changed_before_blockage,
     lane_change_done,
     lane_change_time,
 )
-from experiments.trace import Trace
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc
+from experiments.trace.schema import Trace
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc
 from planner.states import CartesianState
 from tests.experiments.traces import CAR, STEP, STRAIGHT, cruising, record, trace_of
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from experiments.config.scenario import Simulation
-from experiments.episode import PREDICTORS, run_episode
-from experiments.layout import make_layout
-from experiments.scenario_file import load_scenario
+from experiments.config.scenario_file import load_scenario
+from experiments.episode.run import PREDICTORS, run_episode
+from experiments.world_setup.layout import make_layout
 
 DONE = {"light": 0.98, "medium": 0.95, "dense": 0.85}  # least share of arrivals
 HARD = 3.0  # braking that nobody likes to be made to do [m/s²]

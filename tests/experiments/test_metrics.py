@@ -13,17 +13,17 @@ from experiments.cosim.records import (
     EpisodeStatus,
 )
 from experiments.metrics import columns, comfort, computation, efficiency, safety
-from experiments.metrics.neighbours import Neighbours
-from experiments.metrics.row import metric_row
-from experiments.metrics.traffic_impact import (
+from experiments.metrics.followers import (
     followings,
     rear_max_deceleration,
     rear_speed_loss,
 )
-from planner.geometry.rectangles import Rectangle, Rectangles, distance, distances
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc
+from experiments.metrics.pairs import Neighbours
+from experiments.metrics.row import metric_row
 from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc
+from planner.shapes.rectangles import Rectangle, Rectangles, distance, distances
 from planner.states import CartesianState
 from tests.experiments.traces import CAR, STEP, cruising, record, trace_of
 

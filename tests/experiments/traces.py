@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from experiments.cosim.records import Ending, EpisodeStatus, StepRecord, TrafficState
-from experiments.recording import Setting, build_trace
-from experiments.trace import Trace
-from planner.geometry.frenet import cartesian_to_frenet_one
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import line
+from experiments.trace.recording import Setting, build_trace
+from experiments.trace.schema import Trace
 from planner.interface import PlanResult
+from planner.reference_path.frenet import cartesian_to_frenet_one
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import line
 from planner.scene import Obstacles, RoadBounds
 from planner.states import CartesianState
 from planner.vehicle import Vehicle

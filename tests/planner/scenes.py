@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.geometry.frenet import cartesian_to_frenet_one
-from planner.geometry.rectangles import Rectangle, distance
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc, clothoid, line
 from planner.interface import Planner, PlanResult
-from planner.motion.prediction import constant_speed
+from planner.prediction import constant_speed
+from planner.reference_path.frenet import cartesian_to_frenet_one
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, clothoid, line
 from planner.scene import Obstacles, RoadBounds, Scene, Vehicles
+from planner.shapes.rectangles import Rectangle, distance
 from planner.states import CartesianState, FloatArray, FrenetState, Trajectory
 from planner.vehicle import Vehicle
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from sumo_nets.catalogue import Network, network, networks
+from sumo_nets.centre_line import total_length
 from sumo_nets.errors import NetworkError
 from sumo_nets.lane_choice import CHANGE, COMFORTABLE_CHANGE, OFF_WANTED, choose_lanes
 from sumo_nets.net_reader import drivable_lanes, read_net
-from sumo_nets.outline import total_length
 from sumo_nets.route_path import SPACING, route_path
 
 NAMES = sorted(networks())

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.cosim.session import SumoWorld
-from experiments.cosim.sumo_settings import SumoSettings
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import line
+from experiments.cosim.sumo.settings import SumoSettings
+from experiments.cosim.sumo.world import SumoWorld
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import line
 from planner.scene import RoadBounds
 from planner.states import CartesianState
 from planner.vehicle import Vehicle

@@ -11,8 +11,8 @@ from experiments.cosim.kinematic_world import (
     constant_road,
 )
 from planner.errors import InvalidInputError
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc, line
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, line
 from planner.states import CartesianState
 
 STRAIGHT = ReferencePath.from_segments([line(200.0)])

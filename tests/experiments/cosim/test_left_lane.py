@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from experiments.cosim import frames, ghost
-from experiments.cosim.projection import state_on_path
-from experiments.cosim.session import SumoWorld
-from experiments.cosim.sumo_settings import SumoSettings
-from experiments.layout import make_layout
-from experiments.scenario_file import load_scenario
+from experiments.config.scenario_file import load_scenario
+from experiments.cosim.scene_builder import state_on_path
+from experiments.cosim.sumo import frames
+from experiments.cosim.sumo import ghost_vehicle as ghost
+from experiments.cosim.sumo.settings import SumoSettings
+from experiments.cosim.sumo.world import SumoWorld
+from experiments.world_setup.layout import make_layout
 from planner.vehicle import Vehicle
 from tests.experiments.cosim.conftest import CALM, EGO, quintic
 

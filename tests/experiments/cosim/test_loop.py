@@ -15,13 +15,13 @@ from experiments.cosim.kinematic_world import (
     constant_road,
 )
 from experiments.cosim.loop import LoopSettings, run_loop
-from experiments.cosim.obstacles import PlacedBody, obstacles_on_path
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
+from experiments.cosim.sumo.obstacle_vehicles import PlacedBody, obstacles_on_path
 from experiments.errors import SimulationError
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import line
 from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import line
 from planner.scene import Obstacles, Scene
 from planner.states import Trajectory
 from planner.vehicle import Vehicle

@@ -10,10 +10,10 @@ import yaml
 
 from experiments.config.sweep import Sweep
 from experiments.metrics.row import metric_row
-from experiments.road_map import RoadMap, write_map
-from experiments.sweep_folder import run_folder
-from experiments.trace import Trace
-from experiments.trace_files import write_trace
+from experiments.sweep.folder import run_folder
+from experiments.trace.files import write_trace
+from experiments.trace.road_map import RoadMap, write_map
+from experiments.trace.schema import Trace
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.scene import Obstacles
 from planner.states import CartesianState, Trajectory

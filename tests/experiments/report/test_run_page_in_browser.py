@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from experiments.episode import RunFolder, run_episode
-from experiments.report.run_page import save_run_page
-from experiments.report.run_record import numbers
-from experiments.scenario_file import load_scenario
-from experiments.trace_files import read_trace
+from experiments.config.scenario_file import load_scenario
+from experiments.episode.run import RunFolder, run_episode
+from experiments.report.run.page import save_run_page
+from experiments.report.run_reader import numbers
+from experiments.trace.files import read_trace
 from planner.interface import PlanStats
 from planner.scene import Obstacles
 from tests.experiments.report.conftest import NARROW, WIDE

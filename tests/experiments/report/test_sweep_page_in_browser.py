@@ -2,11 +2,11 @@
 
 import pytest
 
-from experiments.report.sweep_page import save_run_pages, save_sweep_page
-from experiments.results import rows
-from experiments.road_map import RoadMap, write_map
-from experiments.sweep_folder import run_folder
-from experiments.trace_files import write_trace
+from experiments.comparison.results import rows
+from experiments.report.sweep.page import save_run_pages, save_sweep_page
+from experiments.sweep.folder import run_folder
+from experiments.trace.files import write_trace
+from experiments.trace.road_map import RoadMap, write_map
 from tests.experiments.report.conftest import NARROW, WIDE
 from tests.experiments.report.run_folders import (
     HOSTILE,

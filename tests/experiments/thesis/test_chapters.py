@@ -3,7 +3,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from experiments.cli import app
+from experiments.cli.app import app
 from experiments.thesis import chapters
 from experiments.thesis.chapters import chapter_data, inputs_hash, kept_chapter
 from experiments.thesis.claims import Chapter

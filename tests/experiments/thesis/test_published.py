@@ -3,7 +3,7 @@ import itertools
 import pytest
 
 from experiments.errors import ConfigError
-from experiments.thesis.dense_layouts import (
+from experiments.thesis.dense.layouts import (
     DIFFERENT_SIZES,
     EFFECTIVENESS,
     SAME_SIZE,

@@ -3,8 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from experiments.thesis import speed_times
-from experiments.thesis.cruise_drives import (
+from experiments.thesis.cruise.drives import (
     CAR,
     CONVENTIONAL,
     PROPOSED,
@@ -13,14 +12,20 @@ from experiments.thesis.cruise_drives import (
     drive,
     farthest_return,
 )
-from experiments.thesis.cruise_moving import moving
-from experiments.thesis.dense_study import Layout, passed_left, study
-from experiments.thesis.lane_change_claims import candidate_paths
-from experiments.thesis.speed_scenes import ALL_ORDERS, RULES, Asked, study_scene
-from experiments.thesis.speed_times import time_case
-from planner.dense.path import FrenetPath
-from planner.geometry.rectangles import Rectangle, distance
+from experiments.thesis.cruise.moving_obstacles import moving
+from experiments.thesis.dense.study import Layout, passed_left, study
+from experiments.thesis.lane_change import solver_times as speed_times
+from experiments.thesis.lane_change.claims import candidate_paths
+from experiments.thesis.lane_change.random_scenes import (
+    ALL_ORDERS,
+    RULES,
+    Asked,
+    study_scene,
+)
+from experiments.thesis.lane_change.solver_times import time_case
+from planner.dense.frenet_path import FrenetPath
 from planner.scene import Obstacles
+from planner.shapes.rectangles import Rectangle, distance
 from planner.states import CartesianState
 
 

@@ -15,17 +15,17 @@ from planner.bodies import bodies_of, leader_of
 from planner.cruise.costs import convolve, safety_kernel, speed_deviation
 from planner.cruise.feasibility import road_excess
 from planner.cruise.headway import MIN_REAR_GAP, STRIDE
-from planner.cruise.reference_speed import reference_speed
-from planner.cruise.sampling import longitudinal_profiles
+from planner.cruise.sampling.lateral import terminal_offsets
+from planner.cruise.sampling.longitudinal import longitudinal_profiles
+from planner.cruise.sampling.reference_speed import reference_speed
 from planner.cruise.settings import (
     LateralMotion,
     Normalisation,
     SafetyTerm,
     Weights,
 )
-from planner.cruise.terminal_offsets import terminal_offsets
-from planner.geometry.frenet import frenet_to_cartesian
 from planner.interface import PlanStatus
+from planner.reference_path.frenet import frenet_to_cartesian
 from planner.states import FrenetStates
 from tests.planner.scenes import STEP, Car, Disc, bend, ego_on, make_scene, straight
 

@@ -14,8 +14,8 @@ from planner.cruise.feasibility import (
     road_excess,
     squared_jerk,
 )
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc
 
 offset = st.floats(-5.0, 5.0)
 rate = st.floats(-2.0, 2.0)

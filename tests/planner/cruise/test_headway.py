@@ -3,9 +3,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.cruise import CruiseSettings
+from planner.cruise.candidate_motion import N_ROWS, S_DOT, UNIT_L, L, S
 from planner.cruise.cycle import Cycle
 from planner.cruise.headway import MIN_REAR_GAP, STRIDE, add_headway
-from planner.cruise.motion import N_ROWS, S_DOT, UNIT_L, L, S
 from tests.planner.scenes import Car, Disc, ego_on, make_scene, straight
 
 FRONT, REAR = 3.8, 1.0

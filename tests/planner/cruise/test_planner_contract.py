@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from planner import cruise
 from planner.fallback import SAME_PLACE
-from planner.geometry.rectangles import corners
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc, line
 from planner.interface import PlanStatus
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, line
 from planner.scene import Obstacles, Prediction
+from planner.shapes.rectangles import corners
 from planner.states import FrenetState
 from tests.planner.scenes import (
     STEP,

@@ -8,9 +8,9 @@ import pytest
 
 from planner import cruise
 from planner.cruise.planner import CruiseMemory
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc, clothoid, line
 from planner.interface import PlanStatus
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, clothoid, line
 from tests.planner.scenes import (
     STEP,
     TARGET,

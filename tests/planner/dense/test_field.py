@@ -16,9 +16,9 @@ from planner.dense.field import (
     straight_field,
 )
 from planner.errors import InvalidInputError
-from planner.geometry.frenet import frenet_to_cartesian
-from planner.geometry.reference_path import ReferencePath
-from planner.geometry.segments import arc, clothoid
+from planner.reference_path.frenet import frenet_to_cartesian
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, clothoid
 from planner.scene import Obstacles
 from planner.states import FrenetStates
 from planner.vehicle import Vehicle

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from experiments.thesis.dense import (
+from experiments.thesis.dense.layouts import (
+    DIFFERENT_SIZES,
+    EFFECTIVENESS,
+    SAME_SIZE,
+    random_layout,
+)
+from experiments.thesis.dense.methods import (
     METHODS,
     PRINTED,
     SIDES,
@@ -12,12 +18,6 @@ from experiments.thesis.dense import (
     measure,
     measure_random,
     share_better,
-)
-from experiments.thesis.dense_layouts import (
-    DIFFERENT_SIZES,
-    EFFECTIVENESS,
-    SAME_SIZE,
-    random_layout,
 )
 from planner.dense.lattice_methods import plan_adaptive
 from planner.dense.settings import GateReach, LatticeSettings

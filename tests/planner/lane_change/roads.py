@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.geometry.reference_path import ReferencePath
+from planner.reference_path.path import ReferencePath
 from planner.scene import Lanes, Obstacles, RoadBounds, Scene
 from tests.planner.scenes import Car, Disc, cars, ego_on, make_scene, straight
 

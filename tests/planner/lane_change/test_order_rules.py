@@ -3,14 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import quad
-
-from planner.lane_change import conventional, proposed, thesis
-from planner.lane_change.area_rule import area_above, area_below
-from planner.lane_change.dynamic_programming import search
-from planner.lane_change.orders import Side
-from planner.lane_change.settings import OrderRule
-from planner.vehicle import Vehicle
-from tests.planner.lane_change.roads import on_lanes
 from tests.planner.lane_change.test_speed import (
     BARE,
     PUBLISHED,
@@ -18,6 +10,14 @@ from tests.planner.lane_change.test_speed import (
     planned,
     random_scene,
 )
+
+from planner.lane_change import conventional, proposed, thesis
+from planner.lane_change.settings import OrderRule
+from planner.lane_change.speed.area_rule import area_above, area_below
+from planner.lane_change.speed.dynamic_programming import search
+from planner.lane_change.speed.passing_orders import Side
+from planner.vehicle import Vehicle
+from tests.planner.lane_change.roads import on_lanes
 from tests.planner.scenes import Car
 
 AREA = replace(SETTINGS, order_rule=OrderRule.AREA)

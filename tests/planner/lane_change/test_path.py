@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from planner.geometry.curve_models import LANE_CHANGE_KNOTS
-from planner.geometry.reference_path import ReferencePath
+from planner.lane_change.b_spline import LANE_CHANGE_KNOTS
 from planner.lane_change.change_shapes import BASIS, control_points, prices, sample
 from planner.lane_change.path import best_change, lane_keeping_path
 from planner.lane_change.settings import PathSettings
+from planner.reference_path.path import ReferencePath
 from planner.states import Path
 from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes
@@ -148,7 +148,7 @@ def test_outside_the_frame_there_is_no_path():
 
 
 def bend_segments():
-    from planner.geometry.segments import arc, line
+    from planner.reference_path.segments import arc, line
 
     return [line(100.0), arc(60.0, 0.05), line(200.0)]
 

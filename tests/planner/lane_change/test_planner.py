@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from planner.geometry.frenet import cartesian_to_frenet_one
-from planner.geometry.rectangles import Rectangle, distance
 from planner.interface import PlanResult, PlanStatus
 from planner.lane_change import LaneChangePlanner, proposed
-from planner.lane_change.commitment import rss_distance
-from planner.lane_change.manoeuvre import Memory, Phase
+from planner.lane_change.phases.gap_safety import rss_distance
+from planner.lane_change.phases.memory import Memory, Phase
+from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.scene import Lanes, Obstacles, Scene
+from planner.shapes.rectangles import Rectangle, distance
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from planner.motion.piecewise_jerk import PiecewiseJerkProblem
+from planner.piecewise_jerk.solve import PiecewiseJerkProblem
 
 INF = np.inf
 

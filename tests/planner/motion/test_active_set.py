@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.motion.piecewise_jerk import QpStatus, solve
-from planner.motion.piecewise_jerk_active_set import (
+from planner.piecewise_jerk.active_set import (
     INFEASIBLE,
     SOLVED,
     TOO_DEAR,
@@ -15,6 +14,7 @@ from planner.motion.piecewise_jerk_active_set import (
     riccati_gains,
     take_in_bounds,
 )
+from planner.piecewise_jerk.solve import QpStatus, solve
 from tests.planner.motion.programs import path_program
 
 CAPACITY = 96

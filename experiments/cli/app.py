@@ -1,0 +1,257 @@
+"""The command line: `rearview run | report | sweep | results | ...`.
+
+Exit status: 0 arrived (or done), 1 any other outcome of an episode, 2 bad input, 3 a
+mistake of ours, 130 Ctrl-C. Heavy modules are imported where they are needed, so that
+`--help` comes at once.
+"""
+
+import io
+import json
+import logging
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+from experiments.cli import report_commands as reporting
+from experiments.cli import results_commands as evaluating
+from experiments.cli import sweep_commands as sweeping
+from experiments.cli import thesis_command as reproducing
+from experiments.cli.user_errors import (
+    ARRIVED,
+    BAD_INPUT,
+    INTERRUPTED,
+    OTHER_OUTCOME,
+    one_line_errors,
+)
+from experiments.errors import ConfigError
+
+if TYPE_CHECKING:
+    from experiments.config import Scenario
+    from experiments.cosim.records import StepRecord
+    from experiments.episode.run import Outcome
+
+# typer brings its own copy of click and hands out only some of its exceptions
+_UsageError: type[Exception] = typer.BadParameter.__bases__[0]
+
+app = typer.Typer(
+    help="Drives trajectory planners through SUMO traffic.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+sweeping.add_to(app)
+evaluating.add_to(app)
+reporting.add_to(app)
+reproducing.add_to(app)
+
+
+def main() -> None:
+    """Run the command line; a mistake in its words is one line, as any other."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # no ³ on a terminal of ASCII
+    try:
+        status = app(prog_name="rearview", standalone_mode=False)
+    except _UsageError as error:
+        _show_usage_error(error)
+        status = BAD_INPUT
+    except typer.Abort:
+        status = INTERRUPTED
+    sys.exit(status)
+
+
+@app.command()
+def run(  # noqa: PLR0913, one parameter an option
+    scenario: Annotated[
+        str, typer.Argument(metavar="NAME|FILE", help="Shipped scenario, or a .yaml.")
+    ],
+    *,
+    planner: Annotated[
+        str | None, typer.Option(help="Planner by name, or module:factory.")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of traffic, obstacles.")
+    ] = None,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Any key: ego.goal_m=200."),
+    ] = None,
+    gui: Annotated[bool, typer.Option("--gui", help="Show SUMO's window.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the results row as one JSON line.")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="Where run folders go.")] = Path("runs"),
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Log to stderr, with tracebacks.")
+    ] = False,
+) -> None:
+    """Run one episode and leave its run folder."""
+    logging.basicConfig(level=logging.DEBUG if verbose else logging.CRITICAL)
+    for noisy in ("numba", "matplotlib"):
+        logging.getLogger(noisy).setLevel(logging.WARNING)
+    with one_line_errors():
+        from experiments.config.scenario_file import load_scenario
+
+        if gui:
+            _require_display()
+        loaded = load_scenario(
+            scenario, planner=planner, seed=seed, overrides=overrides or ()
+        )
+
+        def episode() -> int:
+            return _episode(loaded, out, gui=gui, as_json=as_json)
+
+        def crashed(process: int, death: str) -> int:
+            return _crashed(loaded, out, process, death, as_json=as_json)
+
+        if gui:  # a window belongs to the process that made it
+            _end_with_window(episode)
+        from experiments.cli.crash_guard import guarded
+
+        raise typer.Exit(guarded(episode, crashed))
+
+
+@app.command("list")
+def list_() -> None:
+    """List scenarios, networks, sweeps and planners."""
+    with one_line_errors():
+        from experiments.config.scenario_file import load_scenario, scenario_names
+        from experiments.config.sweep_file import load_sweep, sweep_names
+        from experiments.planners.registry import PLANNERS
+        from sumo_nets.catalogue import networks
+
+        _print_list(
+            "scenarios", {n: load_scenario(n).purpose for n in scenario_names()}
+        )
+        _print_list("networks", {n: r.description for n, r in networks().items()})
+        _print_list("sweeps", {n: load_sweep(n)[0].purpose for n in sweep_names()})
+        _print_list("planners", {n: known.purpose for n, known in PLANNERS.items()})
+
+
+@app.command()
+def schema(
+    *,
+    sweep: Annotated[
+        bool, typer.Option("--sweep", help="Of sweep files instead of scenarios.")
+    ] = False,
+) -> None:
+    """Print the JSON Schema of scenario or sweep files, for editors."""
+    from experiments.config.scenario_file import schema_text
+    from experiments.config.sweep_file import sweep_schema
+
+    sys.stdout.write(schema_text(sweep_schema() if sweep else None))
+
+
+def _show_usage_error(error: Any) -> None:
+    """Write one line; `rearview` alone shows the help instead."""
+    if type(error).__name__ == "NoArgsIsHelpError":
+        error.show()
+        return
+    command = error.ctx.command_path if error.ctx else "rearview"
+    words = " ".join(error.format_message().split())
+    sys.stderr.write(f"rearview: {words.rstrip('.')}; see {command} --help\n")
+
+
+def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> int:
+    """Run, show, and give the exit status."""
+    with one_line_errors():
+        from experiments.cli.compile_notice import compilation_announced
+        from experiments.cli.crash_guard import interrupts_between_steps
+        from experiments.cli.episode_progress import progress
+        from experiments.episode.run import RunFolder, run_episode
+
+        with (
+            compilation_announced(),
+            _stdout_to_stderr(),
+            interrupts_between_steps() as check_interrupt,
+            progress(scenario) as show,
+        ):
+
+            def on_step(record: "StepRecord") -> None:
+                check_interrupt()
+                show(record)
+
+            outcome = run_episode(
+                scenario,
+                out=out,
+                gui=gui,
+                on_step=on_step,
+                choice=RunFolder(keeps_candidates=True),
+            )
+        return _report(outcome, as_json=as_json)
+
+
+def _crashed(
+    scenario: "Scenario", out: Path, process: int, death: str, *, as_json: bool
+) -> int:
+    """Record an episode whose process died."""
+    with one_line_errors():
+        from experiments.episode.run import record_crash
+        from experiments.storage.atomic_folder import remove_unfinished
+
+        remove_unfinished(out, process)
+        reason = f"the process of the episode {death}"
+        return _report(record_crash(scenario, reason, out), as_json=as_json)
+
+
+def _end_with_window(episode: Callable[[], int]) -> NoReturn:
+    """Run, then end at once: SUMO's window would keep the process from ending."""
+    try:
+        status = episode()
+    except typer.Exit as stop:
+        status = stop.exit_code
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
+
+
+def _report(outcome: "Outcome", *, as_json: bool) -> int:
+    """Write the page, print the outcome and turn it into an exit status."""
+    page = reporting.write_page(outcome.folder)
+    if as_json:
+        row: dict[str, Any] = {**outcome.row, "run_folder": str(outcome.folder)}
+        sys.stdout.write(json.dumps(row) + "\n")
+    else:
+        from experiments.cli.outcome_table import print_outcome
+
+        print_outcome(outcome)
+        if page is not None:
+            sys.stdout.write(f"report: {page}\n")
+    return ARRIVED if outcome.row["arrived"] else OTHER_OUTCOME
+
+
+def _print_list(title: str, lines: dict[str, str]) -> None:
+    """Print names with one line each."""
+    width = max((len(name) for name in lines), default=0)
+    sys.stdout.write(f"{title}\n")
+    for name, text in lines.items():
+        sys.stdout.write(f"  {name:<{width}}  {text}\n")
+
+
+def _require_display() -> None:
+    """Refuse --gui where no window can open."""
+    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        raise ConfigError(
+            "--gui: there is no display (DISPLAY is not set); allowed: a desktop "
+            "session, or xvfb-run -a rearview run ..."
+        )
+
+
+@contextmanager
+def _stdout_to_stderr() -> Iterator[None]:
+    """Send what SUMO or a planner prints to stderr: stdout is for the outcome."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        os.dup2(2, 1)
+        yield
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, 1)
+        os.close(kept)

@@ -1,0 +1,107 @@
+"""`rearview report | figure | video`: what a run or a sweep left, to be looked at."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.cli.user_errors import one_line_errors
+
+_FOLDER_HELP = "Folder of a run or a sweep.  [the newest run in runs]"
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands to the command line."""
+    app.command()(report)
+    app.command()(figure)
+    app.command()(video)
+
+
+def report(
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="RUN|SWEEP", help=_FOLDER_HELP)
+    ] = None,
+    *,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="An .html file.  [FOLDER/report.html]"),
+    ] = None,
+    runs: Annotated[
+        bool,
+        typer.Option("--runs", help="Of a sweep: also of each run that has a trace."),
+    ] = False,
+) -> None:
+    """Write the page of a run or a sweep: one file, opens anywhere, offline."""
+    with one_line_errors():
+        from experiments.episode.newest_run import newest_run
+        from experiments.report.run.page import is_run, save_run_page
+        from experiments.report.sweep.page import save_run_pages, save_sweep_page
+        from experiments.sweep.folder import is_sweep
+
+        folder = folder or newest_run()
+        if is_run(folder) or not is_sweep(folder):
+            sys.stdout.write(f"{save_run_page(folder, output)}\n")
+            return
+        if runs:
+            sys.stdout.write(f"{save_run_pages(folder)} pages of runs\n")
+        sys.stdout.write(f"{save_sweep_page(folder, output)}\n")
+
+
+def figure(
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="RUN|SWEEP", help=_FOLDER_HELP)
+    ] = None,
+    *,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help=".png, .svg or .pdf  [FOLDER/figure.png]"),
+    ] = None,
+) -> None:
+    """Draw a run from above and over time, or the metrics of a sweep by planner."""
+    with one_line_errors():
+        from experiments.episode.newest_run import newest_run
+        from experiments.report.figures.save import save_figure
+
+        sys.stdout.write(f"{save_figure(folder or newest_run(), output)}\n")
+
+
+def video(
+    run_folder: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="RUN", help="A folder that `run` left.  [the newest run in runs]"
+        ),
+    ] = None,
+    *,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="An .mp4 or .gif file.")
+    ],
+    speed: Annotated[
+        float, typer.Option(help="How much faster than the run it is.")
+    ] = 1.0,
+) -> None:
+    """Film a run from above: road, vehicles, the ego and its plan."""
+    with one_line_errors():
+        from experiments.episode.newest_run import newest_run
+        from experiments.report.figures.video import save_film
+
+        film = save_film(run_folder or newest_run(), output, speed)
+        sys.stdout.write(f"{film}\n")
+
+
+def write_page(folder: Path) -> Path | None:
+    """Write the page of a run that has just ended.
+
+    Returns:
+        The page's file; None if it cannot be written, which is said on stderr: the run
+        itself is whole.
+    """
+    from experiments.errors import ResultsError
+    from experiments.report.run.page import save_run_page
+
+    try:
+        return save_run_page(folder)
+    except ResultsError as error:
+        sys.stderr.write(f"rearview: no page of this run: {error}\n")
+        return None

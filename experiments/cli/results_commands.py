@@ -1,0 +1,133 @@
+"""`rearview results | compare`: what came out of a sweep."""
+
+import csv
+import json
+import sys
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from experiments.cli.user_errors import one_line_errors
+
+
+class Format(StrEnum):
+    """How rows are printed."""
+
+    TABLE = "table"
+    CSV = "csv"
+    JSON = "json"
+
+
+_SUMMARY = """
+SELECT scenario, label, count(*) AS runs,
+  count(*) FILTER (arrived) AS arrived,
+  count(*) FILTER (collisions > 0) AS collided,
+  count(*) FILTER (failure IS NOT NULL) AS lost,
+  round(avg(travel_time_s), 2) AS travel_time_s,
+  round(min(min_clearance_m), 2) AS min_clearance_m,
+  round(median(planning_ms_p50), 2) AS planning_ms_p50
+FROM runs GROUP BY ALL ORDER BY ALL
+"""
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands to the command line."""
+    app.command()(results)
+    app.command()(compare)
+
+
+def results(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
+    *,
+    rebuild: Annotated[
+        bool, typer.Option("--rebuild", help="Gather the rows from all run folders.")
+    ] = False,
+    sql: Annotated[
+        str | None, typer.Option(help="A SELECT about the table runs.  [a summary]")
+    ] = None,
+    form: Annotated[
+        Format, typer.Option("--format", help="How the rows are printed.")
+    ] = Format.TABLE,
+) -> None:
+    """Show the results of a sweep: one row a run."""
+    with one_line_errors():
+        from experiments.comparison import results as found
+        from experiments.sweep.folder import require_sweep
+
+        require_sweep(folder)
+        if rebuild:
+            count = found.rebuild(folder)
+            sys.stderr.write(f"{folder}: {count} rows\n")
+        relation = found.query(folder, sql or _SUMMARY)
+        _print(relation.columns, found.fetch(relation), form)
+
+
+def compare(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
+    *,
+    baseline: Annotated[str, typer.Option(help="Planner to compare the others with.")],
+    where: Annotated[
+        str | None,
+        typer.Option(metavar="SQL", help="Only these runs: scenario = 'curved'"),
+    ] = None,
+    metric: Annotated[
+        list[str] | None, typer.Option(help="Only this metric; may be repeated.")
+    ] = None,
+    median: Annotated[
+        bool, typer.Option("--median", help="Medians instead of means.")
+    ] = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help=".csv, .md or .tex")
+    ] = None,
+) -> None:
+    """Compare planners with a baseline on common seeds, with intervals and tests."""
+    with one_line_errors():
+        import numpy as np
+
+        from experiments.comparison.compare import compare as compared
+        from experiments.comparison.results import ALL_RUNS, rows
+        from experiments.comparison.table import HEADER, cells, export
+
+        condition = f" WHERE {where}" if where else ""
+        lines = compared(
+            rows(folder, f"{ALL_RUNS}{condition}", "--where"),
+            baseline,
+            metric,
+            np.median if median else np.mean,
+        )
+        if output is None:
+            _print(HEADER, cells(lines), Format.TABLE)
+        else:
+            export(lines, output)
+            sys.stdout.write(f"{output}\n")
+
+
+def _print(names: Sequence[str], rows: Sequence[Sequence[Any]], form: Format) -> None:
+    """Print rows."""
+    if form is Format.CSV:
+        writer = csv.writer(sys.stdout, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows(rows)
+    elif form is Format.JSON:
+        for row in rows:
+            line = dict(zip(names, row, strict=True))
+            sys.stdout.write(json.dumps(line, default=str) + "\n")
+    else:
+        _print_table(names, rows)
+
+
+def _print_table(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    """Print rows for people; as wide as they are where no terminal limits it."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table()
+    for name in names:
+        table.add_column(name)
+    for row in rows:
+        table.add_row(*("-" if value is None else str(value) for value in row))
+    width = None if sys.stdout.isatty() else 10_000
+    Console(width=width, highlight=False).print(table, soft_wrap=True)

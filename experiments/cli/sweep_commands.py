@@ -1,0 +1,138 @@
+"""`rearview sweep | rerun | cluster`: many runs, one again, workers."""
+
+import shlex
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from experiments.cli.report_commands import write_page
+from experiments.cli.user_errors import (
+    INTERRUPTED,
+    OTHER_OUTCOME,
+    one_line_errors,
+)
+
+if TYPE_CHECKING:
+    from experiments.cli.sweep_session import SweepSession
+
+WITHOUT_YES = 20_000  # runs of a sweep that nobody is asked about
+SWEEPS = Path("sweeps")  # where the folders of sweeps go
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands to the command line."""
+    app.command()(sweep)
+    app.command()(rerun)
+    app.command()(cluster)
+
+
+def sweep(
+    file: Annotated[
+        str, typer.Argument(metavar="NAME|FILE", help="Shipped sweep, or a .yaml.")
+    ],
+    *,
+    workers: Annotated[
+        int | None,
+        typer.Option(min=0, help="Processes; 0: this one, unguarded.  [one a core]"),
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler: tcp://...")
+    ] = None,
+    limit: Annotated[
+        int | None, typer.Option(min=1, help="Drive no more than so many runs.")
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say what would run, and how long.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the sweep.  [sweeps/NAME]")
+    ] = None,
+    yes: Annotated[
+        bool, typer.Option("--yes", help=f"Allow more than {WITHOUT_YES} runs.")
+    ] = False,
+) -> None:
+    """Drive all runs of a sweep that are not there yet."""
+    with one_line_errors():
+        from experiments.cli.sweep_session import SweepSession
+        from experiments.config.sweep_file import load_sweep
+        from experiments.errors import ConfigError
+
+        asked, document = load_sweep(file)
+        if asked.count > WITHOUT_YES and not yes:
+            raise ConfigError(
+                f"{document.name}: makes {asked.count} runs; allowed without --yes: "
+                f"{WITHOUT_YES}"
+            )
+        folder = (out or SWEEPS / asked.name).absolute()
+        session = SweepSession(asked, document, folder, workers, cluster, limit)
+        if dry_run:
+            for line in session.preview():
+                sys.stdout.write(f"{line}\n")
+            return
+        _drive(session, shlex.join(["rearview", *sys.argv[1:]]))
+
+
+def rerun(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
+    run_id: Annotated[
+        str, typer.Argument(metavar="RUN_ID", help="Its id, or how that begins.")
+    ],
+    *,
+    open_folder: Annotated[
+        bool, typer.Option("--open", help="Open the new folder on the desktop.")
+    ] = False,
+) -> None:
+    """Repeat one run of a sweep with its whole trace, and compare the trace hash."""
+    with one_line_errors():
+        from experiments.sweep.rerun import repeat
+
+        repeated = repeat(folder, run_id)
+        sys.stdout.write(f"{repeated.verdict}\nrun folder: {repeated.folder}\n")
+        page = write_page(repeated.folder)
+        if page is not None:
+            sys.stdout.write(f"report: {page}\n")
+        if open_folder:
+            typer.launch(str(repeated.folder))
+        if not repeated.same:
+            raise typer.Exit(OTHER_OUTCOME)
+
+
+def cluster(
+    *,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Worker processes.  [one a core]")
+    ] = None,
+    port: Annotated[int, typer.Option(help="Of the scheduler; 0: any free one.")] = 0,
+) -> None:
+    """Start a scheduler with workers on this machine, until Ctrl-C."""
+    with one_line_errors():
+        from experiments.sweep.executors.cluster import local_cluster
+        from experiments.sweep.executors.local import cores
+
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        with local_cluster(workers or cores(), port) as address:
+            sys.stdout.write(
+                f"{address}\nrearview sweep ... --cluster {address}; Ctrl-C ends it\n"
+            )
+            sys.stdout.flush()
+            try:
+                signal.pause()
+            except KeyboardInterrupt:
+                raise typer.Exit(INTERRUPTED) from None
+
+
+def _drive(session: "SweepSession", again: str) -> None:
+    """Drive, and say how to go on if it is interrupted."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        for line in session.drive():
+            sys.stdout.write(f"{line}\n")
+            sys.stdout.flush()
+    except KeyboardInterrupt:
+        sys.stderr.write(
+            f"rearview: interrupted; all finished runs are whole, go on with: {again}\n"
+        )
+        raise typer.Exit(INTERRUPTED) from None

@@ -1,0 +1,163 @@
+"""A sweep from the command to the last line: survey, lock, pilot, drive, results."""
+
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+from experiments.comparison.results import rebuild, refresh
+from experiments.config.sweep import Sweep
+from experiments.config.yaml_reader import Document
+from experiments.errors import ConfigError, ResultsError
+from experiments.report.html import PAGE_FILE
+from experiments.sweep.executors.executor import Executor, WorkerSettings
+from experiments.sweep.folder import LOG, RESULTS, locked, require_place, take
+from experiments.sweep.plan import Plan
+from experiments.sweep.progress import Counts, SweepProgress, duration, sweep_progress
+from experiments.sweep.schedule import Survey, drive_missing, survey
+
+STOPPED = (
+    "the sweep stops, all finished runs are whole; once that is mended, the same "
+    "command goes on"
+)
+
+
+class SweepSession:
+    """One call of `rearview sweep`; what it yields are lines for people."""
+
+    def __init__(
+        self,
+        sweep: Sweep,
+        document: Document,
+        folder: Path,
+        workers: int | None = None,
+        cluster: str | None = None,
+        limit: int | None = None,
+    ) -> None:
+        if cluster is not None and workers is not None:
+            raise ConfigError(
+                "--workers: is not for --cluster, whose workers it has itself"
+            )
+        self._sweep = sweep
+        self._folder = folder
+        self._workers = workers
+        self._cluster = cluster
+        self._limit = limit
+        self._plan = Plan(sweep, document)
+
+    def preview(self) -> Iterator[str]:
+        """Say what would run and how long it would take; leaves nothing."""
+        found = self._survey()
+        yield self._numbers(found)
+        if found.missing:
+            yield self._pilot(found, Path(os.devnull))[0]
+
+    def drive(self) -> Iterator[str]:
+        """Drive what is missing and gather the results."""
+        found = self._survey()
+        yield self._numbers(found)
+        if self._cluster is not None and found.missing:
+            from experiments.sweep.executors.cluster import require_scheduler
+
+            require_scheduler(self._cluster)
+        with locked(self._folder):
+            take(self._folder, self._sweep, found.code)
+            if found.missing:
+                estimate, warm = self._pilot(found, self._folder / LOG)
+                yield estimate
+                yield from self._drive(found, warm)
+            else:
+                refresh(self._folder)
+        yield f"results: {self._folder / RESULTS}"
+        yield f"report: {_page(self._folder)}"
+
+    def _survey(self) -> Survey:
+        """Go through all runs, in a place that is fit for them."""
+        require_place(self._folder)
+        return survey(self._plan, self._folder)
+
+    def _drive(self, found: Survey, warm: WorkerSettings) -> Iterator[str]:
+        """Drive under the eyes of a progress display."""
+        todo = found.missing if self._limit is None else self._limit
+        counts = Counts(min(todo, found.missing), found.there)
+        with sweep_progress(self._sweep.name, self._folder, counts) as progress:
+            try:
+                drive_missing(
+                    self._plan,
+                    self._sweep,
+                    self._folder,
+                    lambda: self._executor(warm),
+                    progress,
+                    self._limit,
+                )
+                rebuild(self._folder)
+                progress.write("finished" if todo >= found.missing else "limit reached")
+            except ResultsError as error:
+                self._leave(progress, error)
+                raise ResultsError(f"{error}; {STOPPED}") from error
+            except BaseException as error:
+                self._leave(progress, error)
+                raise
+        statuses = ", ".join(f"{n} {name}" for name, n in counts.by_status.items())
+        yield (
+            f"{counts.done} runs in {duration(counts.elapsed)} "
+            f"({counts.rate:.2f} runs/s): {statuses}"
+        )
+        for failure, count in counts.by_failure.items():
+            yield f"{count} without an episode: {failure}"
+
+    def _leave(self, progress: SweepProgress, error: BaseException) -> None:
+        """Leave results and progress of a sweep that stops, if the disk allows."""
+        interrupted = isinstance(error, KeyboardInterrupt)
+        with suppress(ResultsError):
+            rebuild(self._folder)
+            progress.write("interrupted" if interrupted else f"stopped: {error}")
+
+    def _numbers(self, found: Survey) -> str:
+        """Say how many runs there are."""
+        there = f", {found.there} of them are there" if found.there else ""
+        others = f"; {found.others} others stay in its results" if found.others else ""
+        return f"{self._sweep.name}: {found.planned} runs{there}{others}"
+
+    def _pilot(self, found: Survey, log: Path) -> tuple[str, WorkerSettings]:
+        """Try one run of each kind; say how long all will take."""
+        from experiments.sweep.estimate import fly
+        from experiments.sweep.executors.local import cores
+
+        workers = cores() if self._workers is None else max(1, self._workers)
+        settings = WorkerSettings(self._sweep.memory_mb, log, Path.cwd())
+        pilot = fly(found, settings, self._sweep.timeout_s, workers)
+        warm = replace(settings, warm_up=pilot.warm_up)
+        if pilot.seconds is None:
+            return "no estimate: not one run came to its end", warm
+        share = 1.0 if self._limit is None else min(1.0, self._limit / found.missing)
+        seconds = pilot.seconds * share
+        if self._cluster is not None:
+            return f"about {duration(seconds)} of one core like these here", warm
+        return f"about {duration(seconds / workers)} with {workers} workers", warm
+
+    def _executor(self, settings: WorkerSettings) -> Executor:
+        """Start those who drive."""
+        if self._cluster is not None:
+            from experiments.sweep.executors.cluster import ClusterExecutor
+
+            return ClusterExecutor(self._cluster, settings, self._folder)
+        if self._workers == 0:
+            from experiments.sweep.executors.sequential import SequentialExecutor
+
+            return SequentialExecutor(settings)
+        from experiments.sweep.executors.local import LocalExecutor
+
+        return LocalExecutor(settings, self._workers)
+
+
+def _page(folder: Path) -> Path:
+    """Give the page of the sweep, written again if the results are newer."""
+    page = folder / PAGE_FILE
+    results = folder / RESULTS
+    if not page.exists() or page.stat().st_mtime_ns < results.stat().st_mtime_ns:
+        from experiments.report.sweep.page import save_sweep_page  # takes scipy
+
+        save_sweep_page(folder)
+    return page

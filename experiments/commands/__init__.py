@@ -1,1 +1,0 @@
-"""The commands of `rearview`, apart from those of a single run."""

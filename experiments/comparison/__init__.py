@@ -1,0 +1,1 @@
+"""Results of a sweep as a table, statistics and comparisons of planners."""

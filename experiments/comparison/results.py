@@ -1,0 +1,260 @@
+"""The results of a sweep: one row a run, gathered from the run folders.
+
+The run folders are the truth; `results.parquet` can be rebuilt from them at any time.
+"""
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import duckdb
+import numpy as np
+
+from experiments.errors import ConfigError, ResultsError
+from experiments.metrics import columns
+from experiments.metrics.columns import ALL_COLUMNS, TIMING_COLUMNS
+from experiments.sweep.folder import RESULTS, finished, require_sweep, run_folders
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+RUN_ID, LABEL, REASON, FAILURE = "run_id", "label", "reason", "failure"
+ATTEMPTS, EXIT_CODE, WALL = "attempts", "exit_code", "wall_s"
+TRACE_HASH, TRACE_KEPT = "trace_hash", "trace_kept"
+# of the wall clock or of luck: left out of every comparison of results
+UNSTEADY_COLUMNS = (*TIMING_COLUMNS, WALL, ATTEMPTS)
+
+ALL_RUNS = "SELECT * FROM runs"
+
+Row = dict[str, Any]
+
+_BEHIND = (REASON, FAILURE, ATTEMPTS, EXIT_CODE, TRACE_HASH, TRACE_KEPT, WALL)
+_TEXTS = {REASON, FAILURE, TRACE_HASH, columns.FIRST_COLLISION_WITH}
+_COUNTS = {EXIT_CODE}
+
+
+def rebuild(folder: Path) -> int:
+    """Write `results.parquet` from the run folders.
+
+    Args:
+        folder: Of a sweep.
+
+    Returns:
+        The number of rows.
+
+    Raises:
+        ResultsError: If a run folder is damaged or the disk refuses.
+    """
+    rows = [_row(run) for run in run_folders(folder)]
+    rows.sort(key=_order)
+    path = folder / RESULTS
+    aside = path.with_name(f".{RESULTS}.{os.getpid()}")  # others may rebuild too
+    try:
+        _write(rows, aside)
+        aside.replace(path)
+    except (duckdb.Error, OSError) as error:
+        aside.unlink(missing_ok=True)
+        line = str(error).splitlines()[0]
+        raise ResultsError(f"{path}: cannot be written: {line}") from error
+    return len(rows)
+
+
+def refresh(folder: Path) -> Path:
+    """Give the Parquet file, rebuilt if runs came or went since it was written."""
+    require_sweep(folder)
+    path = folder / RESULTS
+    if not path.exists() or _rows_in(path) != len(finished(folder)):
+        rebuild(folder)
+    return path
+
+
+def query(
+    folder: Path, sql: str = ALL_RUNS, option: str = "--sql"
+) -> duckdb.DuckDBPyRelation:
+    """Ask the results of a sweep.
+
+    Args:
+        folder: Of the sweep.
+        sql: One SELECT about the table `runs`.
+        option: Where the question was written, for messages.
+
+    Returns:
+        The relation; `.fetchall()`, `.fetchnumpy()`, `.columns`.
+
+    Raises:
+        ConfigError: If the question is not one SELECT, or SQL cannot understand it.
+    """
+    connection = duckdb.connect()
+    quoted = str(refresh(folder)).replace("'", "''")
+    connection.execute(f"CREATE TABLE runs AS SELECT * FROM '{quoted}'")
+    try:
+        statements = connection.extract_statements(sql)
+        if [one.type for one in statements] != [duckdb.StatementType.SELECT]:
+            raise ConfigError(f"{option}: allowed: one SELECT about the table runs")
+        return connection.sql(sql)
+    except duckdb.Error as error:
+        raise _misunderstood(option, error) from error
+
+
+def fetch(
+    relation: duckdb.DuckDBPyRelation, option: str = "--sql"
+) -> list[tuple[Any, ...]]:
+    """Fetch the rows of a question; some mistakes show only here."""
+    try:
+        found: list[tuple[Any, ...]] = relation.fetchall()
+    except duckdb.Error as error:
+        raise _misunderstood(option, error) from error
+    return found
+
+
+def rows(folder: Path, sql: str = ALL_RUNS, option: str = "--sql") -> list[Row]:
+    """Ask the results of a sweep, see `query`; gives rows as dictionaries."""
+    relation = query(folder, sql, option)
+    names = relation.columns
+    return [dict(zip(names, row, strict=True)) for row in fetch(relation, option)]
+
+
+def dataframe(folder: Path, sql: str = ALL_RUNS) -> "pd.DataFrame":
+    """Ask the results of a sweep; gives a pandas DataFrame, without pyarrow.
+
+    Raises:
+        ConfigError: If pandas is not there.
+    """
+    try:
+        import pandas as pd
+    except ImportError as error:
+        raise ConfigError(
+            'a DataFrame needs pandas: pip install "rearview[dataframes]"'
+        ) from error
+    relation = query(folder, sql)
+    frame: pd.DataFrame = relation.df()
+    return frame
+
+
+def manifest(run: Path) -> Row:
+    """Read the manifest of a run folder."""
+    return _read(run / "manifest.json")
+
+
+def axis_columns(names: Sequence[str]) -> list[str]:
+    """Pick the columns that are axes of the sweep."""
+    known = {RUN_ID, LABEL, *ALL_COLUMNS, *_BEHIND}
+    return [name for name in names if name not in known]
+
+
+def _misunderstood(option: str, error: duckdb.Error) -> ConfigError:
+    """Make the error about a question, of the first line of what SQL says."""
+    return ConfigError(f"{option}: {str(error).splitlines()[0]}")
+
+
+def _row(run: Path) -> Row:
+    """Read the row of one run: identity, axes, metrics, how it went."""
+    about = _read(run / "manifest.json")
+    sweep = about.get("sweep", {})
+    point = {key: _cell(value) for key, value in sweep.get("point", {}).items()}
+    row = {
+        RUN_ID: run.name,
+        LABEL: sweep.get("label"),
+        **{key: value for key, value in point.items() if key not in ALL_COLUMNS},
+        **_read(run / "metrics.json"),
+        **{key: about.get(key) for key in _BEHIND},
+    }
+    # every file brings names of its own: two thirds of the memory of a row
+    return {sys.intern(key): value for key, value in row.items()}
+
+
+def _cell(value: Any) -> Any:
+    """Write a list or a section on an axis as text."""
+    return json.dumps(value) if isinstance(value, list | dict) else value
+
+
+def _order(row: Row) -> tuple[Any, ...]:
+    """Sort by scenario, planner, axes, seed; numbers by size, before words."""
+    axes = sorted(axis_columns(list(row)))
+    keys = (columns.SCENARIO, LABEL, *axes, columns.SEED)
+    return tuple(
+        (0, value, "") if isinstance(value, int | float) else (1, 0, str(value))
+        for value in map(row.get, keys)
+    )
+
+
+def _read(path: Path) -> Row:
+    """Read a JSON file of a run folder."""
+    try:
+        content: Row = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ResultsError(
+            f"{path}: is damaged ({error}); remove its folder and run the sweep again"
+        ) from error
+    return content
+
+
+def _names(rows: Sequence[Row]) -> list[str]:
+    """Give the columns: axes between identity and metrics, each once."""
+    found = list(dict.fromkeys(chain.from_iterable(rows)))
+    axes = axis_columns(found)
+    metrics = [name for name in found if name not in {RUN_ID, LABEL, *axes, *_BEHIND}]
+    return [RUN_ID, LABEL, *axes, *metrics, *_BEHIND]
+
+
+def _write(rows: Sequence[Row], path: Path) -> None:
+    """Write rows as Parquet."""
+    names = _names(rows) if rows else [RUN_ID, LABEL, *ALL_COLUMNS, *_BEHIND]
+    table, types = {}, {}
+    for name in names:
+        values = [row.get(name) for row in rows]
+        types[name] = _sql_type(name, values)
+        table[name] = np.array(
+            [None if v is None else _typed(v, types[name]) for v in values],
+            dtype=object,
+        )
+    selected = ", ".join(
+        f"CAST({_quoted(name)} AS {kind}) AS {_quoted(name)}"
+        for name, kind in types.items()
+    )
+    with duckdb.connect(config={"threads": 1}) as database:
+        database.register("source", table)
+        target = str(path).replace("'", "''")
+        database.execute(
+            f"COPY (SELECT {selected} FROM source) TO '{target}' "
+            "(FORMAT parquet, COMPRESSION zstd)"
+        )
+
+
+def _sql_type(name: str, values: Sequence[Any]) -> str:
+    """Choose the type of a column from what is in it."""
+    kinds = {type(value) for value in values if value is not None}
+    if name in _TEXTS or str in kinds:
+        return "VARCHAR"
+    if kinds == {bool}:
+        return "BOOLEAN"
+    if name in _COUNTS or kinds == {int}:
+        return "BIGINT"
+    return "DOUBLE"
+
+
+def _typed(value: Any, kind: str) -> Any:
+    """Bring a value into the type of its column."""
+    return {"VARCHAR": str, "BOOLEAN": bool, "BIGINT": int, "DOUBLE": float}[kind](
+        value
+    )
+
+
+def _quoted(name: str) -> str:
+    """Write a column's name in SQL."""
+    return '"' + name.replace('"', '""') + '"'
+
+
+def _rows_in(path: Path) -> int:
+    """Count the rows of a Parquet file, -1 if it is none."""
+    quoted = str(path).replace("'", "''")
+    try:
+        with duckdb.connect() as database:
+            found = database.execute(f"SELECT count(*) FROM '{quoted}'").fetchone()
+    except duckdb.Error:
+        return -1
+    return int(found[0]) if found else -1

@@ -1,0 +1,258 @@
+"""Reads scenarios: a file or a shipped name, options on top, one line per mistake."""
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import ValidationError
+
+from experiments.config import DEFAULT_PLANNER, Scenario
+from experiments.config.validation_errors import describe, unknown_name
+from experiments.config.yaml_reader import (
+    Document,
+    KeyPath,
+    Plain,
+    parse_scalar,
+    read_document,
+)
+from experiments.errors import ConfigError
+
+SCENARIO_FOLDER = Path(__file__).parent.parent / "scenarios"
+CONFIG_FILE = "config.yaml"  # the scenario in a run folder
+SCHEMA_FILE = SCENARIO_FOLDER / "scenario.schema.json"
+
+Change = tuple[KeyPath, Plain, str]  # key path, value, where it was written
+
+_KEY_PART = re.compile(r"\.?([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]+)\]")
+
+
+def scenario_names() -> list[str]:
+    """List the shipped scenarios."""
+    return sorted(path.stem for path in SCENARIO_FOLDER.glob("*.yaml"))
+
+
+def find_scenario(name: str) -> Path:
+    """Turn a shipped name or a path into the path of the file.
+
+    Raises:
+        ConfigError: If there is neither a file nor a shipped scenario of that name.
+    """
+    path = Path(name)
+    if name and path.is_dir():
+        own = path / CONFIG_FILE
+        hint = f"did you mean {own}?" if own.is_file() else "allowed: a .yaml file"
+        raise ConfigError(f"{name}: is a folder; {hint}")
+    if name.endswith((".yaml", ".yml")) or "/" in name:
+        return path
+    shipped = SCENARIO_FOLDER / f"{name}.yaml"
+    if name not in scenario_names():
+        near = path.with_name(f"{name}.yaml") if name else path
+        hint = unknown_name(name, scenario_names())
+        hint = f"did you mean {near}?" if near.is_file() else f"{hint}, or a .yaml file"
+        raise ConfigError(f"{name or repr(name)}: no such scenario; {hint}")
+    return shipped
+
+
+def load_scenario(
+    name: str,
+    *,
+    planner: str | None = None,
+    seed: int | None = None,
+    overrides: Sequence[str] = (),
+) -> Scenario:
+    """Read a scenario and lay options over it.
+
+    Args:
+        name: Shipped name, or path of a YAML file.
+        planner: Planner to take instead of the file's.
+        seed: Seed to take instead of the file's.
+        overrides: `key.path=value`, the value written as in YAML; laid over all else,
+            the last one wins.
+
+    Returns:
+        The checked scenario; a network file's path is absolute.
+
+    Raises:
+        ConfigError: One line that names the file, the key and what is allowed.
+    """
+    document = scenario_document(name)
+    if planner is not None:
+        _choose_planner(document, planner)
+    if seed is not None:
+        _override(document, ("simulation", "seed"), seed, f"--seed {seed}")
+    for override in overrides:
+        _override(document, *_parse_override(override))
+    _anchor_network(document)
+    return check_scenario(document)
+
+
+def scenario_document(name: str) -> Document:
+    """Read a scenario, a shipped name or a file, without checking it yet."""
+    path = find_scenario(name)
+    document = read_document(path)
+    if not isinstance(document.data, dict):
+        raise ConfigError(f"{path}: holds no keys; allowed: a scenario, see the schema")
+    return document
+
+
+def changed(document: Document, changes: Sequence[Change]) -> Document:
+    """Copy a scenario's document with other values in it.
+
+    Args:
+        document: What `scenario_document` gave; stays as it is.
+        changes: Key path, value, and the words that messages name the place with;
+            the path ("planner",) takes another planner and drops the settings of the
+            one before.
+
+    Returns:
+        The changed copy.
+
+    Raises:
+        ConfigError: If a path leads nowhere.
+    """
+    copy = Document(document.name, deepcopy(document.data), dict(document.places))
+    for path, value, option in changes:
+        if path == ("planner",):
+            _choose_planner(copy, str(value))
+        else:
+            _override(copy, path, deepcopy(value), option)
+    _anchor_network(copy)
+    return copy
+
+
+def check_scenario(document: Document) -> Scenario:
+    """Check plain data against the schema; raises ConfigError."""
+    try:
+        scenario = Scenario.model_validate(tuples(document.data))
+    except ValidationError as error:
+        raise ConfigError(describe(error, document, scenario_schema())) from error
+    return scenario.from_document(document)
+
+
+def scenario_schema() -> dict[str, Any]:
+    """Make the JSON Schema of a scenario file."""
+    schema = Scenario.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def schema_text(schema: dict[str, Any] | None = None) -> str:
+    """Write a JSON Schema, of scenarios if none, as the committed file holds it."""
+    return json.dumps(schema or scenario_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def config_text(resolved: Mapping[str, Any]) -> str:
+    """Write a resolved configuration as YAML, by libyaml where it is there."""
+    dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+    text: str = yaml.dump(
+        dict(resolved), Dumper=dumper, sort_keys=False, allow_unicode=True
+    )
+    return text
+
+
+def config_hash(resolved: dict[str, Any]) -> str:
+    """Hash a resolved configuration; sha256, hexadecimal.
+
+    A network file counts by its content, which the caller hashes, not by its place.
+    """
+    network = resolved.get("network")
+    if isinstance(network, dict) and "file" in network:
+        network = {**network, "file": Path(network["file"]).name}
+        resolved = {**resolved, "network": network}
+    text = json.dumps(resolved, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def tuples(value: Any) -> Any:
+    """Turn lists into tuples, which is what strict, frozen sections hold."""
+    if isinstance(value, list):
+        return tuple(tuples(item) for item in value)
+    if isinstance(value, dict):
+        return {key: tuples(item) for key, item in value.items()}
+    return value
+
+
+def parse_key(text: str) -> KeyPath | None:
+    """Split `a.b[0]` into a key path; None if it is none."""
+    path: list[str | int] = []
+    position = 0
+    while position < len(text):
+        match = _KEY_PART.match(text, position)
+        if match is None or (position == 0 and match[0].startswith(".")):
+            return None
+        path.append(match[1] or int(match[2]))
+        position = match.end()
+    return tuple(path) or None
+
+
+def _parse_override(text: str) -> tuple[KeyPath, Plain, str]:
+    """Split `a.b[0]=c` into key path, value and the words for messages."""
+    key, equals, value = text.partition("=")
+    option = f"--set {text}"
+    path = parse_key(key)
+    if not equals or path is None:
+        raise ConfigError(f"{option}: is not understood; allowed: key.path=value")
+    try:
+        return path, parse_scalar(value), option
+    except ConfigError as error:
+        problem = str(error).removeprefix("value:1: ").removeprefix("the file: ")
+        raise ConfigError(f"{option}: {problem}") from error
+
+
+def _override(document: Document, path: KeyPath, value: Plain, option: str) -> None:
+    """Put `value` at `path`, making the sections on the way."""
+    node: Any = document.data
+    for part, following in pairwise(path):
+        node = _step_into(node, part, following, option)
+    last = path[-1]
+    if isinstance(node, list):
+        if not isinstance(last, int) or last >= len(node):
+            raise ConfigError(f"{option}: allowed: an index below {len(node)}")
+        node[last] = value
+    elif isinstance(node, dict) and isinstance(last, str):
+        node[last] = value
+    else:
+        raise ConfigError(f"{option}: there is no section to hold {last!r}")
+    for known in [key for key in document.places if key[: len(path)] == path]:
+        del document.places[known]
+    document.places[path] = option
+
+
+def _step_into(node: Any, part: str | int, following: str | int, option: str) -> Any:
+    """Go one key down; a short form (`planner: cruise`) becomes its section."""
+    if isinstance(node, list) and isinstance(part, int) and part < len(node):
+        return node[part]
+    if not isinstance(node, dict) or not isinstance(part, str):
+        raise ConfigError(f"{option}: there is nothing at {part!r}")
+    inner = node.get(part)
+    if part == "planner" and inner is None:
+        inner = DEFAULT_PLANNER
+    if part in ("planner", "network") and isinstance(inner, str):
+        inner = {"name": inner}
+    if inner is None or isinstance(inner, str | bool | int | float):
+        inner = [] if isinstance(following, int) else {}
+    node[part] = inner
+    return inner
+
+
+def _choose_planner(document: Document, name: str) -> None:
+    """Take another planner; settings of the file stay only with their own planner."""
+    current = document.data.get("planner") if isinstance(document.data, dict) else None
+    if isinstance(current, dict) and current.get("name") == name:
+        return
+    _override(document, ("planner",), {"name": name}, f"--planner {name}")
+
+
+def _anchor_network(document: Document) -> None:
+    """Make a network file's path absolute; it is written relative to the scenario."""
+    folder = Path(document.name).parent
+    network = document.data.get("network") if isinstance(document.data, dict) else None
+    if isinstance(network, dict):
+        file = network.get("file")
+        if isinstance(file, str):
+            network["file"] = str((folder / file).resolve())

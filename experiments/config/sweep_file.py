@@ -1,0 +1,79 @@
+"""Reads sweep files: a file or a shipped name."""
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from experiments.config.scenario_file import tuples
+from experiments.config.sweep import Sweep
+from experiments.config.validation_errors import describe, unknown_name
+from experiments.config.yaml_reader import Document, read_document
+from experiments.errors import ConfigError
+
+SWEEP_FOLDER = Path(__file__).parent.parent / "sweeps"
+SCHEMA_FILE = SWEEP_FOLDER / "sweep.schema.json"
+
+
+def sweep_names() -> list[str]:
+    """List the shipped sweeps."""
+    return sorted(path.stem for path in SWEEP_FOLDER.glob("*.yaml"))
+
+
+def find_sweep(name: str) -> Path:
+    """Turn a shipped name or a path into the path of the file.
+
+    Raises:
+        ConfigError: If there is neither a file nor a shipped sweep of that name.
+    """
+    path = Path(name)
+    if path.is_dir() and name:
+        raise ConfigError(f"{name}: is a folder; allowed: a sweep file")
+    if name.endswith((".yaml", ".yml")) or "/" in name:
+        return path
+    if name not in sweep_names():
+        hint = unknown_name(name, sweep_names())
+        raise ConfigError(
+            f"{name or repr(name)}: no such sweep; {hint}, or a .yaml file"
+        )
+    return SWEEP_FOLDER / f"{name}.yaml"
+
+
+def load_sweep(name: str) -> tuple[Sweep, Document]:
+    """Read and check a sweep.
+
+    Args:
+        name: Shipped name, or path of a YAML file.
+
+    Returns:
+        The sweep, its scenario files absolute, and the document for messages.
+
+    Raises:
+        ConfigError: One line that names the file, the key and what is allowed.
+    """
+    path = find_sweep(name)
+    document = read_document(path)
+    if not isinstance(document.data, dict):
+        raise ConfigError(f"{path}: holds no keys; allowed: a sweep")
+    _anchor_scenarios(document.data, path.parent)
+    try:
+        sweep = Sweep.model_validate(tuples(document.data))
+    except ValidationError as error:
+        raise ConfigError(describe(error, document, sweep_schema())) from error
+    return sweep, document
+
+
+def sweep_schema() -> dict[str, Any]:
+    """Make the JSON Schema of a sweep file."""
+    schema = Sweep.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def _anchor_scenarios(data: dict[str, Any], folder: Path) -> None:
+    """Make the paths of scenario files absolute; they are relative to the sweep."""
+    scenarios = data.get("scenarios")
+    if not isinstance(scenarios, list):
+        return
+    for index, name in enumerate(scenarios):
+        if isinstance(name, str) and (name.endswith((".yaml", ".yml")) or "/" in name):
+            scenarios[index] = str((folder / name).resolve())

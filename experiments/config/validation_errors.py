@@ -1,0 +1,200 @@
+"""One readable line about a configuration that does not fit its schema."""
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Any
+
+from pydantic import ValidationError
+
+from experiments.config.yaml_reader import Document, KeyPath, dotted
+
+Schema = Mapping[str, Any]
+
+# A list whose items were refused is reported as too short as well.
+_CONSEQUENCES = ("too_short", "default_factory_not_called")
+
+_TYPES = {
+    "string": "text",
+    "integer": "a whole number",
+    "number": "a number",
+    "boolean": "true or false",
+    "array": "a list",
+    "object": "a section with keys",
+    "null": "nothing",
+}
+_BOUNDS = {
+    "minimum": ">=",
+    "exclusiveMinimum": ">",
+    "maximum": "<=",
+    "exclusiveMaximum": "<",
+}
+
+
+def describe(error: ValidationError, document: Document, schema: Schema) -> str:
+    """Turn the first mistake into `FILE:LINE: key.path: what; allowed: ...`.
+
+    Args:
+        error: What pydantic found.
+        document: The data that was checked, with its places.
+        schema: JSON Schema of the same classes; it knows what is allowed.
+
+    Returns:
+        One line; it counts further mistakes at other keys.
+    """
+    found: dict[KeyPath, str] = {}
+    items = error.errors(include_url=False)
+    mistakes = [item for item in items if item["type"] not in _CONSEQUENCES] or items
+    for item in mistakes:
+        path = _written_path(item, document.data)
+        clash = document.beside(path) if item["type"] == "inconsistent" else ""
+        found.setdefault(path, _problem(item, path, document, schema) + clash)
+    path, problem = next(iter(found.items()))
+    more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    key = dotted(path) or "the file"
+    return f"{document.where(path)}: {key}: {problem}{more}"
+
+
+def unknown_name(name: str, allowed: list[str]) -> str:
+    """Say what a misspelt name may have meant, and the allowed names."""
+    close = get_close_matches(name, allowed, n=1)
+    hint = f"did you mean {close[0]}? " if close else ""
+    return f"{hint}allowed: {', '.join(allowed)}"
+
+
+def _written_path(item: Mapping[str, Any], data: Any) -> KeyPath:
+    """Map an error's location to the keys that stand in the file.
+
+    pydantic adds names of union members and of sections that a short form stands for.
+    """
+    loc = list(item["loc"])
+    if item["type"] == "inconsistent":
+        return _inconsistent_path(item, loc, data)
+    path: list[str | int] = []
+    for index, part in enumerate(loc):
+        inside = range(len(data)) if isinstance(data, list) else data
+        if isinstance(data, list | dict) and part in inside:
+            data = data[part]
+        elif index < len(loc) - 1 or not _is_missing_key(item):
+            continue
+        path.append(part)
+    return tuple(path)
+
+
+def _is_missing_key(item: Mapping[str, Any]) -> bool:
+    """Tell a missing key from a list that is too short."""
+    return item["type"] == "missing" and isinstance(item["loc"][-1], str)
+
+
+def _inconsistent_path(
+    item: Mapping[str, Any], loc: list[str | int], data: Any
+) -> KeyPath:
+    """Put the key that a section's own check named behind the section."""
+    section = _written_path({"type": "", "loc": loc}, data)
+    key = item["ctx"]["key"]
+    parts = [part for part in key.replace("[", ".[").split(".") if part]
+    return (*section, *(int(p[1:-1]) if p[0] == "[" else p for p in parts))
+
+
+def _problem(
+    item: Mapping[str, Any], path: KeyPath, document: Document, schema: Schema
+) -> str:
+    """Say what is wrong at `path`."""
+    kind = item["type"]
+    if kind == "inconsistent":
+        return str(item["ctx"]["problem"])
+    if kind == "extra_forbidden":
+        keys = _keys(_branches(schema, path[:-1], schema))
+        return f"unknown key; {unknown_name(str(path[-1]), keys)}"
+    allowed = _allowed(_branches(schema, path, schema))
+    if _is_missing_key(item):
+        return f"is missing; allowed: {allowed}"
+    value = _value_at(document.data, path)
+    return f"is {_shown(value)}; allowed: {allowed}"
+
+
+def _value_at(data: Any, path: KeyPath) -> Any:
+    """Look a value up."""
+    for part in path:
+        data = data[part]
+    return data
+
+
+def _shown(value: Any) -> str:
+    """Show a value so that its type can be told."""
+    if isinstance(value, dict):
+        return "a section with keys" if value else "a section without keys"
+    if isinstance(value, list):
+        return f"a list of {len(value)}"
+    if value is None:
+        return "empty"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"the text '{value}'" if isinstance(value, str) else f"{value}"
+
+
+def _branches(node: Schema, path: KeyPath, root: Schema) -> list[Schema]:
+    """Give every alternative that the schema allows at `path`."""
+    nodes = _expand(node, root)
+    for part in path:
+        nodes = [
+            inner
+            for outer in nodes
+            for child in _children(outer, part)
+            for inner in _expand(child, root)
+        ]
+    return nodes
+
+
+def _expand(node: Schema, root: Schema) -> list[Schema]:
+    """Resolve references and alternatives."""
+    if "$ref" in node:
+        name = node["$ref"].rsplit("/", 1)[1]
+        return _expand(root["$defs"][name], root)
+    for key in ("anyOf", "oneOf", "allOf"):
+        if key in node:
+            return [leaf for option in node[key] for leaf in _expand(option, root)]
+    return [node]
+
+
+def _children(node: Schema, part: str | int) -> list[Schema]:
+    """Give the schemas of one key or one item."""
+    if isinstance(part, str):
+        named = node.get("properties", {})
+        child = named.get(part, node.get("additionalProperties"))
+    else:
+        fixed = node.get("prefixItems", [])
+        child = fixed[part] if part < len(fixed) else node.get("items")
+    return [child] if isinstance(child, dict) else []
+
+
+def _keys(nodes: list[Schema]) -> list[str]:
+    """List all keys of all alternatives."""
+    return [key for node in nodes for key in node.get("properties", {})]
+
+
+def _allowed(nodes: list[Schema]) -> str:
+    """Say in words what the alternatives allow."""
+    texts = [_words(node) for node in nodes if node.get("type") != "null"]
+    return " or ".join(dict.fromkeys(texts)) or "nothing"
+
+
+def _words(node: Schema) -> str:
+    """Say in words what one schema allows."""
+    if "const" in node:
+        return str(node["const"])
+    if "enum" in node:
+        return ", ".join(str(value) for value in node["enum"])
+    kind = _TYPES.get(node.get("type", ""), "anything")
+    if node.get("type") == "array" and "prefixItems" in node:
+        items = ", ".join(_words(item) for item in node["prefixItems"])
+        return f"[{items}]"
+    if node.get("type") == "object" and "properties" in node:
+        return f"a section with {', '.join(node['properties'])}"
+    least = node.get("minItems") or node.get("minProperties")
+    if least:
+        kind = f"{kind}, at least {least}"
+    bounds = [
+        f"{sign} {node[key]:.10g}" for key, sign in _BOUNDS.items() if key in node
+    ]
+    pattern = [f"of the form {node['pattern']}"] if "pattern" in node else []
+    return " ".join([kind, " and ".join(bounds), *pattern]).strip().replace("  ", " ")

@@ -1,0 +1,1 @@
+"""SUMO as a world; the only package that imports libsumo."""

@@ -1,0 +1,203 @@
+"""The ghost: how followers see an ego that reaches over a lane line.
+
+A vehicle that is moved by `moveToXY` occupies only the lane in which the centre of its
+front bumper lies, so that traffic in the other lane drives into the part of its body
+that is over the line. A second vehicle, the ghost, therefore rides abreast of the ego
+in the centre of the lane that the ego reaches into but is not counted in. When the
+front bumper crosses the line the two lanes change their roles, and so does the ghost.
+It never leaves the ego's edge: oncoming traffic is on another one. Inside junctions it
+works between the parallel lanes of one internal edge.
+
+SUMO itself notes, too, that the ego is over a line, but only in the step in which it
+moves the ego from one lane object to another, and with a duration of lane changes it
+forgets to take that back: long after, cars in the lane that the ego has left brake with
+all they have when it passes them. Once the body is inside its lane, the ego is put into
+the lane beside and back, which happens between two steps and clears the note.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+from experiments.cosim.sumo import frames
+from experiments.cosim.sumo.lanes import Lane, edge_of
+from planner.states import CartesianState, FloatArray
+from planner.vehicle import Vehicle
+
+GHOST_ID = "ghost@ego"
+GHOST_TYPE = "type@ghost"
+NO_LIMIT = 100.0  # [m/s], and as a factor of a lane's limit
+KEEP_ROUTE_EXACT = 3  # moveToXY: exact position, route kept
+NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
+LOOK_AHEAD = 4  # strips in which the ego may turn up next
+INSIDE_JUNCTION = ":"  # how the names of lanes there begin
+STRIP_MARGIN = 1.0  # a front bumper farther outside its edge is not on it [m]
+
+
+@dataclass(frozen=True, slots=True)
+class GhostPose:
+    """Where the ghost has to be: abreast of the ego, front bumper [m, rad]."""
+
+    edge: str
+    lane: int
+    x: float
+    y: float
+    heading: float
+
+
+def ghost_pose(
+    lanes: Sequence[Lane], ego: CartesianState, vehicle: Vehicle
+) -> GhostPose | None:
+    """Decide whether the ego needs a ghost, and in which lane.
+
+    Args:
+        lanes: All lanes of the edge that the ego's front bumper is on, from the
+            rightmost to the leftmost.
+        ego: Rear axle.
+        vehicle: The ego's dimensions.
+
+    Returns:
+        The ghost's pose, or None where the body stays inside its own lane, would only
+        reach off the edge, or is not on this edge at all.
+    """
+    front_x, front_y, _ = frames.front_from_rear_axle(ego, vehicle)
+    own = lane_of(lanes, front_x, front_y)
+    if own is None:
+        return None
+    offsets = [lanes[own].project(x, y)[1] for x, y in corners(ego, vehicle)]
+    half = lanes[own].width / 2.0
+    to_left, to_right = max(offsets) - half, -min(offsets) - half
+    sides = sorted(((to_left, own + 1), (to_right, own - 1)), reverse=True)
+    for excess, index in sides:
+        if excess > 0.0 and 0 <= index < len(lanes):
+            target = lanes[index]
+            x, y, heading = target.at(target.project(front_x, front_y)[0])
+            return GhostPose(target.edge, target.index, x, y, heading)
+    return None
+
+
+def lane_of(lanes: Sequence[Lane], x: float, y: float) -> int | None:
+    """Say in which of an edge's lanes SUMO counts a front bumper; None off the edge.
+
+    The lane changes exactly where the point crosses the line between two lanes.
+    """
+    nearest, excess = None, STRIP_MARGIN
+    for index, lane in enumerate(lanes):
+        station, offset = lane.project(x, y)
+        outside = abs(offset) - lane.width / 2.0
+        if 0.0 <= station <= lane.length and outside < excess:
+            nearest, excess = index, outside
+    return nearest
+
+
+def corners(ego: CartesianState, vehicle: Vehicle) -> FloatArray:
+    """Give the corners of the ego's rectangle, (4, 2) [m], counter-clockwise."""
+    cos, sin = np.cos(ego.heading), np.sin(ego.heading)
+    along = np.array([-vehicle.rear_overhang, vehicle.front_reach])[[0, 1, 1, 0]]
+    across = vehicle.width / 2.0 * np.array([-1.0, -1.0, 1.0, 1.0])
+    return np.column_stack(
+        (ego.x + along * cos - across * sin, ego.y + along * sin + across * cos)
+    )
+
+
+class Ghost:
+    """The ghost of one ego inside SUMO.
+
+    Args:
+        sumo: The running libsumo module.
+        ego_id: The ego.
+        route_id: The ego's route, which the ghost shares.
+        type_id: The ego's vehicle type.
+        strips: All lanes of each edge on the ego's way, also inside junctions, in the
+            order of travel.
+    """
+
+    def __init__(
+        self,
+        sumo: ModuleType,
+        ego_id: str,
+        route_id: str,
+        type_id: str,
+        strips: Sequence[Sequence[Lane]],
+    ) -> None:
+        self._sumo = sumo
+        self._ego_id = ego_id
+        self._route_id = route_id
+        # SUMO refuses a departure above the lane's limit or the type's own; the ghost
+        # has to keep up with the ego whatever it does.
+        sumo.vehicletype.copy(type_id, GHOST_TYPE)
+        sumo.vehicletype.setSpeedFactor(GHOST_TYPE, NO_LIMIT)
+        sumo.vehicletype.setMaxSpeed(GHOST_TYPE, NO_LIMIT)
+        self._strips = tuple(tuple(strip) for strip in strips)
+        self._strip = 0  # where the ego was last seen
+        self._noted = False  # SUMO may think that the ego is over a line
+        self.pose: GhostPose | None = None
+
+    def update(self, ego: CartesianState, vehicle: Vehicle) -> None:
+        """Put the ghost where the ego, about to be moved to `ego`, needs it.
+
+        Raises:
+            libsumo.TraCIException: If SUMO refuses; the session wraps it.
+        """
+        alive = self.pose is not None
+        self.pose = ghost_pose(self._strips[self._locate(ego, vehicle)], ego, vehicle)
+        if self.pose is not None:
+            self._place(self.pose, max(ego.speed, 0.0), alive=alive)
+            self._noted = True
+        elif alive:
+            self._sumo.vehicle.remove(GHOST_ID)
+        elif self._noted:  # a step later: SUMO has the ego inside its lane too
+            self._noted = not _clear_note(self._sumo, self._ego_id)
+
+    def _locate(self, ego: CartesianState, vehicle: Vehicle) -> int:
+        """Follow the ego along its route: on this edge, or already on the next?"""
+        x, y, _ = frames.front_from_rear_axle(ego, vehicle)
+        for index in range(
+            self._strip, min(self._strip + LOOK_AHEAD, len(self._strips))
+        ):
+            if lane_of(self._strips[index], x, y) is not None:
+                self._strip = index
+                break
+        return self._strip
+
+    def _place(self, pose: GhostPose, speed: float, *, alive: bool) -> None:
+        """Add the ghost if there is none and move it to its pose."""
+        vehicles = self._sumo.vehicle
+        if not alive:
+            vehicles.add(
+                GHOST_ID,
+                self._route_id,
+                typeID=GHOST_TYPE,
+                departSpeed=repr(float(speed)),
+            )
+            vehicles.setSpeedMode(GHOST_ID, NO_CHECKS)
+            vehicles.setLaneChangeMode(GHOST_ID, 0)
+        vehicles.setSpeed(GHOST_ID, speed)
+        vehicles.moveToXY(
+            GHOST_ID,
+            pose.edge,
+            pose.lane,
+            pose.x,
+            pose.y,
+            frames.angle_from_heading(pose.heading),
+            KEEP_ROUTE_EXACT,
+        )
+
+
+def _clear_note(sumo: ModuleType, ego_id: str) -> bool:
+    """Make SUMO look again which lanes the ego occupies; tell whether it did."""
+    name = str(sumo.vehicle.getLaneID(ego_id))
+    if not name or name.startswith(INSIDE_JUNCTION):
+        return False
+    edge, index = edge_of(name), sumo.vehicle.getLaneIndex(ego_id)
+    beside = index + 1 if index + 1 < sumo.edge.getLaneNumber(edge) else index - 1
+    if beside >= 0:
+        position = sumo.vehicle.getLanePosition(ego_id)
+        other = f"{edge}_{beside}"
+        # in a bend the lane beside may be shorter
+        there = min(position, sumo.lane.getLength(other))
+        sumo.vehicle.moveTo(ego_id, other, there)
+        sumo.vehicle.moveTo(ego_id, name, position)
+    return True

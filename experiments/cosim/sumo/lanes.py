@@ -1,0 +1,166 @@
+"""The simulator's lanes as plain geometry: centre lines, widths, projections.
+
+The ghost and the static obstacles have to be put where SUMO's lanes are, whatever the
+ego's reference path does; this is the only thing they need to know about them.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from planner.errors import InvalidInputError
+from planner.numerics.compiled import compiled
+from planner.states import FloatArray, freeze
+
+OVERHANG = 20.0  # how far a lane's ends are carried on straight, for long bodies [m]
+SAME_POINT = 1e-9  # closer points of a centre line are one [m]
+NEXT_LANE, INTERNAL_LANE = 0, 4  # places in a link of `lane.getLinks`
+PLANE = 2  # coordinates of a point
+TRAFFIC_CLASS = "passenger"  # of all vehicles in the demand files
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lane:
+    """One lane of an edge; `points` is its centre line, (n, 2)."""
+
+    id: str
+    edge: str
+    index: int  # 0 is the rightmost lane of its edge, as in SUMO
+    width: float  # [m]
+    points: FloatArray  # [m]
+    stations: FloatArray = field(init=False)  # arc length at each point, (n,) [m]
+
+    def __post_init__(self) -> None:
+        """Check and freeze the centre line and measure it."""
+        points = without_repeats(self.points)
+        lengths = np.hypot(*np.diff(points, axis=0).T)
+        object.__setattr__(self, "points", freeze(points))
+        object.__setattr__(self, "stations", freeze(np.cumsum(np.append(0.0, lengths))))
+
+    @property
+    def length(self) -> float:
+        """Length of the centre line [m]."""
+        return float(self.stations[-1])
+
+    def project(self, x: float, y: float) -> tuple[float, float]:
+        """Give arc length and offset (positive to the left) of a point [m].
+
+        The ends are carried on straight by `OVERHANG`, so that the rear of a body
+        whose front is on the lane has an offset too.
+        """
+        station, offset = _foot_point(self.points, self.stations, x, y, OVERHANG)
+        return float(station), float(offset)
+
+    def at(self, station: float) -> tuple[float, float, float]:
+        """Give (x, y) [m] and heading [rad] of the centre line at an arc length."""
+        last = self.stations.size - 2
+        k = min(max(int(np.searchsorted(self.stations, station)) - 1, 0), last)
+        (x0, y0), (x1, y1) = self.points[k], self.points[k + 1]
+        heading = math.atan2(y1 - y0, x1 - x0)
+        reach = station - float(self.stations[k])
+        return (
+            float(x0) + reach * math.cos(heading),
+            float(y0) + reach * math.sin(heading),
+            heading,
+        )
+
+
+def without_repeats(points: ArrayLike) -> FloatArray:
+    """Drop points that repeat the one before them; (n, 2) with n >= 2 is left.
+
+    Raises:
+        InvalidInputError: If fewer than two different points are left.
+    """
+    array = np.asarray(points, dtype=np.float64)
+    if array.ndim != PLANE or array.shape[1] != PLANE:
+        raise InvalidInputError(f"a centre line is (n, 2), not {array.shape}")
+    moved = np.any(np.abs(np.diff(array, axis=0)) > SAME_POINT, axis=1)
+    array = np.concatenate((array[:1], array[1:][moved]))
+    if not moved.any():
+        raise InvalidInputError("a centre line needs two different points")
+    return array
+
+
+def edge_lanes(sumo: ModuleType, edge: str) -> list[Lane]:
+    """Read all lanes of an edge, from the rightmost to the leftmost."""
+    count = sumo.edge.getLaneNumber(edge)
+    return [read_lane(sumo, f"{edge}_{index}") for index in range(count)]
+
+
+def route_strips(sumo: ModuleType, route: Sequence[str]) -> list[list[Lane]]:
+    """Read the lanes along a route, edge by edge, also those inside junctions."""
+    strips = []
+    for edge, following in pairwise([*route, None]):
+        strips.append(edge_lanes(sumo, str(edge)))
+        inside = _inside_junction(sumo, strips[-1], following)
+        strips += [edge_lanes(sumo, internal) for internal in inside]
+    return strips
+
+
+def _inside_junction(
+    sumo: ModuleType, lanes: Sequence[Lane], following: str | None
+) -> list[str]:
+    """Name the edges inside the junction between an edge and the next of the route."""
+    ways = [
+        link[INTERNAL_LANE]
+        for lane in lanes
+        for link in sumo.lane.getLinks(lane.id)
+        if edge_of(link[NEXT_LANE]) == following
+    ]
+    edges = []
+    while ways and ways[0]:
+        edges.append(edge_of(ways[0]))
+        ways = [link[INTERNAL_LANE] for link in sumo.lane.getLinks(ways[0])]
+    return edges
+
+
+def edge_of(lane: str) -> str:
+    """Give the id of the edge that a lane belongs to."""
+    return lane.rpartition("_")[0]
+
+
+def all_lanes(sumo: ModuleType) -> Iterator[Lane]:
+    """Read every lane that cars may use, also those inside junctions."""
+    for name in sorted(sumo.lane.getIDList()):
+        allowed = sumo.lane.getAllowed(name)
+        if not allowed or TRAFFIC_CLASS in allowed:
+            yield read_lane(sumo, name)
+
+
+def read_lane(sumo: ModuleType, name: str) -> Lane:
+    """Read one lane."""
+    points = [point[:2] for point in sumo.lane.getShape(name)]
+    width = float(sumo.lane.getWidth(name))
+    index = int(name.rpartition("_")[2])
+    return Lane(name, edge_of(name), index, width, np.array(points))
+
+
+@compiled
+def _foot_point(
+    points: FloatArray, stations: FloatArray, x: float, y: float, overhang: float
+) -> tuple[float, float]:
+    """Find arc length and signed offset of the nearest point of a polyline [m]."""
+    best, station, offset = np.inf, 0.0, 0.0
+    last = points.shape[0] - 2
+    for k in range(last + 1):
+        length = stations[k + 1] - stations[k]
+        tx = (points[k + 1, 0] - points[k, 0]) / length
+        ty = (points[k + 1, 1] - points[k, 1]) / length
+        dx, dy = x - points[k, 0], y - points[k, 1]
+        reach = dx * tx + dy * ty
+        lower = -overhang if k == 0 else 0.0
+        upper = length + overhang if k == last else length
+        reach = min(max(reach, lower), upper)
+        ex, ey = dx - reach * tx, dy - reach * ty
+        square = ex * ex + ey * ey
+        if square < best:
+            best = square
+            station = stations[k] + reach
+            side = 1.0 if tx * dy - ty * dx >= 0.0 else -1.0
+            offset = side * math.sqrt(square)
+    return station, offset

@@ -1,0 +1,184 @@
+"""Static obstacles as SUMO's traffic has to see them: frozen vehicles in its lanes.
+
+SUMO blocks only the lane that a vehicle's front bumper is in, and measures its length
+along that lane, whatever its heading. So every lane in which a car would touch the
+obstacle gets a *twin*: a standing vehicle in the lane's centre that covers exactly the
+stretch that is blocked there. The twins are for SUMO's traffic alone; what is true is
+`planner.scene.Obstacles`.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+from experiments.cosim.sumo import frames
+from experiments.cosim.sumo.lanes import Lane
+from planner.reference_path.path import ReferencePath
+from planner.scene import Obstacles
+from planner.states import FloatArray
+
+TRAFFIC_WIDTH = 2.0  # of a car in the centre of its lane [m]
+SAMPLING = 0.1  # of the area that such a car sweeps [m]
+ID_PREFIX = "static@"  # no demand file names its vehicles like this
+SUMO_TYPE = "DEFAULT_VEHTYPE"  # exists in every simulation
+MOVE_ANYWHERE = 6  # moveToXY: exact position, any route, any lane permission
+NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
+
+
+@dataclass(frozen=True, slots=True)
+class Twin:
+    """A standing vehicle that blocks one lane in place of an obstacle."""
+
+    lane: Lane
+    front: float  # arc length of its front bumper on the lane [m]
+    length: float  # [m]
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedBody:
+    """A static body given along the road: rectangle grown by `radius`."""
+
+    id: str
+    s: float  # centre, along the reference path [m]
+    l: float  # centre, positive to the left [m]
+    length: float = 0.0  # [m]
+    width: float = 0.0  # [m]
+    radius: float = 0.0  # [m]
+    heading: float = 0.0  # against the reference path [rad]
+
+
+def obstacles_on_path(path: ReferencePath, bodies: Sequence[PlacedBody]) -> Obstacles:
+    """Put bodies that are given along the road into the plane.
+
+    Args:
+        path: The reference path.
+        bodies: Discs, rectangles or rounded rectangles.
+
+    Returns:
+        The obstacles, in the same order.
+    """
+    column = {
+        name: np.array([getattr(body, name) for body in bodies], dtype=np.float64)
+        for name in ("s", "l", "length", "width", "radius", "heading")
+    }
+    point = path.at(column["s"])
+    return Obstacles(
+        tuple(body.id for body in bodies),
+        point.x - column["l"] * point.sin_heading,
+        point.y + column["l"] * point.cos_heading,
+        point.heading + column["heading"],
+        column["length"],
+        column["width"],
+        column["radius"],
+    )
+
+
+def twins(obstacles: Obstacles, lanes: Iterable[Lane]) -> list[Twin]:
+    """Find every stretch of a lane in which a car would touch an obstacle.
+
+    A stretch is found to within `SAMPLING`, never too short.
+    """
+    found = []
+    for lane in lanes:
+        for index in _near(obstacles, lane):
+            for rear, front in blocked_stretches(obstacles, index, lane):
+                found.append(Twin(lane, front, max(front - rear, SAMPLING)))
+    return found
+
+
+def blocked_stretches(
+    obstacles: Obstacles, index: int, lane: Lane
+) -> list[tuple[float, float]]:
+    """Give the stretches of a lane that an obstacle blocks, as arc lengths.
+
+    A place is blocked if the cross section of a car of `TRAFFIC_WIDTH` in the lane's
+    centre would touch the obstacle there.
+
+    Args:
+        obstacles: The obstacles.
+        index: Which of them.
+        lane: The lane.
+
+    Returns:
+        (rear, front) of every stretch [m]; none where a car passes everywhere.
+    """
+    n = max(int(np.ceil(lane.length / SAMPLING)), 1) + 1
+    stations = np.linspace(0.0, lane.length, n)
+    x = np.interp(stations, lane.stations, lane.points[:, 0])
+    y = np.interp(stations, lane.stations, lane.points[:, 1])
+    heading = np.arctan2(np.gradient(y), np.gradient(x))
+    half = TRAFFIC_WIDTH / 2.0
+    near = np.flatnonzero(distance(obstacles, index, x, y) <= half + SAMPLING)
+    across = np.linspace(-half, half, round(TRAFFIC_WIDTH / SAMPLING) + 1)
+    gap = distance(
+        obstacles,
+        index,
+        x[near, None] - across * np.sin(heading)[near, None],
+        y[near, None] + across * np.cos(heading)[near, None],
+    )  # (n_near, n_across)
+    touched = near[np.any(gap <= SAMPLING / 2.0, axis=1)]
+    runs = np.split(touched, np.flatnonzero(np.diff(touched) > 1) + 1)
+    return [(float(stations[r[0]]), float(stations[r[-1]])) for r in runs if r.size]
+
+
+def distance(
+    obstacles: Obstacles, index: int, x: FloatArray, y: FloatArray
+) -> FloatArray:
+    """Distance of points from one obstacle [m], negative only inside its margin."""
+    dx, dy = x - obstacles.x[index], y - obstacles.y[index]
+    cos, sin = np.cos(obstacles.heading[index]), np.sin(obstacles.heading[index])
+    along = np.abs(dx * cos + dy * sin) - obstacles.length[index] / 2.0
+    across = np.abs(dy * cos - dx * sin) - obstacles.width[index] / 2.0
+    outside = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0))
+    gap: FloatArray = outside - obstacles.radius[index]
+    return gap
+
+
+def place(sumo: ModuleType, placed: Sequence[Twin], route_id: str) -> frozenset[str]:
+    """Put the twins into the simulation, where they then stand for ever.
+
+    Args:
+        sumo: The running libsumo module.
+        placed: What to put there.
+        route_id: Any route; SUMO replaces it by the twin's own edge.
+
+    Returns:
+        The ids of the vehicles made.
+
+    Raises:
+        libsumo.TraCIException: If SUMO refuses; the session wraps it.
+    """
+    vehicles = sumo.vehicle
+    for number, twin in enumerate(placed):
+        name = f"{ID_PREFIX}{number}"
+        vehicles.add(name, route_id, typeID=SUMO_TYPE, departSpeed="0")
+        vehicles.setLength(name, twin.length)
+        vehicles.setWidth(name, TRAFFIC_WIDTH)
+        vehicles.setMinGap(name, 0.0)
+        vehicles.setSpeedMode(name, NO_CHECKS)
+        vehicles.setLaneChangeMode(name, 0)
+        vehicles.setSpeed(name, 0.0)
+        x, y, heading = twin.lane.at(twin.front)
+        angle = frames.angle_from_heading(heading)
+        edge, index = twin.lane.edge, twin.lane.index
+        vehicles.moveToXY(name, edge, index, x, y, angle, MOVE_ANYWHERE)
+    return frozenset(f"{ID_PREFIX}{number}" for number in range(len(placed)))
+
+
+def _near(obstacles: Obstacles, lane: Lane) -> list[int]:
+    """Say which obstacles come near the box around a lane at all."""
+    reach = (
+        np.hypot(obstacles.length, obstacles.width) / 2.0
+        + obstacles.radius
+        + TRAFFIC_WIDTH
+    )
+    low, high = lane.points.min(axis=0), lane.points.max(axis=0)
+    near = (
+        (obstacles.x + reach > low[0])
+        & (obstacles.x - reach < high[0])
+        & (obstacles.y + reach > low[1])
+        & (obstacles.y - reach < high[1])
+    )
+    return [int(i) for i in np.flatnonzero(near)]

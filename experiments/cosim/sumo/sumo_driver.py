@@ -1,0 +1,107 @@
+"""SUMO's own driver in the ego's place: the baseline for paired comparison.
+
+The same vehicle enters in the same traffic; SUMO's car-following and lane-change model
+(Krauss, LC2013) drive it, and the loop only watches. What is planned is not driven.
+"""
+
+import math
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+from experiments.cosim.sumo import frames
+from experiments.cosim.sumo.ego_entry import EGO_ID
+from experiments.cosim.sumo.ghost_vehicle import NO_LIMIT
+from experiments.cosim.sumo.settings import SumoSettings
+from experiments.cosim.sumo.world import SumoWorld, sumo_errors
+from experiments.errors import SimulationError
+from planner.interface import PlanResult, PlanStatus
+from planner.scene import Scene
+from planner.states import CartesianState, Trajectory
+
+STANDING = 0.05  # a step this short has no curvature [m]
+
+
+class SelfDrivenWorld(SumoWorld):
+    """A SUMO world whose ego is driven by SUMO.
+
+    Args:
+        settings: As of every SUMO world.
+        target_speed: That the driver wishes for, as a planner does [m/s].
+    """
+
+    def __init__(self, settings: SumoSettings, target_speed: float) -> None:
+        super().__init__(settings)
+        self._target_speed = target_speed
+
+    def advance(self, ego: CartesianState) -> CartesianState:
+        """Let SUMO move everyone, the ego too.
+
+        Args:
+            ego: Where it is; not where it shall be.
+
+        Returns:
+            The rear axle after the step, with the curvature that it has driven.
+
+        Raises:
+            SimulationError: If SUMO fails or has taken the ego out.
+        """
+        sumo = self._running()
+        with sumo_errors(sumo, "driving the ego"):
+            sumo.simulationStep()
+            if EGO_ID not in sumo.vehicle.getIDList():
+                raise SimulationError("SUMO has taken the ego off the road")
+            x, y = sumo.vehicle.getPosition(EGO_ID)
+            angle = float(sumo.vehicle.getAngle(EGO_ID))
+            speed = float(sumo.vehicle.getSpeed(EGO_ID))
+            acceleration = float(sumo.vehicle.getAcceleration(EGO_ID))
+        self._ego_front = (x, y)
+        self._steps += 1
+        rear_x, rear_y, heading = frames.rear_axle_from_front(
+            x, y, angle, self._settings.vehicle
+        )
+        turned = math.remainder(heading - ego.heading, 2.0 * math.pi)
+        driven = speed * self.step
+        curvature = turned / driven if driven > STANDING else 0.0
+        return CartesianState(rear_x, rear_y, heading, curvature, speed, acceleration)
+
+    def _take_over(self, sumo: ModuleType) -> None:
+        """Leave SUMO's driver at the wheel, with the ego's limits and wish.
+
+        The limits of lanes bind SUMO's driver no more than they do a planner.
+        """
+        limits = self._settings.vehicle.limits
+        wish = min(limits.max_speed, self._target_speed)
+        sumo.vehicle.setAccel(EGO_ID, limits.max_acceleration)
+        sumo.vehicle.setMaxSpeed(EGO_ID, wish)
+        sumo.vehicle.setSpeedFactor(EGO_ID, NO_LIMIT)
+
+
+@dataclass(frozen=True, slots=True)
+class Passenger:
+    """A planner that plans nothing: the trajectory is straight on, and not driven."""
+
+    def plan(self, scene: Scene, memory: object) -> PlanResult:
+        """Say where the ego would be if it just went on."""
+        t = scene.step * np.arange(11, dtype=np.float64)
+        ego, place = scene.ego, scene.ego_frenet
+        driven = ego.speed * t
+        one = np.ones_like(t)
+        trajectory = Trajectory(
+            t,
+            ego.x + driven * math.cos(ego.heading),
+            ego.y + driven * math.sin(ego.heading),
+            ego.heading * one,
+            0.0 * one,
+            ego.speed * one,
+            0.0 * one,
+            place.s + place.s_dot * t,
+            place.l + place.l_dot * t,
+        )
+        return PlanResult(PlanStatus.OK, trajectory, memory)
+
+
+def passenger() -> Passenger:
+    """Make the planner that goes with a `SelfDrivenWorld`."""
+    return Passenger()

@@ -1,0 +1,1 @@
+"""One episode: scenario in, run folder out."""

@@ -1,0 +1,90 @@
+"""What a run is made from, and the hash of that: the run's identity."""
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from experiments.config import Scenario
+from experiments.config.scenario_file import config_hash
+from experiments.planners.registry import own_module
+from experiments.planners.source_files import planner_sources
+from experiments.storage import provenance as manifest
+
+SHAPING = ("python", "libsumo", "numpy", "scipy", "numba")
+
+
+def run_identity(scenario: Scenario, net_file: Path | None) -> dict[str, Any]:
+    """Say what a run is made from.
+
+    Args:
+        scenario: Checked.
+        net_file: Its network, None in the world without a simulator.
+
+    Returns:
+        The hashes, scenario, planner and seed, versions, and the state of git.
+    """
+    return {
+        **run_hashes(scenario, net_file),
+        "scenario": scenario.name,
+        "planner": scenario.planner.name,
+        "seed": scenario.simulation.seed,
+        "versions": _versions(),
+        "git": _git_state(),
+    }
+
+
+def run_hashes(scenario: Scenario, net_file: Path | None) -> dict[str, str | None]:
+    """Hash configuration, network, code and a user's planner, and all in one."""
+    configuration = config_hash(scenario.resolved())
+    network = _file_hash(*_stamp(net_file)) if net_file else None
+    planner = _planner_hash(own_module(scenario.planner.name))
+    code = code_hash()
+    return {
+        "run_hash": manifest.text_hash(f"{configuration} {network} {code} {planner}"),
+        "config_hash": configuration,
+        "network_hash": network,
+        "code_hash": code,
+        "planner_hash": planner,
+    }
+
+
+def _planner_hash(module_name: str | None) -> str | None:
+    """Hash a user's planner with what it imports from beside it, None for ours."""
+    sources = planner_sources(module_name) if module_name else ()
+    hashes = [f"{file.name} {_file_hash(*_stamp(file))}" for file in sources]
+    return manifest.text_hash("\n".join(hashes)) if hashes else None
+
+
+@cache
+def code_hash() -> str:
+    """Hash the code as it was when this process first asked: that is what it runs."""
+    return manifest.code_hash()
+
+
+def shaping_versions() -> dict[str, str | None]:
+    """Give the versions of what the numbers come from: with others, other traces."""
+    found = _versions()
+    return {name: found[name] for name in SHAPING}
+
+
+@cache
+def _versions() -> dict[str, str | None]:
+    """Ask for the versions once a process: it takes milliseconds."""
+    return manifest.versions()
+
+
+@cache
+def _git_state() -> dict[str, Any] | None:
+    """Ask git once a process: it takes two processes."""
+    return manifest.git_state()
+
+
+def _stamp(file: Path) -> tuple[Path, int]:
+    """Give a file with the time of its last change."""
+    return file, file.stat().st_mtime_ns
+
+
+@cache
+def _file_hash(file: Path, _changed: int) -> str:
+    """Hash a file once for each of its versions."""
+    return manifest.file_hash(file)

@@ -1,5 +1,0 @@
-"""Who drives the runs of a sweep: this process, other processes, other machines."""
-
-from experiments.executors.executor import Executor, WorkerSettings
-
-__all__ = ["Executor", "WorkerSettings"]

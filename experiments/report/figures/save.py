@@ -1,0 +1,183 @@
+"""The picture of a run or a sweep: `rearview figure FOLDER`."""
+
+import os
+import tempfile
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+from experiments.errors import ConfigError, ResultsError
+from experiments.report.figures import palette
+from experiments.report.figures.page_layout import Page, page_for
+from experiments.report.figures.sweep import draw_sweep
+from experiments.report.run_reader import RunRecord, read_run
+from experiments.sweep.folder import is_sweep
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = ("png", "svg", "pdf")
+DEFAULT_NAME = "figure.png"
+RESOLUTION = 200  # of bitmaps [1/in]
+TITLE_WIDTH = 90  # characters that fit beside the colour bar
+
+# Text stays text in vector files, and the same run gives the same bytes.
+_STYLE = {
+    "font.size": palette.FONT_SIZE,
+    "axes.linewidth": 0.6,
+    "legend.fontsize": palette.FONT_SIZE - 0.5,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "rearview",
+    "pdf.fonttype": 42,
+}
+_NO_DATE = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+
+
+def save_figure(folder: Path, file: Path | None = None) -> Path:
+    """Draw a run or a sweep and save the picture.
+
+    Args:
+        folder: A run folder, or the folder of a sweep.
+        file: Where the picture goes; its suffix says the format. None puts
+            `figure.png` into the run folder.
+
+    Returns:
+        The file written.
+
+    Raises:
+        ConfigError: If the suffix is none of the known ones.
+        ResultsError: If the run cannot be read, the picture not be written, or
+            matplotlib is missing.
+    """
+    target = folder / DEFAULT_NAME if file is None else file
+    kind = target.suffix.removeprefix(".").lower()
+    if kind not in FORMATS:
+        allowed = ", ".join(f".{name}" for name in FORMATS)
+        raise ConfigError(f"{target}: has no known suffix; allowed: {allowed}")
+    run = None if is_sweep(folder) else read_run(folder)
+    require_matplotlib("figure")
+    from matplotlib import rc_context
+
+    with rc_context(_STYLE):  # type: ignore[arg-type]  # names checked at run time
+        figure = draw_sweep(folder) if run is None else draw_run(run)
+        _save(figure, target, kind)
+    return target
+
+
+def draw_run(run: RunRecord) -> "Figure":
+    """Draw a run: the view from above, and the curves beneath or beside it."""
+    from matplotlib.figure import Figure
+
+    from experiments.report.figures.time_series import draw_over_time
+    from experiments.report.figures.top_view import draw_from_above, extent
+
+    x_min, x_max, y_min, y_max = extent(run)
+    page = page_for((y_max - y_min) / (x_max - x_min))
+    figure = Figure(figsize=(page.width, page.height))
+    view = figure.add_axes(page.share(page.view))
+    panels = [figure.add_axes(page.share(box)) for box in page.panels]
+    way = draw_from_above(view, run)
+    draw_over_time(panels, run)
+    for index, axes in enumerate(panels):
+        axes.tick_params(labelbottom=index in page.named)
+        axes.set_xlabel("time [s]" if index in page.named else "")
+    bar = figure.add_axes(page.share(page.bar))
+    figure.colorbar(way, cax=bar, orientation="horizontal")
+    bar.tick_params(length=2.0, pad=1.0, labelsize=palette.FONT_SIZE - 1.0)
+    bar.set_ylabel("ego [m/s]", rotation=0, ha="right", va="center")
+    _title(figure, page, run)
+    _legend(figure, page, run)
+    return figure
+
+
+def _title(figure: "Figure", page: Page, run: RunRecord) -> None:
+    """Say which run this is and how it ended."""
+    fact = run.trace.fact
+    status = fact("status")
+    words = (
+        f"{fact('scenario')} · {fact('planner')} · seed {fact('seed')} · "
+        f"{status}: {fact('reason').removeprefix(status).strip()}"
+    )
+    figure.text(
+        0.05 / page.width,
+        1.0 - 0.06 / page.height,
+        "\n".join(wrap(words, TITLE_WIDTH, max_lines=1, placeholder=" ...")),
+        va="top",
+        fontsize=palette.FONT_SIZE + 0.5,
+        parse_math=False,
+    )
+
+
+def _legend(figure: "Figure", page: Page, run: RunRecord) -> None:
+    """Explain the colours of the moments and the signs."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    from experiments.report.figures.time_series import fallback_steps, waiting_steps
+
+    handles: list[Any] = [
+        Patch(fc=colour, ec="black", lw=palette.THIN, label=_moment_name(run, k))
+        for k, colour in enumerate(palette.MOMENTS[: len(run.moments)])
+    ]
+    handles += [
+        Patch(fc="white", ec="black", lw=palette.MEDIUM, label="other vehicle"),
+        Line2D([], [], color=palette.CURVE, lw=palette.MEDIUM, label="plan"),
+        Patch(fc=palette.OBSTACLE, label="obstacle"),
+        Line2D([], [], color=palette.ROAD_EDGE, lw=palette.EDGE, label="road edge"),
+    ]
+    if waiting_steps(run).any():
+        handles.append(Patch(fc=palette.WAITING, label="stop line closed"))
+    if fallback_steps(run).any():
+        sign = Line2D([], [], ls="none", marker="^", ms=4.0, color=palette.CURVE)
+        sign.set_label("no fresh plan")
+        handles.append(sign)
+    figure.legend(
+        handles=handles,
+        loc="upper left",
+        bbox_to_anchor=(0.0, 1.0 - 0.24 / page.height),
+        ncols=5,
+        frameon=False,
+        handlelength=1.6,
+        columnspacing=1.4,
+        borderpad=0.3,
+    )
+
+
+def _moment_name(run: RunRecord, number: int) -> str:
+    """Name a moment as in `2: t = 3.6 s`."""
+    return f"{number + 1}: t = {run.time[run.moments[number]]:.1f} s"
+
+
+def require_matplotlib(command: str) -> None:
+    """Say how to get matplotlib where it is missing."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise ResultsError(
+            f"rearview {command} needs matplotlib, which cannot be imported "
+            f'({error}); install it: pip install "rearview[figures]"'
+        ) from error
+
+
+def _save(figure: "Figure", target: Path, kind: str) -> None:
+    """Write the picture aside and rename it, so that it is whole or not there."""
+    try:
+        descriptor, name = tempfile.mkstemp(
+            prefix=".unfinished-", suffix=f".{kind}", dir=target.parent
+        )
+        os.close(descriptor)
+        aside = Path(name)
+        try:
+            figure.savefig(aside, format=kind, dpi=RESOLUTION, metadata=_NO_DATE[kind])
+            aside.chmod(0o644)
+            aside.replace(target)
+        finally:
+            aside.unlink(missing_ok=True)
+    except OSError as error:
+        raise ResultsError(
+            f"{target}: cannot be written: {error.strerror or error}"
+        ) from error

@@ -1,0 +1,165 @@
+"""The page of one run: `report.html` in its folder."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from experiments.config.scenario_file import CONFIG_FILE
+from experiments.errors import ResultsError
+from experiments.metrics.words import metric_table
+from experiments.report.html import PAGE_FILE, render, save
+from experiments.report.run.candidates import candidates_of
+from experiments.report.run.replay import replay
+from experiments.trace.files import file_name, read_trace
+from experiments.trace.road_map import MAP_FILE, read_map
+from experiments.trace.schema import Trace
+from experiments.trace.speed_graphs import read_graphs
+
+MANIFEST, METRICS = "manifest.json", "metrics.json"
+_SCRIPTS = (
+    "unpack.js",
+    "theme.js",
+    "plot.js",
+    "scene.js",
+    "camera.js",
+    "chart.js",
+    "graph.js",
+    "player.js",
+    "run.js",
+)
+_HASHES = ("run_hash", "config_hash", "network_hash", "code_hash", "trace_hash")
+_NEEDED = ("scenario", "planner", "seed", "status")  # in a manifest
+
+
+@dataclass(frozen=True, slots=True)
+class RunFacts:
+    """What a run folder says about the run as a whole."""
+
+    manifest: Mapping[str, Any]
+    metrics: Mapping[str, Any]
+    config: str
+
+
+def is_run(folder: Path) -> bool:
+    """Tell whether a folder is one that a run left."""
+    return (folder / MANIFEST).is_file()
+
+
+def save_run_page(folder: Path, file: Path | None = None) -> Path:
+    """Write the page of a run.
+
+    Args:
+        folder: A run folder.
+        file: Where the page goes; `report.html` in the folder if None.
+
+    Returns:
+        The page's file.
+
+    Raises:
+        ResultsError: If the folder is none, is damaged, or the disk refuses.
+    """
+    return save(run_page(folder), file or folder / PAGE_FILE)
+
+
+def run_page(folder: Path) -> str:
+    """Make the page of a run.
+
+    A run without a trace, or without a single step, gets a page that says so.
+
+    Raises:
+        ResultsError: If the folder is none or is damaged.
+    """
+    facts = _facts(folder)
+    trace, missing = _trace(folder, facts)
+    data = None
+    if trace is not None:
+        road_map = read_map(folder)
+        graphs = read_graphs(folder)
+        data = replay(trace, road_map, candidates_of(folder), graphs)
+    return render("run.html.j2", _SCRIPTS, data, _words(facts, data, missing))
+
+
+def _facts(folder: Path) -> RunFacts:
+    """Read what is not the trace."""
+    if not is_run(folder):
+        raise ResultsError(
+            f"{folder}: is no run folder and no folder of a sweep; allowed: what "
+            "rearview run or rearview sweep left"
+        )
+    config = folder / CONFIG_FILE
+    try:
+        text = config.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultsError(f"{config}: cannot be read ({error})") from error
+    manifest = _read(folder / MANIFEST)
+    missing = [key for key in _NEEDED if key not in manifest]
+    if missing:
+        raise ResultsError(
+            f"{folder / MANIFEST}: is damaged: does not say {', '.join(missing)}"
+        )
+    return RunFacts(manifest, _read(folder / METRICS), text)
+
+
+def _trace(folder: Path, facts: RunFacts) -> tuple[Trace | None, str]:
+    """Read the trace; where there is none to show, say why."""
+    if not (folder / file_name("steps")).is_file() and not _kept(facts):
+        return None, (
+            "The trace of this run was not kept. "
+            f"{facts.manifest.get('command') or 'rearview rerun'} repeats it with its "
+            "trace."
+        )
+    trace = read_trace(folder)
+    if len(trace.steps["index"]) == 0:
+        return None, "The run ended before its first step: there is nothing to replay."
+    if not (folder / MAP_FILE).is_file():
+        raise ResultsError(f"{folder / MAP_FILE}: is missing")
+    return trace, ""
+
+
+def _kept(facts: RunFacts) -> bool:
+    """Tell whether there should be a trace."""
+    return bool(facts.manifest.get("trace_kept", True))
+
+
+def _words(
+    facts: RunFacts, data: dict[str, Any] | None, missing: str
+) -> dict[str, Any]:
+    """Gather what the template writes."""
+    about = facts.manifest
+    status = str(about.get("status", "unknown"))
+    reason = str(about.get("reason") or "")
+    git = about.get("git") or {}
+    commit = str(git.get("commit") or "")
+    changed = ", changed" if commit and git.get("dirty") else ""
+    return {
+        "scenario": about.get("scenario"),
+        "planner": about.get("planner"),
+        "seed": about.get("seed"),
+        "status": status,
+        "reason": reason.removeprefix(status).strip(" :"),
+        "arrived": status == "arrived",
+        "missing": missing,
+        "command": about.get("command"),
+        "metrics": metric_table(facts.metrics),
+        "config": facts.config,
+        "versions": about.get("versions") or {},
+        "hashes": {key: about[key] for key in _HASHES if about.get(key)},
+        "commit": commit + changed,
+        "wall": about.get("wall_s"),
+        "curves": [] if data is None else data["curves"],
+        "has_graphs": data is not None and data["graphs"] is not None,
+        "has_candidates": data is not None and data["candidates"] is not None,
+    }
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """Read a JSON file of the run folder."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ResultsError(f"{path}: cannot be read ({error})") from error
+    if not isinstance(content, dict):
+        raise ResultsError(f"{path}: is damaged: holds no names with values")
+    return content

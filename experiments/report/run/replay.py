@@ -1,0 +1,196 @@
+"""What a run page replays: every body in every step, plans, and what was decided."""
+
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.report.run.candidates import Candidates
+from experiments.report.run.curves import Curve, Series, curves
+from experiments.report.run.packing import Packed, pack, pack_counts, pack_exact
+from experiments.report.run.road import page_obstacles, page_road, page_signals
+from experiments.report.run.speed_graphs import packed_graphs
+from experiments.report.run_reader import numbers
+from experiments.trace.road_map import RoadMap
+from experiments.trace.schema import Column, Table, Trace
+
+PLACE, ANGLE, SPEED = 0.01, 1e-3, 0.01  # resolutions [m, rad, m/s]
+EVERY = 2  # of the points of a plan, every second one is shown
+
+
+def replay(
+    trace: Trace,
+    road_map: RoadMap,
+    candidates: Candidates | None,
+    graphs: Table | None = None,
+) -> dict[str, Any]:
+    """Gather what the page's scripts need.
+
+    Args:
+        trace: With at least one step.
+        road_map: About it.
+        candidates: Of the cycles, if they were recorded.
+        graphs: s-T graphs of the cycles, if they were recorded.
+
+    Returns:
+        Plain data for JSON.
+    """
+    return {
+        "step": float(trace.fact("step_s")),
+        "time": pack_exact(numbers(trace.steps["time_s"])),
+        "ego": _ego(trace),
+        "ghost": _ghost(trace),
+        "vehicles": _vehicles(trace),
+        "plans": _plans(trace),
+        "cycles": _cycles(trace),
+        "road": page_road(trace, road_map),
+        "obstacles": page_obstacles(trace.obstacles),
+        "signals": page_signals(trace),
+        "curves": [_curve(curve, trace) for curve in curves(trace)],
+        "candidates": None if candidates is None else candidates.packed(trace),
+        "graphs": None if graphs is None else packed_graphs(graphs, trace),
+    }
+
+
+def _ego(trace: Trace) -> dict[str, Any]:
+    """Give the centre of the ego's rectangle."""
+    steps = trace.steps
+    heading = numbers(steps["heading_rad"])
+    offset = trace.fact("length_m") / 2.0 - trace.fact("rear_overhang_m")
+    return {
+        "length": float(trace.fact("length_m")),
+        "width": float(trace.fact("width_m")),
+        "x": pack(numbers(steps["x_m"]) + offset * np.cos(heading), PLACE),
+        "y": pack(numbers(steps["y_m"]) + offset * np.sin(heading), PLACE),
+        "heading": pack(np.unwrap(heading), ANGLE),
+        "speed": pack(numbers(steps["speed_mps"]), SPEED),
+        "s": pack(numbers(steps["s_m"]), PLACE),
+        "contacts": _texts(_contacts(steps["contacts"])),
+    }
+
+
+def _ghost(trace: Trace) -> dict[str, Packed]:
+    """Give the centre of the ghost, nothing where there is none."""
+    return {
+        "x": pack(numbers(trace.steps["ghost_x_m"]), PLACE),
+        "y": pack(numbers(trace.steps["ghost_y_m"]), PLACE),
+        "heading": pack(numbers(trace.steps["ghost_heading_rad"]), ANGLE),
+    }
+
+
+def _vehicles(trace: Trace) -> dict[str, Any]:
+    """Give all vehicles, step by step."""
+    table = trace.vehicles
+    ids, codes = np.unique(np.asarray(table["id"], dtype=str), return_inverse=True)
+    resolutions = {
+        "x": ("x_m", PLACE),
+        "y": ("y_m", PLACE),
+        "heading": ("heading_rad", ANGLE),
+        "speed": ("speed_mps", SPEED),
+        "length": ("length_m", PLACE),
+        "width": ("width_m", PLACE),
+    }
+    return {
+        "ids": ids.tolist(),
+        "start": pack_counts(starts(trace, table)),
+        "id": pack_counts(codes),
+        **{
+            key: pack(numbers(table[name]), resolution)
+            for key, (name, resolution) in resolutions.items()
+        },
+    }
+
+
+def _plans(trace: Trace) -> dict[str, Packed]:
+    """Give the planned places, step by step, thinned."""
+    table = trace.plans
+    k = numbers(table["k"])
+    last = np.append(k[1:] <= k[:-1], True) if k.size else np.empty(0, dtype=bool)
+    kept = (k % EVERY == 0) | last
+    thin = {key: values[kept] for key, values in table.items()}
+    return {
+        "start": pack_counts(starts(trace, thin)),
+        "x": pack(numbers(thin["x_m"]), PLACE),
+        "y": pack(numbers(thin["y_m"]), PLACE),
+    }
+
+
+def starts(trace: Trace, table: Table) -> NDArray[np.intp]:
+    """Say where the rows of each step begin in a table, (n_steps + 1,)."""
+    index = trace.steps["index"]
+    ends = np.append(index, index[-1] + 1)
+    return np.searchsorted(np.ma.getdata(table["index"]), ends)
+
+
+def _cycles(trace: Trace) -> dict[str, Any]:
+    """Give what the planner said in each cycle."""
+    steps = trace.steps
+    return {
+        "status": _texts(steps["plan_status"]),
+        "reason": _texts(_why(steps)),
+        "blocker": _texts(steps["blocker"]),
+        "nearest": _texts(steps["nearest"]),
+        "removed": _texts(steps["removed"]),
+        "costs": _texts(_shortened(steps["costs"])),
+        "candidates": pack_counts(np.ma.filled(steps["candidates"], 0)),
+        "survivors": pack_counts(np.ma.filled(steps["survivors"], 0)),
+    }
+
+
+def _why(steps: Table) -> Column:
+    """Give the reason of each cycle, or what the planner said about its choice."""
+    reason = np.ma.filled(steps["reason"], "").astype(str)
+    said = np.ma.filled(steps["explanation"], "").astype(str)
+    return np.where(reason != "", reason, said)
+
+
+def _texts(column: Column) -> dict[str, Any]:
+    """Write a column of texts as codes into a list of different ones."""
+    values = np.ma.filled(column, "").astype(str)
+    different, codes = np.unique(values, return_inverse=True)
+    return {"texts": different.tolist(), "codes": pack_counts(codes)}
+
+
+def _contacts(column: Column) -> Column:
+    """Write the ids that were touched one after the other."""
+    return np.array([", ".join(json.loads(cell)) for cell in column], dtype=object)
+
+
+def _shortened(column: Column) -> Column:
+    """Round the costs: four digits can be read."""
+    cells = np.ma.filled(column, "").tolist()
+    short = [
+        json.dumps({k: float(f"{v:.4g}") for k, v in json.loads(cell).items()})
+        if cell
+        else ""
+        for cell in cells
+    ]
+    return np.array(short, dtype=object)
+
+
+def _curve(curve: Curve, trace: Trace) -> dict[str, Any]:
+    """Pack one curve."""
+    return {
+        "title": curve.title,
+        "unit": curve.unit,
+        "digits": curve.digits,
+        "note": curve.note,
+        "words": curve.words(numbers(trace.steps["time_s"])),
+        "low": curve.low,
+        "high": curve.high,
+        "series": [
+            {
+                "name": series.name,
+                "style": series.style,
+                "values": pack(series.values, _resolution(series)),
+            }
+            for series in curve.series
+        ],
+    }
+
+
+def _resolution(series: Series) -> float:
+    """A thousandth of the range: less than a pixel."""
+    there = series.values[np.isfinite(series.values)]
+    return float(np.ptp(there)) / 1000.0 if there.size else 1.0

@@ -1,0 +1,69 @@
+"""A run as the pictures need it: its trace, its map, and a few moments of it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from experiments.errors import ResultsError
+from experiments.trace.files import file_name, read_trace
+from experiments.trace.road_map import RoadMap, read_map
+from experiments.trace.schema import Column, Table, Trace
+from planner.states import BoolArray, FloatArray
+
+# Where along the driven distance the scene is shown; the end itself has no plan.
+SHOWN_AT = (0.0, 0.3, 0.6, 0.9)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunRecord:
+    """What a run folder holds, and at which steps the scene is shown."""
+
+    trace: Trace
+    road_map: RoadMap
+    moments: tuple[int, ...]  # indices of steps, growing
+
+    @property
+    def time(self) -> FloatArray:
+        """Time of each step since the ego entered, (n_steps,) [s]."""
+        return numbers(self.trace.steps["time_s"])
+
+    def at(self, table: Table, step: int) -> BoolArray:
+        """Mark the rows of `vehicles`, `plans` or `signals` that belong to a step."""
+        return np.asarray(table["index"] == self.trace.steps["index"][step])
+
+
+def read_run(folder: Path) -> RunRecord:
+    """Read a run folder.
+
+    Raises:
+        ResultsError: If it is none, is damaged, or holds no steps.
+    """
+    if not (folder / file_name("steps")).is_file():
+        raise ResultsError(
+            f"{folder}: is no run folder; allowed: a folder that rearview run left, "
+            f"with {file_name('steps')} in it"
+        )
+    trace = read_trace(folder)
+    if len(trace.steps["index"]) == 0:
+        raise ResultsError(
+            f"{folder}: holds no steps; the run ended before the first one: "
+            f"{trace.fact('reason')}"
+        )
+    return RunRecord(trace, read_map(folder), _moments(trace))
+
+
+def numbers(column: Column) -> FloatArray:
+    """Give a column as plain float64, NaN where it holds nothing."""
+    filled: FloatArray = np.ma.filled(column.astype(np.float64), np.nan)
+    return filled
+
+
+def _moments(trace: Trace) -> tuple[int, ...]:
+    """Spread moments over the driven distance, over the time if it is none."""
+    x, y = numbers(trace.steps["x_m"]), numbers(trace.steps["y_m"])
+    driven = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
+    if driven[-1] < 1.0:
+        driven = np.linspace(0.0, 1.0, driven.size)
+    found = np.searchsorted(driven, np.array(SHOWN_AT) * driven[-1])
+    return tuple(sorted({int(step) for step in found}))

@@ -1,0 +1,91 @@
+"""What the scripts of a sweep page draw: one value a run in each column."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from experiments.comparison.results import LABEL, RUN_ID, Row
+from experiments.metrics import columns
+from experiments.metrics.words import words_of
+from experiments.report.run.packing import pack_counts, pack_exact
+
+_NO_METRIC = {columns.SCENARIO, columns.PLANNER, columns.SEED, columns.STATUS}
+# what a page shows first, if the runs have it
+SCATTER = (columns.TRAVEL_TIME, columns.MIN_CLEARANCE)
+
+
+def sweep_data(
+    rows: Sequence[Row],
+    axes: Sequence[str],
+    places: Sequence[str],
+    deadlines: Sequence[float],
+) -> dict[str, Any]:
+    """Gather the columns of all runs.
+
+    Args:
+        rows: Of the results, at least one.
+        axes: Names of the sweep's axes.
+        places: Of each row, what is to be opened.
+        deadlines: Of each row, how long a step lasts [ms].
+
+    Returns:
+        Plain data for JSON.
+    """
+    labels = [str(row[LABEL] or row[columns.PLANNER]) for row in rows]
+    return {
+        "ids": [str(row[RUN_ID]) for row in rows],
+        "places": list(places),
+        "status": _texts([str(row[columns.STATUS]) for row in rows]),
+        "reason": _texts([str(row.get("reason") or "") for row in rows]),
+        "label": _texts(labels),
+        "axes": [
+            _axis("scenario", [str(row[columns.SCENARIO]) for row in rows]),
+            _axis("planner", labels),
+            *(_axis(name, [row[name] for row in rows]) for name in axes),
+            _axis("seed", [row[columns.SEED] for row in rows]),
+        ],
+        "metrics": _metrics(rows),
+        "deadline": pack_exact(np.array(deadlines, dtype=np.float64)),
+    }
+
+
+def _metrics(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Give every column with numbers, the usual ones first."""
+    found = []
+    for name in columns.ALL_COLUMNS:
+        values = [row.get(name) for row in rows]
+        numeric = any(isinstance(value, int | float) for value in values)
+        if name in _NO_METRIC or not numeric:
+            continue
+        words, unit, digits = words_of(name)
+        column = [np.nan if value is None else float(value) for value in values]
+        found.append(
+            {
+                "name": name,
+                "words": words,
+                "unit": unit,
+                "digits": digits,
+                "rate": all(isinstance(v, bool) or v is None for v in values),
+                "values": pack_exact(np.array(column)),
+            }
+        )
+    return found
+
+
+def _axis(name: str, values: Sequence[Any]) -> dict[str, Any]:
+    """Give one axis: numbers as numbers, everything else as text."""
+    numeric = all(
+        isinstance(value, int | float) and not isinstance(value, bool)
+        for value in values
+    )
+    if numeric:
+        return {"name": name, "values": pack_exact(np.array(values, dtype=np.float64))}
+    return {"name": name, **_texts(["none" if v is None else str(v) for v in values])}
+
+
+def _texts(values: Sequence[str]) -> dict[str, Any]:
+    """Write texts as codes into a list of the different ones, in their order."""
+    numbers: dict[str, int] = {}
+    codes = [numbers.setdefault(value, len(numbers)) for value in values]
+    return {"texts": list(numbers), "codes": pack_counts(codes)}

@@ -1,0 +1,95 @@
+"""The failures of a sweep, gathered by what went wrong."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from experiments.comparison.results import FAILURE, LABEL, REASON, RUN_ID, Row
+from experiments.metrics import columns
+
+LISTED = 40  # runs of one kind of failure that are listed by name
+
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+
+
+@dataclass(frozen=True, slots=True)
+class FailedRun:
+    """One failed run."""
+
+    run_id: str
+    where: str  # scenario, planner, axes, seed
+    reason: str
+    place: str  # of its page or folder, relative to the sweep's
+
+
+@dataclass(frozen=True, slots=True)
+class FailureKind:
+    """Runs that failed in the same way: the same words but for their numbers."""
+
+    status: str
+    words: str  # of the reason, with # for numbers
+    count: int
+    by_planner: str  # how many of which
+    runs: tuple[FailedRun, ...]  # the first of them
+
+
+def failure_kinds(
+    rows: Sequence[Row], axes: Sequence[str], places: Sequence[str]
+) -> list[FailureKind]:
+    """Gather the runs that did not arrive, the most frequent kind first.
+
+    Args:
+        rows: Of the results.
+        axes: Names of the sweep's axes.
+        places: Of each row, what is to be opened.
+
+    Returns:
+        Kinds of failures.
+    """
+    kinds: dict[tuple[str, str], list[tuple[Row, str]]] = {}
+    for row, place in zip(rows, places, strict=True):
+        if not row[columns.ARRIVED]:
+            kinds.setdefault(_kind(row), []).append((row, place))
+    found = [_gathered(kind, failed, axes) for kind, failed in kinds.items()]
+    return sorted(found, key=lambda kind: (-kind.count, kind.status, kind.words))
+
+
+def _kind(row: Row) -> tuple[str, str]:
+    """Say what kind of failure a row is."""
+    status = str(row.get(FAILURE) or row[columns.STATUS]).replace("_", " ")
+    reason = str(row.get(REASON) or "").removeprefix(status).strip(" :")
+    return status, _NUMBER.sub("#", reason)
+
+
+def _gathered(
+    kind: tuple[str, str], failed: Sequence[tuple[Row, str]], axes: Sequence[str]
+) -> FailureKind:
+    """Make one kind of its runs."""
+    counts: dict[str, int] = {}
+    for row, _ in failed:
+        label = str(row[LABEL] or row[columns.PLANNER])
+        counts[label] = counts.get(label, 0) + 1
+    runs = tuple(_failed(row, place, axes) for row, place in failed[:LISTED])
+    by_planner = ", ".join(f"{count} {label}" for label, count in counts.items())
+    return FailureKind(*kind, len(failed), by_planner, runs)
+
+
+def _failed(row: Row, place: str, axes: Sequence[str]) -> FailedRun:
+    """Describe one failed run."""
+    return FailedRun(
+        str(row[RUN_ID]), where_of(row, axes), str(row.get(REASON) or ""), place
+    )
+
+
+def where_of(row: Row, axes: Sequence[str]) -> str:
+    """Say which run a row is of: scenario, planner, axes, seed."""
+    label = row[LABEL] or row[columns.PLANNER]
+    point = [f"{name} = {_short(row[name])}" for name in axes]
+    parts = [row[columns.SCENARIO], label, *point, f"seed {row[columns.SEED]}"]
+    return ", ".join(map(str, parts))
+
+
+def _short(value: Any) -> str:
+    """Write a value on an axis."""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,79 @@
+"""What a run was made from: versions, hashes, seed, the state of the repository."""
+
+import hashlib
+import platform
+import subprocess
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("planner", "sumo_nets", "experiments")
+LIBRARIES = (
+    "rearview",
+    "libsumo",
+    "sumolib",
+    "numpy",
+    "scipy",
+    "numba",
+    "pydantic",
+    "duckdb",
+)
+GIT_PATIENCE = 5.0  # [s]
+
+
+def versions() -> dict[str, str | None]:
+    """Give the versions of Python and of the libraries that shape a result."""
+    found: dict[str, str | None] = {"python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:  # the tree is used without being installed
+            found[name] = None
+    return found
+
+
+def code_hash() -> str:
+    """Hash all Python sources of the three packages; sha256, hexadecimal."""
+    digest = hashlib.sha256()
+    for package in PACKAGES:
+        for source in sorted((ROOT / package).rglob("*.py")):
+            digest.update(f"{source.relative_to(ROOT)}\n".encode())
+            digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def file_hash(path: Path) -> str:
+    """Hash a file; sha256, hexadecimal."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def text_hash(text: str) -> str:
+    """Hash a text; sha256, hexadecimal."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def git_state() -> dict[str, Any] | None:
+    """Give commit and whether the tree differs from it; None outside a checkout."""
+    if not (ROOT / ".git").exists():
+        return None
+    commit = _git("rev-parse", "HEAD")
+    changes = _git("status", "--porcelain", "--untracked-files=no")
+    if commit is None or changes is None:
+        return None
+    return {"commit": commit, "dirty": bool(changes)}
+
+
+def _git(*arguments: str) -> str | None:
+    """Ask git about the tree; None if it cannot say."""
+    try:
+        done = subprocess.run(
+            ["git", "-C", str(ROOT), *arguments],
+            capture_output=True,
+            text=True,
+            timeout=GIT_PATIENCE,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()

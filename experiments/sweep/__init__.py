@@ -1,0 +1,1 @@
+"""Sweeps: planning, executing and resuming many runs."""

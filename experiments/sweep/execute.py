@@ -1,0 +1,73 @@
+"""Drives one run of a sweep: a scenario in, a run folder out."""
+
+import logging
+from time import perf_counter
+
+from experiments.config import Scenario
+from experiments.config.scenario_file import check_scenario
+from experiments.config.sweep import KeepTraces
+from experiments.config.yaml_reader import Document
+from experiments.cosim.records import Ending, EpisodeStatus
+from experiments.episode.identity import code_hash
+from experiments.episode.run import RunFolder, run_episode
+from experiments.errors import ConfigError, ExperimentError, ResultsError
+from experiments.sweep.task import (
+    Failure,
+    RunReport,
+    RunTask,
+    facts_of,
+    failed,
+    record_failure,
+)
+
+log = logging.getLogger(__name__)
+
+
+def drive(task: RunTask) -> RunReport:
+    """Drive a run and leave its run folder; whatever goes wrong is a report.
+
+    A process that dies, hangs or eats the memory is its executor's business.
+    """
+    started = perf_counter()
+    if code_hash() != task.facts["code_hash"]:
+        words = "a worker has another version of the code than the sweep"
+        return failed(task, Failure.OTHER_CODE, words)
+    try:
+        scenario = scenario_of(task)
+        outcome = run_episode(scenario, choice=_run_folder(task))
+    except ResultsError as error:
+        return failed(task, Failure.DISK, str(error))
+    except ConfigError as error:
+        report = failed(task, Failure.INVALID, str(error), wall=since(started))
+    except ExperimentError as error:
+        report = failed(task, Failure.ERROR, str(error), wall=since(started))
+    except Exception as error:  # one run must not end the sweep
+        log.exception("run %s", task.run_id)
+        words = f"{type(error).__name__}: {error}"
+        report = failed(task, Failure.ERROR, words, wall=since(started))
+    else:
+        ending = outcome.ending
+        status, wall = str(ending.status), since(started)
+        return RunReport(task, status, wall, reason=ending.reason)
+    return record_failure(report)
+
+
+def since(started: float) -> float:
+    """Give the wall clock since a time of perf_counter [s]."""
+    return perf_counter() - started
+
+
+def scenario_of(task: RunTask) -> Scenario:
+    """Read the scenario of a run."""
+    return check_scenario(Document(f"run {task.run_id}", dict(task.config)))
+
+
+def _run_folder(task: RunTask) -> RunFolder:
+    """Say where the run folder is and what is in it."""
+
+    def keeps(ending: Ending) -> bool:
+        arrived = ending.status is EpisodeStatus.ARRIVED
+        only_failures = task.keep_traces is KeepTraces.FAILURES
+        return not arrived if only_failures else task.keep_traces is KeepTraces.ALL
+
+    return RunFolder(task.folder, keeps, facts_of(task))

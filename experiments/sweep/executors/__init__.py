@@ -1,0 +1,5 @@
+"""Who drives the runs of a sweep: this process, other processes, other machines."""
+
+from experiments.sweep.executors.executor import Executor, WorkerSettings
+
+__all__ = ["Executor", "WorkerSettings"]

@@ -1,0 +1,279 @@
+"""Runs on other machines, by dask.distributed.
+
+Each thread of a dask worker has an isolated process for its runs, the same as the local
+executor's: time-out, memory ceiling and crashes are dealt with where they happen. Run
+folders are written by the workers themselves, into a folder that all machines see.
+"""
+
+import asyncio
+import multiprocessing
+import re
+import uuid
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Lock
+from time import monotonic
+from typing import Any
+
+import dask
+from distributed import (
+    CancelledError,
+    Client,
+    Future,
+    KilledWorker,
+    LocalCluster,
+    get_worker,
+)
+
+from experiments.episode.identity import code_hash, shaping_versions
+from experiments.errors import ConfigError, ExecutorError
+from experiments.sweep.executors.executor import WorkerSettings
+from experiments.sweep.executors.isolation import IsolatedWorkers
+from experiments.sweep.task import Failure, RunReport, RunTask, failed
+
+ADDRESS = re.compile(r"\w+://[^/]+:(?P<port>\d+)")
+MAX_PORT = 65_535
+ALLOWED_ADDRESS = "allowed: tcp://host:8786 or such (rearview cluster starts one here)"
+CONNECT_PATIENCE = 10.0  # [s]
+COUNT_INTERVAL = 1.0  # between two questions who is there [s]
+NO_WORKER_PATIENCE = 60.0  # without a single worker before the sweep gives up [s]
+DAEMON = "distributed.worker.daemon"
+# the processes of daemons may not have processes of their own, and a run needs one
+DAEMON_HINT = "DASK_DISTRIBUTED__WORKER__DAEMON=false"
+
+STOP_PATIENCE = 1.0  # between two looks whether the sweep was stopped [s]
+IDLE_PATIENCE = 300.0  # after which the processes of a sweep that is gone end [s]
+
+
+@dataclass(slots=True)
+class _Kept:
+    """The processes that a dask worker keeps for a sweep."""
+
+    pool: IsolatedWorkers
+    busy: int = 0  # runs that are being driven
+    used: float = field(default_factory=monotonic)  # when last [s]
+
+
+_pools: dict[str, _Kept] = {}  # of this dask worker, by sweep
+_pools_lock = Lock()
+
+
+class ClusterExecutor:
+    """Drives runs on the workers of a dask scheduler."""
+
+    def __init__(self, address: str, settings: WorkerSettings, folder: Path) -> None:
+        """Connect.
+
+        Raises:
+            ConfigError: If no scheduler answers, it has no workers, or they cannot do
+                this sweep's runs.
+        """
+        self._address = address
+        self._settings = settings
+        self._key = uuid.uuid4().hex
+        self._client = _connect(address)
+        self._futures: dict[object, Future[Any]] = {}
+        self._over: SimpleQueue[tuple[RunTask, Future[Any]]] = SimpleQueue()
+        self._threads, self._seen_worker = 0, monotonic()
+        self._counted = -COUNT_INTERVAL
+        try:
+            self._check_workers(folder)
+        except BaseException:
+            self._client.close()
+            raise
+
+    @property
+    def workers(self) -> int:
+        """Threads of all workers, which may come and go."""
+        now = monotonic()
+        if now - self._counted > COUNT_INTERVAL:
+            self._counted = now
+            self._count_threads()
+        return max(1, self._threads)
+
+    def submit(self, task: RunTask) -> None:
+        """Send a run to the scheduler."""
+        key = f"{task.run_id}-{task.attempt}-{self._key}"
+        future = self._client.submit(
+            _drive_here, task, self._settings, self._key, key=key, pure=False
+        )
+        self._futures[key] = future
+        future.add_done_callback(lambda future: self._over.put((task, future)))
+
+    def next_report(self, patience: float) -> RunReport | None:
+        """Wait for a run to be over.
+
+        Raises:
+            ExecutorError: If the scheduler or all workers are lost.
+        """
+        try:
+            task, future = self._over.get(timeout=patience)
+        except Empty:
+            self._check_alive()
+            return None
+        self._futures.pop(future.key, None)
+        try:
+            report: RunReport = future.result()
+        except KilledWorker as error:
+            words = f"every worker that was given the run was lost: {error}"
+            return failed(task, Failure.LOST_WORKER, words)
+        except (CancelledError, asyncio.CancelledError):
+            self._check_alive()
+            return failed(task, Failure.LOST_WORKER, "the scheduler dropped the run")
+        except Exception as error:  # noqa: BLE001, of the worker, not of the run
+            words = f"{type(error).__name__}: {error}"
+            return failed(task, Failure.LOST_WORKER, words)
+        return report
+
+    def stop(self) -> None:
+        """Call everything back, also what is running, and disconnect."""
+        if self._client.status == "running":
+            self._client.cancel(list(self._futures.values()), force=True)
+            self._client.run(_close_pool, self._key, on_error="ignore")
+        self._client.close()
+
+    def _check_alive(self) -> None:
+        """Give up when nobody is left who could drive."""
+        if self._client.status != "running":
+            raise self._lost()
+        self._count_threads()
+        if monotonic() - self._seen_worker > NO_WORKER_PATIENCE:
+            raise ExecutorError(
+                f"{self._address}: no worker for {NO_WORKER_PATIENCE:.0f} s; the same "
+                "command goes on with what is missing"
+            )
+
+    def _count_threads(self) -> None:
+        """Ask the scheduler who is there."""
+        try:
+            threads: Mapping[str, int] = self._client.nthreads()
+        except (OSError, TimeoutError) as error:  # distributed's errors are OSErrors
+            raise self._lost() from error
+        self._threads = sum(threads.values())
+        if self._threads:
+            self._seen_worker = monotonic()
+
+    def _lost(self) -> ExecutorError:
+        """Say that the scheduler does not answer any more."""
+        return ExecutorError(
+            f"{self._address}: the scheduler is lost; the same command goes on with "
+            "what is missing"
+        )
+
+    def _check_workers(self, folder: Path) -> None:
+        """Refuse workers that are none, or have other code or another disk."""
+        if not self._client.nthreads():
+            raise ConfigError(f"--cluster {self._address}: has no workers")
+        token = folder / f".seen-{self._key}"
+        token.touch()
+        try:
+            found = self._client.run(_about_worker, token)
+        finally:
+            token.unlink()
+        for worker, (code, versions, sees, daemon) in found.items():
+            here = shaping_versions()
+            if code != code_hash():
+                problem = "has another version of the code"
+            elif versions != here:
+                problem = f"has {_listed(versions)}; allowed: {_listed(here)}, as here"
+            elif not sees:
+                problem = f"does not see {folder}; allowed: a folder all machines share"
+            elif daemon:
+                problem = f"is a daemon; start workers with {DAEMON_HINT}"
+            else:
+                continue
+            raise ConfigError(f"--cluster {self._address}: worker {worker} {problem}")
+
+
+def require_scheduler(address: str) -> None:
+    """Refuse an address where nobody answers; raises ConfigError."""
+    _connect(address).close()
+
+
+@contextmanager
+def local_cluster(workers: int, port: int) -> Iterator[str]:
+    """Start a scheduler and workers on this machine.
+
+    Args:
+        workers: Processes with one thread each.
+        port: Of the scheduler, 0 for any.
+
+    Yields:
+        The scheduler's address.
+    """
+    with (
+        dask.config.set({DAEMON: False}),
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            scheduler_port=port,
+            dashboard_address=":0",
+        ) as cluster,
+    ):
+        yield cluster.scheduler_address
+
+
+def _connect(address: str) -> Client:
+    """Connect to a scheduler."""
+    found = ADDRESS.fullmatch(address)
+    if found is None or int(found["port"]) > MAX_PORT:
+        raise ConfigError(f"--cluster {address}: is no address; {ALLOWED_ADDRESS}")
+    try:
+        return Client(address, timeout=CONNECT_PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        words = f"no dask scheduler answers there; {ALLOWED_ADDRESS}"
+        raise ConfigError(f"--cluster {address}: {words}") from error
+
+
+def _about_worker(token: Path) -> tuple[str, dict[str, str | None], bool, bool]:
+    """Say, on a worker, what decides whether it can drive."""
+    daemon = bool(multiprocessing.current_process().daemon)
+    return code_hash(), shaping_versions(), token.exists(), daemon
+
+
+def _listed(versions: Mapping[str, str | None]) -> str:
+    """Write versions of libraries."""
+    return ", ".join(f"{name} {version}" for name, version in versions.items())
+
+
+def _drive_here(task: RunTask, settings: WorkerSettings, key: str) -> RunReport:
+    """Drive a run in an isolated process of this dask worker."""
+    report: SimpleQueue[RunReport] = SimpleQueue()
+    kept = _borrow(settings, key)
+    try:
+        kept.pool.drive(task, report.put)
+        while True:
+            with suppress(Empty):
+                return report.get(timeout=STOP_PATIENCE)
+            if kept.pool.stopped:
+                return failed(task, Failure.LOST_WORKER, "the sweep was stopped")
+    finally:
+        with _pools_lock:
+            kept.busy -= 1
+            kept.used = monotonic()
+
+
+def _borrow(settings: WorkerSettings, key: str) -> _Kept:
+    """Give this dask worker's processes for a sweep; those long unused are ended."""
+    with _pools_lock:
+        for other, kept in list(_pools.items()):
+            idle = kept.busy == 0 and monotonic() - kept.used > IDLE_PATIENCE
+            if other != key and idle:
+                _pools.pop(other).pool.stop()
+        if key not in _pools:
+            threads: Any = get_worker().state.nthreads
+            _pools[key] = _Kept(IsolatedWorkers(int(threads), settings))
+        _pools[key].busy += 1
+        return _pools[key]
+
+
+def _close_pool(key: str) -> None:
+    """End this dask worker's processes of a sweep."""
+    with _pools_lock:
+        kept = _pools.pop(key, None)
+    if kept is not None:
+        kept.pool.stop()

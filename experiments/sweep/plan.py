@@ -1,0 +1,226 @@
+"""From a sweep's axes to its runs, each with an identity before anything has run."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from experiments.config import Scenario
+from experiments.config.scenario_file import (
+    Change,
+    changed,
+    check_scenario,
+    parse_key,
+    scenario_document,
+)
+from experiments.config.sweep import Axes, Sample, Sweep, SweptPlanner
+from experiments.config.yaml_reader import Document, KeyPath, Plain
+from experiments.episode.identity import run_hashes
+from experiments.errors import ConfigError
+from experiments.planners.registry import PLANNERS, make_planner
+from sumo_nets import catalogue
+from sumo_nets.errors import NetworkError
+
+ID_LENGTH = 16  # characters of the run's hash: 64 bits tell a million runs apart
+
+Point = dict[str, Plain]  # scenario key -> value
+
+_NOT_FOR_AXES = (("name",), ("planner",), ("planner", "name"), ("simulation", "seed"))
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedRun:
+    """One run before it runs."""
+
+    run_id: str
+    scenario: Scenario
+    label: str  # of the planner
+    point: Point  # on the axes
+    hashes: dict[str, str | None] = field(repr=False)
+
+
+class Plan:
+    """The runs of a sweep, made one by one; only their ids are kept."""
+
+    def __init__(self, sweep: Sweep, document: Document) -> None:
+        self._sweep = sweep
+        self._places = document
+        self._planners_place = document.where(("planners",))
+        self._seeds_place = document.where(("seeds",))
+        self._bases = [scenario_document(name) for name in sweep.scenarios]
+        self._set = [
+            self._change("set", key, value) for key, value in sweep.set.items()
+        ]
+
+    def __len__(self) -> int:
+        return self._sweep.count
+
+    def __iter__(self) -> Iterator[PlannedRun]:
+        """Make the runs; the seed varies fastest.
+
+        Raises:
+            ConfigError: If a scenario with these values is none, or two runs are the
+                same.
+        """
+        seen: set[str] = set()
+        for run in self._all():
+            if run.run_id in seen:
+                raise ConfigError(
+                    f"{self._places.name}: a run is there twice: {shown(run)}"
+                )
+            seen.add(run.run_id)
+            yield run
+
+    def _all(self) -> Iterator[PlannedRun]:
+        """Make the runs in order."""
+        sweep = self._sweep
+        for base, planner in product(self._bases, sweep.planners):
+            for index, point in enumerate(axis_points(sweep.axes)):
+                for seed in sweep.all_seeds:
+                    yield self._run(base, planner, point, seed, first=index == 0)
+
+    def _run(
+        self,
+        base: Document,
+        planner: SweptPlanner,
+        point: Point,
+        seed: int,
+        *,
+        first: bool,
+    ) -> PlannedRun:
+        """Make one run; `first`: of its planner."""
+        place = self._planners_place
+        changes: list[Change] = [(("planner",), planner.name, place)]
+        changes += [
+            (("planner", "settings", key), plain(value), place)
+            for key, value in planner.settings.items()
+        ]
+        changes += self._set
+        changes += [self._change("axes", key, value) for key, value in point.items()]
+        changes.append((("simulation", "seed"), seed, self._seeds_place))
+        scenario = check_scenario(changed(base, changes))
+        if seed == self._sweep.all_seeds[0]:
+            self._check_planner(scenario, point, first=first)
+        hashes = run_hashes(scenario, net_file_of(scenario))
+        run_id = str(hashes["run_hash"])[:ID_LENGTH]
+        return PlannedRun(run_id, scenario, planner.shown, point, hashes)
+
+    def _check_planner(self, scenario: Scenario, point: Point, *, first: bool) -> None:
+        """Make the planner: its settings may be none of its settings.
+
+        That of a user once only, which also loads it for its identity; it may be slow.
+        """
+        choice = scenario.planner
+        if not (first or choice.name in PLANNERS):
+            return
+        try:
+            make_planner(choice.name, choice.settings)
+        except ConfigError as error:
+            raise ConfigError(f"{self._blamed(point, str(error))}: {error}") from error
+
+    def _blamed(self, point: Point, problem: str) -> str:
+        """Say where a setting that a planner refuses was written."""
+        key = problem.partition(": ")[0]
+        for section, keys in (("axes", point), ("set", self._sweep.set)):
+            for written in keys:
+                if f"{key}.".startswith(f"{written}."):
+                    return self._where(section, written)
+        return self._planners_place
+
+    def _change(self, section: str, key: str, value: Any) -> Change:
+        """Say which key of the scenario takes which value, and where that stands."""
+        where = self._where(section, key)
+        path = parse_key(key)
+        if path is None:
+            raise ConfigError(f"{where}: {key}: is no key; allowed: key.path")
+        if path in _NOT_FOR_AXES:
+            raise ConfigError(
+                f"{where}: {key}: is not for axes; allowed: seeds, planners, scenarios"
+            )
+        return path, plain(value), where
+
+    def _where(self, section: str, key: str) -> str:
+        """Say where an axis was written."""
+        paths: list[KeyPath] = [
+            (section, key),
+            *((section, kind, key) for kind in ("grid", "zip")),
+            (section, "sample", "ranges", key),
+        ]
+        for path in paths:
+            if path in self._places.places:
+                return self._places.places[path]
+        return self._places.where((section,))
+
+
+def axis_points(axes: Axes) -> Iterator[Point]:
+    """Give every combination on the axes; the sample varies fastest."""
+    grid = product(*axes.grid.values())
+    zipped = list(zip(*axes.zip.values(), strict=True)) or [()]
+    sampled = list(_sample(axes.sample)) if axes.sample else [{}]
+    for values, tied, drawn in product(grid, zipped, sampled):
+        yield {
+            **dict(zip(axes.grid, values, strict=True)),
+            **dict(zip(axes.zip, tied, strict=True)),
+            **drawn,
+        }
+
+
+def _sample(sample: Sample) -> Iterator[Point]:
+    """Spread points over the ranges."""
+    from scipy.stats import qmc  # takes half a second to load
+
+    dimensions = len(sample.ranges)
+    if sample.method == "sobol":
+        drawn = qmc.Sobol(dimensions, rng=sample.seed).random(sample.count)
+    else:
+        drawn = qmc.LatinHypercube(dimensions, rng=sample.seed).random(sample.count)
+    for row in drawn:
+        yield {
+            key: _in_range(float(at), *ends)
+            for at, (key, ends) in zip(row, sample.ranges.items(), strict=True)
+        }
+
+
+def _in_range(at: float, least: float, most: float) -> float | int:
+    """Put a number in [0, 1) into a range, whole if its ends are."""
+    if isinstance(least, int) and isinstance(most, int):
+        return least + int(at * (most - least + 1))
+    return least + at * (most - least)
+
+
+def plain(value: Any) -> Any:
+    """Turn the schema's tuples back into lists."""
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    return value
+
+
+def net_file_of(scenario: Scenario) -> Path | None:
+    """Find the network's file."""
+    network = scenario.network
+    if network is None:
+        return None
+    try:
+        return _existing(network.file, network.name)
+    except NetworkError as error:
+        raise scenario.error(("network",), str(error)) from error
+
+
+@cache
+def _existing(file: str | None, name: str | None) -> Path:
+    """Find a network file, of the catalogue or not."""
+    path = Path(file) if file else catalogue.network(name or "").net_file
+    if not path.is_file():
+        raise NetworkError(f"{path}: no such file")
+    return path
+
+
+def shown(run: PlannedRun) -> str:
+    """Say in a few words which run it is."""
+    seed = run.scenario.simulation.seed
+    point = "".join(f", {key} = {value}" for key, value in run.point.items())
+    return f"{run.scenario.name}, {run.label}, seed {seed}{point}"

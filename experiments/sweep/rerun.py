@@ -1,0 +1,115 @@
+"""One run of a sweep again, with its whole trace."""
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from experiments.cli.crash_guard import interrupts_between_steps
+from experiments.comparison import results
+from experiments.config.scenario_file import CONFIG_FILE, load_scenario
+from experiments.config.sweep import KeepTraces
+from experiments.episode.identity import run_hashes
+from experiments.errors import ConfigError, ResultsError
+from experiments.sweep.executors.executor import WorkerSettings
+from experiments.sweep.executors.local import LocalExecutor
+from experiments.sweep.folder import (
+    LOG,
+    RERUNS,
+    load_sweep_copy,
+    require_sweep,
+    run_folders,
+)
+from experiments.sweep.plan import net_file_of
+from experiments.sweep.task import RunReport, RunTask, record_failure
+
+PATIENCE = 0.5  # between two looks whether it was interrupted [s]
+
+
+@dataclass(frozen=True, slots=True)
+class Repeated:
+    """What came out of a run done again."""
+
+    folder: Path
+    same: bool
+    verdict: str
+
+
+def repeat(folder: Path, run_id: str) -> Repeated:
+    """Do a run of a sweep again, in a process that may die of it.
+
+    Args:
+        folder: Of the sweep.
+        run_id: Of the run, or how it begins.
+
+    Returns:
+        Where the new run folder is, and whether the trace hash is the same.
+
+    Raises:
+        ConfigError: If there is no such run, or several.
+    """
+    folder = folder.absolute()
+    require_sweep(folder)
+    run = find_run(folder, run_id)
+    before = results.manifest(run)
+    task = _task(folder, run, before)
+    sweep = load_sweep_copy(folder)
+    settings = WorkerSettings(sweep.memory_mb, folder / LOG, Path.cwd())
+    with interrupts_between_steps() as check_interrupt:
+        executor = LocalExecutor(settings, workers=1)
+        try:
+            executor.submit(task)
+            while (report := executor.next_report(PATIENCE)) is None:
+                check_interrupt()
+        finally:
+            executor.stop()
+    return _judged(before, report)
+
+
+def find_run(folder: Path, run_id: str) -> Path:
+    """Find a run by the begin of its id."""
+    found = [run for run in run_folders(folder) if run.name.startswith(run_id)]
+    if len(found) == 1:
+        return found[0]
+    if not found:
+        raise ConfigError(f"{run_id}: no such run in {folder}")
+    names = ", ".join(run.name for run in found[:3])
+    raise ConfigError(f"{run_id}: begins {len(found)} ids ({names}, ...); allowed: one")
+
+
+def _task(folder: Path, run: Path, before: dict[str, Any]) -> RunTask:
+    """Make the task, which keeps its trace."""
+    scenario = load_scenario(str(run / CONFIG_FILE))
+    sweep = load_sweep_copy(folder)
+    hashes = run_hashes(scenario, net_file_of(scenario))
+    command = ["rearview", "rerun", str(folder), run.name]
+    return RunTask(
+        run_id=run.name,
+        config=scenario.resolved(),
+        folder=folder / RERUNS / run.name,
+        keep_traces=KeepTraces.ALL,
+        timeout=sweep.timeout_s,
+        facts={**hashes, "sweep": before["sweep"], "command": shlex.join(command)},
+    )
+
+
+def _judged(before: dict[str, Any], report: RunReport) -> Repeated:
+    """Compare with the run before."""
+    if report.worth_retrying:
+        report = record_failure(report)
+    if not (report.task.folder / "manifest.json").exists():
+        raise ResultsError(report.reason)
+    now = results.manifest(report.task.folder)
+    outcome = f"{now['status']}: {now['reason']}"
+    known = before["trace_hash"] is not None and now["trace_hash"] is not None
+    key = "trace_hash" if known else "failure"
+    same = now.get(key) == before.get(key)
+    if not known:
+        words = "no trace, as before" if same else f"before: {before['status']}"
+    elif same:
+        words = "identical trace"
+    elif before["code_hash"] != now["code_hash"]:
+        words = "the trace differs, and so does the version of the code"
+    else:
+        words = "the trace differs"
+    return Repeated(report.task.folder, same, f"{outcome} ({words})")

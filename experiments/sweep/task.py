@@ -1,0 +1,138 @@
+"""One run of a sweep, as a worker gets it, and what becomes of it."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from experiments.config.scenario_file import CONFIG_FILE, config_text
+from experiments.config.sweep import KeepTraces
+from experiments.cosim.records import EpisodeStatus
+from experiments.errors import ResultsError
+from experiments.metrics.row import row_without_episode
+from experiments.storage.atomic_folder import whole_folder
+
+
+class Failure(StrEnum):
+    """Why a run has no episode, or not a whole one."""
+
+    PROCESS_DIED = "process_died"
+    WALL_CLOCK = "wall_clock"
+    MEMORY = "memory"
+    LOST_WORKER = "lost_worker"
+    INVALID = "invalid_configuration"
+    ERROR = "error"  # a mistake of ours
+    # no row, the sweep stops:
+    DISK = "disk"  # nothing could be written
+    OTHER_CODE = "other_code"  # the worker has another version than the sweep
+
+
+@dataclass(frozen=True, slots=True)
+class RunTask:
+    """All that a worker needs, in plain data."""
+
+    run_id: str
+    config: Mapping[str, Any]  # the resolved scenario
+    folder: Path  # of the run, absolute
+    keep_traces: KeepTraces
+    timeout: float  # [s]
+    facts: Mapping[str, Any]  # for the manifest
+    attempt: int = 1
+
+    def again(self) -> "RunTask":
+        """Give the next attempt."""
+        return replace(self, attempt=self.attempt + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class RunReport:
+    """What the sweep has to know about a run that is over."""
+
+    task: RunTask
+    status: str
+    wall: float | None  # [s]; None if it died unobserved
+    failure: Failure | None = None
+    reason: str = ""
+    exit_code: int | None = None  # of the process that died
+
+    @property
+    def failed(self) -> bool:
+        """Tell whether the ego did not arrive."""
+        return self.status != EpisodeStatus.ARRIVED
+
+    @property
+    def worth_retrying(self) -> bool:
+        """Tell whether it was the process that was lost, not the episode."""
+        return self.failure in (
+            Failure.PROCESS_DIED,
+            Failure.WALL_CLOCK,
+            Failure.MEMORY,
+            Failure.LOST_WORKER,
+        )
+
+    @property
+    def ends_sweep(self) -> bool:
+        """Tell whether no other run could be driven either."""
+        return self.failure in (Failure.DISK, Failure.OTHER_CODE)
+
+
+def failed(
+    task: RunTask,
+    failure: Failure,
+    reason: str,
+    *,
+    wall: float | None = None,
+    exit_code: int | None = None,
+) -> RunReport:
+    """Report a run without an episode."""
+    line = " ".join(reason.split())
+    return RunReport(task, EpisodeStatus.CRASHED, wall, failure, line, exit_code)
+
+
+def record_failure(report: RunReport) -> RunReport:
+    """Leave the run folder of a run without an episode.
+
+    Returns:
+        The report, or one about the disk if the folder cannot be written.
+    """
+    task = report.task
+    row = row_without_episode(
+        str(task.config["name"]),
+        str(task.config["planner"]["name"]),
+        int(task.config["simulation"]["seed"]),
+        report.status,
+    )
+    about = {
+        **facts_of(task),
+        "scenario": task.config["name"],
+        "planner": task.config["planner"]["name"],
+        "seed": task.config["simulation"]["seed"],
+        "trace_hash": None,
+        "status": report.status,
+        "reason": report.reason,
+        "failure": report.failure,
+        "exit_code": report.exit_code,
+        "trace_kept": False,
+        "wall_s": report.wall,
+    }
+    text = config_text(task.config)
+    try:
+        with whole_folder(task.folder) as folder:
+            _write_json(folder / "metrics.json", row)
+            _write_json(folder / "manifest.json", about)
+            (folder / CONFIG_FILE).write_text(text, encoding="utf-8")
+    except ResultsError as error:
+        return failed(task, Failure.DISK, str(error))
+    return report
+
+
+def facts_of(task: RunTask) -> dict[str, Any]:
+    """Give what the manifest of a sweep's run says beside the usual."""
+    return {**task.facts, "run_id": task.run_id, "attempts": task.attempt}
+
+
+def _write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write JSON to be read by people too."""
+    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

@@ -1,0 +1,1 @@
+"""Chapter 4: cruising with obstacles of different size."""

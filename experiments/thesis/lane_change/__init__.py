@@ -1,0 +1,1 @@
+"""Chapter 6: lane change, curve models and speed planning."""

@@ -1,0 +1,1 @@
+"""The recorded episode: its schema, recording and files."""

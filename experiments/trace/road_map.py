@@ -1,0 +1,156 @@
+"""The lanes about the ego's route, kept with a run so that it can be drawn later."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.errors import ResultsError
+from planner.reference_path.path import ReferencePath
+from planner.states import FloatArray, freeze
+from sumo_nets.net_reader import drivable_lanes, read_net
+
+MAP_FILE = "map.json"
+MAP_SCHEMA = 1
+MARGIN = 80.0  # lanes farther from the box around the ego's path are left out [m]
+SPACING = 5.0  # between the points of the path that the box is taken from [m]
+MIN_CORNERS = 3  # of an area; the junction of a dead end has two, or none
+DIGITS = 3  # millimetres are enough for a drawing
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapLane:
+    """One lane that cars may use; `points` is its centre line, (n, 2) [m]."""
+
+    edge: str
+    index: int  # 0 is the rightmost lane of its edge
+    width: float  # [m]
+    inside_junction: bool
+    points: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze the centre line."""
+        object.__setattr__(self, "points", freeze(self.points))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadMap:
+    """Lanes and junction areas; both empty for a road without a network."""
+
+    lanes: tuple[MapLane, ...] = ()
+    junctions: tuple[FloatArray, ...] = ()  # outlines, (n, 2) each [m]
+
+
+def map_around(path: ReferencePath, net_file: Path | None) -> RoadMap:
+    """Collect what lies about a path.
+
+    Args:
+        path: Of the ego's route.
+        net_file: The network; None for a road without one.
+
+    Returns:
+        Lanes and junctions that reach into the box around the path.
+
+    Raises:
+        NetworkError: If the network cannot be read.
+    """
+    if net_file is None:
+        return RoadMap()
+    net = read_net(net_file)
+    at = path.at(np.linspace(0.0, path.length, int(path.length / SPACING) + 2))
+    x, y = (at.x.min(), at.x.max()), (at.y.min(), at.y.max())
+    box = (x[0] - MARGIN, y[0] - MARGIN, x[1] + MARGIN, y[1] + MARGIN)
+    outlines = [node.getShape() or () for node in net.getNodes()]
+    areas = [freeze(outline) for outline in outlines if len(outline) >= MIN_CORNERS]
+    lanes = [lane for lane in _lanes(net) if _reaches_into(lane.points, box)]
+    return RoadMap(tuple(lanes), tuple(a for a in areas if _reaches_into(a, box)))
+
+
+def write_map(road_map: RoadMap, folder: Path) -> None:
+    """Write a map into a run folder."""
+    content = {
+        "schema": MAP_SCHEMA,
+        "lanes": [
+            {
+                "edge": lane.edge,
+                "index": lane.index,
+                "width_m": lane.width,
+                "inside_junction": lane.inside_junction,
+                "points_m": _rounded(lane.points),
+            }
+            for lane in road_map.lanes
+        ],
+        "junctions_m": [_rounded(outline) for outline in road_map.junctions],
+    }
+    (folder / MAP_FILE).write_text(json.dumps(content) + "\n", encoding="utf-8")
+
+
+def read_map(folder: Path) -> RoadMap:
+    """Read a map that `write_map` wrote.
+
+    Raises:
+        ResultsError: If it is missing, damaged or of another schema version.
+    """
+    file = folder / MAP_FILE
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        if content["schema"] != MAP_SCHEMA:
+            raise ResultsError(
+                f"{file}: has map schema version {content['schema']}; "
+                f"allowed: {MAP_SCHEMA}"
+            )
+        return _restored(content)
+    except OSError as error:
+        raise ResultsError(f"{file}: cannot be read: {error.strerror}") from error
+    except (ValueError, LookupError, TypeError) as error:
+        raise ResultsError(f"{file}: is damaged ({error})") from error
+
+
+def _restored(content: dict[str, Any]) -> RoadMap:
+    """Turn parsed JSON into a map."""
+    lanes = tuple(
+        MapLane(
+            lane["edge"],
+            lane["index"],
+            lane["width_m"],
+            lane["inside_junction"],
+            lane["points_m"],
+        )
+        for lane in content["lanes"]
+    )
+    return RoadMap(lanes, tuple(freeze(outline) for outline in content["junctions_m"]))
+
+
+def _lanes(net: Any) -> Iterator[MapLane]:
+    """Give all lanes for cars of a sumolib net, edge by edge, right to left."""
+    for edge in sorted(net.getEdges(withInternal=True), key=lambda edge: edge.getID()):
+        if edge.getFunction() not in ("", "normal", "internal", "connector"):
+            continue  # pavements and crossings
+        for lane in drivable_lanes(edge):
+            yield MapLane(
+                edge.getID(),
+                lane.getIndex(),
+                float(lane.getWidth()),
+                edge.getFunction() == "internal",
+                np.array(lane.getShape(), dtype=np.float64),
+            )
+
+
+def _reaches_into(points: FloatArray, box: tuple[float, float, float, float]) -> bool:
+    """Tell whether the box around points overlaps another box."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    return bool(
+        low[0] <= box[2]
+        and high[0] >= box[0]
+        and low[1] <= box[3]
+        and high[1] >= box[1]
+    )
+
+
+def _rounded(points: FloatArray) -> list[list[float]]:
+    """Give points as lists of numbers."""
+    rounded: list[list[float]] = np.round(points, DIGITS).tolist()
+    return rounded

@@ -1,0 +1,1 @@
+"""From a scenario to a road with obstacles and traffic, before anything moves."""

@@ -1,0 +1,1 @@
+"""Checks that remove candidates: limits, clearance, gaps."""

@@ -1,0 +1,1 @@
+"""Terminal states of the candidates."""

@@ -1,0 +1,103 @@
+"""Lateral targets of the candidates."""
+
+import math
+
+import numpy as np
+
+from planner.cruise.settings import CruiseSettings
+from planner.numerics.compiled import compiled, inlined
+from planner.numerics.interpolation import interpolate
+from planner.scene import RoadBounds
+from planner.states import FloatArray
+
+SAME = 1e-9  # share of the lateral step by which an offset may miss a multiple [-]
+
+
+def terminal_offsets(
+    road: RoadBounds,
+    s: tuple[float, float],
+    half_width: float,
+    settings: CruiseSettings,
+) -> FloatArray:
+    """Terminal offsets: multiples of the lateral step inside the widest road ahead.
+
+    The outermost places that the body can take are added: between an obstacle and the
+    road's edge there may be room for the body but not for a multiple of the step.
+
+    Args:
+        road: Lateral room.
+        s: First and last arc length that the horizon covers [m].
+        half_width: Of the body [m].
+        settings: Step and limit.
+
+    Returns:
+        Offsets in growing order, (n,) [m].
+    """
+    return _offsets(
+        (road.s, road.left, road.right),
+        s,
+        half_width,
+        settings.lateral_limit,
+        settings.lateral_step,
+        settings.edge_offsets,
+    )
+
+
+@compiled
+def _offsets(
+    road: tuple[FloatArray, FloatArray, FloatArray],
+    s: tuple[float, float],
+    half_width: float,
+    limit: float,
+    step: float,
+    with_edges: bool,  # noqa: FBT001 - a constant of the planner
+) -> FloatArray:
+    """Give the offsets of `terminal_offsets`; an edge at a multiple counts once."""
+    low, high = lateral_room(road, s)
+    high = min(limit, high - half_width)
+    low = max(-limit, low + half_width)
+    first, last = math.ceil(low / step - SAME), math.floor(high / step + SAME)
+    n = max(last - first + 1, 0)
+    edges = with_edges and low < high
+    below = int(edges and (n == 0 or low / step < first - SAME))
+    above = int(edges and (n == 0 or high / step > last + SAME))
+    offsets = np.empty(below + n + above)
+    for k in range(n):
+        offsets[below + k] = step * (first + k)
+    if below:
+        offsets[0] = low
+    if above:
+        offsets[-1] = high
+    return offsets
+
+
+@inlined
+def lateral_room(
+    road: tuple[FloatArray, FloatArray, FloatArray], s: tuple[float, float]
+) -> tuple[float, float]:
+    """Widest bounds between two places.
+
+    Args:
+        road: Arc lengths, left and right bounds, (n,) [m].
+        s: First and last place [m].
+
+    Returns:
+        (lowest right one, highest left one) [m].
+    """
+    road_s, road_left, road_right = road
+    ends, left, right = np.array(s), np.empty(2), np.empty(2)
+    interpolate(ends, 0.0, road_s, road_left, left)
+    interpolate(ends, 0.0, road_s, road_right, right)
+    low, high = min(right[0], right[1]), max(left[0], left[1])
+    for i in range(road_s.size):
+        if s[0] < road_s[i] < s[1]:
+            low, high = min(low, road_right[i]), max(high, road_left[i])
+    return low, high
+
+
+def full_grid_size(settings: CruiseSettings) -> int:
+    """Count the offsets on a road wider than the limit; 21 in [Thesis] ch. 4."""
+    steps = settings.lateral_limit / settings.lateral_step
+    whole = math.floor(steps + SAME)
+    edges = 2 if settings.edge_offsets and steps > whole + SAME else 0
+    return 2 * whole + 1 + edges

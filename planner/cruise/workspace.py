@@ -1,0 +1,97 @@
+"""Bodies as the kernel takes them, and the arrays that it works with."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.cruise.candidate_motion import N_BASIS
+from planner.numerics.compiled import inlined
+from planner.states import BoolArray, FloatArray, IntArray
+
+# Rows of the frames: the axle in the body's frame, (U, W) + change · (UNIT_U, UNIT_W);
+# the road's direction in it; how far a point of the ego can move in it since the step
+# before; the gap that candidates have at least whose gap is not taken.
+U, UNIT_U, W, UNIT_W, ROAD_U, ROAD_W, MOVED, FAR = range(8)
+N_FRAME = 8
+LANES = 4  # candidates that the compiler takes at once; arrays of them are padded
+# Rows of the sway: bounds over all offsets of |sin e| and of what e changes in a step.
+ASKEW, TURNED = 0, 1
+N_SWAY = 2
+
+
+class Surroundings(NamedTuple):
+    """Bodies, and what the ego needs to know about them."""
+
+    poses: FloatArray  # (n_bodies, 4, n_steps)
+    extents: FloatArray  # (n_bodies, 3)
+    s: FloatArray  # (n_bodies, n_steps)
+    l: FloatArray  # (n_bodies, n_steps)
+    speed: FloatArray  # (n_bodies,)
+    size: FloatArray  # (n_bodies,)
+    stride: FloatArray  # longest way in one step, (n_bodies,) [m]
+    spin: FloatArray  # largest turn in one step, (n_bodies,) [rad]
+    follower: BoolArray  # (n_bodies,)
+    threshold: FloatArray  # gap below which a candidate collides, (n_bodies,) [m]
+    turn_gap: FloatArray  # room to steer round what stands, else 0, (n_bodies,) [m]
+    n_static: int
+    discs: tuple[float, float, float]  # centres ahead of the rear axle, rear first [m]
+    disc_radius: float
+    range: float  # gap from which on a body costs nothing [m]
+    corridor: float  # room that the ego needs on each side of its path [m]
+    front_reach: float  # rear axle to front bumper [m]
+    rear_overhang: float  # rear axle to rear bumper [m]
+    deceleration: float  # with which the ego can stop [m/s²]
+    standstill_gap: float  # kept ahead at any speed [m]
+    time_headway: float  # kept ahead beyond it [s]
+    rear_time_headway: float  # left behind [s]
+
+
+class Bench(NamedTuple):
+    """What is filled anew for each profile, and for each body beside it.
+
+    Arrays over offsets are padded to a multiple of `LANES`.
+    """
+
+    basis: FloatArray  # lateral basis, (8, n_steps), rows named in `motion`
+    course: FloatArray  # cos and sin of the heading error, (2, n_steps, n_offsets)
+    sway: FloatArray  # (2, n_steps)
+    frames: FloatArray  # (8, n_steps)
+    gaps: FloatArray  # (n_steps, n_offsets) [m]
+    window: IntArray  # offsets whose gaps are taken: first and last + 1, (2, n_steps)
+    nearest: FloatArray  # least gap so far, (n_offsets,) [m]
+    limit: FloatArray  # only gaps below it matter, (n_offsets,) [m]
+    until: FloatArray  # step from which on gaps do not matter, (n_offsets,)
+    flag: IntArray  # 1 where a way is to be looked at, else 0, (n_steps, n_offsets)
+    flagged: IntArray  # how many these are, (n_steps,)
+    number: IntArray  # 0, 1, 2 ..., (n_offsets,)
+    hit_step: IntArray  # -1 without a hit, (n_offsets,)
+
+
+@inlined
+def padded(offsets: FloatArray, here: float) -> FloatArray:
+    """Give the changes of offset from `here`, the last one repeated up to `LANES`."""
+    n = offsets.size
+    change = np.empty(n + -n % LANES)
+    for o in range(change.size):
+        change[o] = offsets[min(o, n - 1)] - here
+    return change
+
+
+@inlined
+def make_bench(n_steps: int, n_padded: int) -> Bench:
+    """Allocate it; what is never filled is finite all the same."""
+    return Bench(
+        np.empty((N_BASIS, n_steps)),
+        np.zeros((2, n_steps, n_padded)),
+        np.empty((N_SWAY, n_steps)),
+        np.empty((N_FRAME, n_steps)),
+        np.empty((n_steps, n_padded)),
+        np.empty((2, n_steps), np.int64),
+        np.empty(n_padded),
+        np.empty(n_padded),
+        np.empty(n_padded),
+        np.zeros((n_steps, n_padded), np.int64),
+        np.empty(n_steps, np.int64),
+        np.arange(n_padded),
+        np.empty(n_padded, np.int64),
+    )

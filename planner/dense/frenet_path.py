@@ -1,0 +1,140 @@
+"""A path l(s), and the check that every method's result has to pass."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.dense.field import (
+    Cover,
+    ObstacleField,
+    disc_centre,
+    path_curvature,
+    squared_distance,
+)
+from planner.dense.lattice.edge_check import MIN_STRETCH, road_table
+from planner.errors import InvalidInputError
+from planner.numerics.compiled import compiled
+from planner.states import FloatArray, freeze
+
+SUBDIVISION = 4  # checked points per knot interval
+FAR = 100.0  # clearance of a path without obstacles near it [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrenetPath:
+    """A path of constant third derivative between its knots; arrays are (n,)."""
+
+    s: FloatArray  # strictly growing [m]
+    l: FloatArray  # [m]
+    slope: FloatArray  # dl/ds [-]
+    second: FloatArray  # d²l/ds² [1/m]
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the columns."""
+        for name in ("s", "l", "slope", "second"):
+            column = freeze(getattr(self, name))
+            if column.ndim != 1 or column.shape != np.shape(self.s):
+                raise InvalidInputError(f"{name} has shape {column.shape}")
+            object.__setattr__(self, name, column)
+        if self.s.size < 2 or np.any(np.diff(self.s) <= 0.0):
+            raise InvalidInputError("s must be at least two strictly growing numbers")
+
+    def subdivided(self, parts: int) -> "FrenetPath":
+        """Give the same path with `parts` times as many intervals; eq. 5.24."""
+        return FrenetPath(*subdivide(self.s, self.l, self.slope, self.second, parts))
+
+
+@dataclass(frozen=True, slots=True)
+class PathCheck:
+    """What a path keeps, at worst; the first knot, where the ego is, left out."""
+
+    clearance: float  # from the ego's discs to the obstacles', negative inside [m]
+    road_room: float  # from the body to the road's edge, negative outside [m]
+    curvature: float  # largest absolute value [1/m]
+
+
+def check_path(path: FrenetPath, field: ObstacleField, cover: Cover) -> PathCheck:
+    """Measure a path against obstacles, road and curvature, knots and between."""
+    fine = path.subdivided(SUBDIVISION)
+    curvature = field.road_at(field.s)[2]
+    obstacles = np.column_stack([field.s, field.l, field.radius, curvature])
+    roads = np.column_stack([field.road_s, field.left, field.right, field.curvature])
+    offsets = np.array(cover.offsets)
+    road = road_table(fine.s, roads, offsets)
+    body = cover.radius, cover.half_length, cover.half_width
+    columns = fine.s, fine.l, fine.slope, fine.second
+    return PathCheck(*worst_of(*columns, road, obstacles, offsets, body))
+
+
+@compiled
+def subdivide(
+    s: FloatArray, l: FloatArray, slope: FloatArray, second: FloatArray, parts: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Interpolate with the third derivative constant between knots; eq. 5.24, 5.25."""
+    n = (s.size - 1) * parts + 1
+    out = np.empty((4, n))
+    for k in range(s.size - 1):
+        h = s[k + 1] - s[k]
+        third = (second[k + 1] - second[k]) / h
+        for p in range(parts):
+            x, j = h * p / parts, k * parts + p
+            out[0, j] = s[k] + x
+            out[1, j] = l[k] + x * (slope[k] + x * (second[k] / 2.0 + x * third / 6.0))
+            out[2, j] = slope[k] + x * (second[k] + x * third / 2.0)
+            out[3, j] = second[k] + x * third
+    out[0, n - 1], out[1, n - 1] = s[-1], l[-1]
+    out[2, n - 1], out[3, n - 1] = slope[-1], second[-1]
+    return out[0], out[1], out[2], out[3]
+
+
+@compiled
+def worst_of(
+    s: FloatArray,
+    l: FloatArray,
+    slope: FloatArray,
+    second: FloatArray,
+    road: FloatArray,
+    obstacles: FloatArray,
+    offsets: FloatArray,
+    body: tuple[float, float, float],
+) -> tuple[float, float, float]:
+    """Find the smallest clearance and road room and the largest curvature.
+
+    Args:
+        s: (n,) [m].
+        l: (n,) [m].
+        slope: (n,) [-].
+        second: (n,) [1/m].
+        road: As `road_table` makes it.
+        obstacles: s, l, r_ob [m] and road curvature there [1/m], (n_obstacles, 4).
+        offsets: Of the ego's discs [m].
+        body: Their radius, half length, half width [m].
+
+    Returns:
+        (clearance [m], road room [m], curvature [1/m]).
+    """
+    clearance, room, sharpest = FAR, np.inf, 0.0
+    for j in range(1, s.size):
+        curvature, rho = road[0, j], 1.0 - road[0, j] * l[j]
+        if rho < MIN_STRETCH:
+            return -FAR, -FAR, np.inf
+        bent = path_curvature(l[j], slope[j], second[j], curvature, road[1, j])
+        sharpest = max(sharpest, abs(bent))
+        norm = np.sqrt(rho * rho + slope[j] ** 2)
+        need = (body[1] * abs(slope[j]) + body[2] * rho) / norm
+        need += 0.5 * abs(curvature) * body[1] ** 2  # the road bends, the body not
+        for d in range(offsets.size):
+            at_s, at_l = disc_centre(s[j], l[j], slope[j], offsets[d], curvature)
+            room = min(room, road[2 + d, j] - at_l - need)
+            room = min(room, at_l - need - road[2 + offsets.size + d, j])
+            for i in range(obstacles.shape[0]):
+                touching = obstacles[i, 2] + body[0]
+                if abs(at_l - obstacles[i, 1]) >= touching + clearance:
+                    continue
+                between = 0.5 * (curvature + obstacles[i, 3])
+                away2 = squared_distance(
+                    at_s, at_l, obstacles[i, 0], obstacles[i, 1], between
+                )
+                if away2 < (touching + clearance) ** 2:
+                    clearance = np.sqrt(away2) - touching
+    return clearance, room, sharpest

@@ -1,0 +1,1 @@
+"""The sides on which obstacles are passed."""

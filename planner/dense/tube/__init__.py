@@ -1,0 +1,1 @@
+"""The drivable tube around a coarse path and the program inside it."""

@@ -1,1 +1,0 @@
-"""Geometry of roads, vehicles and paths."""

@@ -1,0 +1,1 @@
+"""Phases of a lane change: keep, seek, change."""

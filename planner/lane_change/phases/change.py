@@ -1,0 +1,136 @@
+"""Go on with a change, wait at the line, or give it up."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner.lane_change.path import lane_keeping_path
+from planner.lane_change.phases.candidate import Attempt, Tally
+from planner.lane_change.phases.cycle_view import (
+    STANDSTILL_ROOM,
+    Situation,
+    blockage_ahead,
+    speed_task,
+)
+from planner.lane_change.phases.gap_safety import gap_is_safe, has_way_out
+from planner.lane_change.phases.keep import keep, soften
+from planner.lane_change.phases.memory import (
+    COMMIT_MARGIN,
+    Change,
+    Memory,
+    Phase,
+    about_to_enter,
+    lane_line,
+    progress_on,
+    reaches_over,
+    rest_of,
+    settled,
+)
+from planner.lane_change.settings import LaneChangeSettings
+from planner.lane_change.speed.plan import plan_speed
+from planner.lane_change.surroundings import in_lane
+from planner.states import BoolArray, Path
+
+
+def go_on(
+    here: Situation,
+    last: Memory,
+    change: Change,
+    settings: LaneChangeSettings,
+    tally: Tally,
+) -> Attempt | None:
+    """Continue a change; None if it is over, or has to be given up."""
+    scene = here.scene
+    place = progress_on(change.path, scene)
+    rest = rest_of(change.path, place) if place is not None else None
+    if place is None or rest is None:
+        return None
+    if place >= change.end - 1e-6 and settled(scene, change.target):
+        return keep(here, change.target, None, settings, tally)
+    path = _extended(here, rest, settings)
+    committed = last.phase is Phase.COMMITTED
+    followers = here.behind & in_lane(scene, here.bodies, change.lane)
+    speed = plan_speed(
+        path, scene.vehicle, here.ahead, ~followers, speed_task(here), settings.speed
+    )
+    tally.speeds(speed)
+    entering = about_to_enter(scene, change.lane, change.target, scene.step)
+    if not committed and entering:
+        if speed.profile is None or not gap_is_safe(here, change.target, settings):
+            waiting = Attempt(Phase.CHANGE, change.lane, path, speed, change)
+            return _wait_at_line(here, waiting, followers, settings, tally)
+        committed = True
+    elif not committed and speed.profile is not None:
+        blockage = blockage_ahead(here, change.lane)
+        if not has_way_out(here, change.target, blockage, speed.profile, 0.0, settings):
+            return None
+    phase = Phase.COMMITTED if committed else Phase.CHANGE
+    going = replace(change, order=speed.order)
+    attempt = Attempt(phase, change.lane, path, speed, going)
+    if speed.profile is not None:
+        return attempt
+    if not committed:
+        return _wait_at_line(here, attempt, followers, settings, tally)
+    speed = plan_speed(
+        path, scene.vehicle, here.ahead, ~here.behind, speed_task(here), settings.speed
+    )
+    tally.speeds(speed)
+    if speed.profile is not None:
+        return replace(attempt, speed=speed, why="those behind have to react")
+    return soften(here, replace(attempt, speed=speed), settings)
+
+
+def _wait_at_line(
+    here: Situation,
+    attempt: Attempt,
+    followers: BoolArray,
+    settings: LaneChangeSettings,
+    tally: Tally,
+) -> Attempt | None:
+    """Stop on the way over, before the body enters the target lane.
+
+    Only where turning back would lead into a blockage; None says to turn back.
+    """
+    scene, change = here.scene, attempt.change
+    blockage = blockage_ahead(here, attempt.lane)
+    if change is None or blockage > 2.0 * settings.manoeuvre.pull_out_room:
+        return None
+    line = lane_line(scene, change.lane, change.target)
+    side = 1 if change.target > change.lane else -1
+    path = attempt.path
+    slope = np.gradient(path.l, path.s)
+    over = [
+        reaches_over(scene.vehicle, float(l), float(rise), line, side)
+        for l, rise in zip(path.l, slope, strict=True)
+    ]
+    entered = np.flatnonzero(np.array(over) > -COMMIT_MARGIN)
+    end = float(path.distance[max(int(entered[0]) - 1, 0)]) if entered.size else 0.0
+    task = speed_task(here, max(end, STANDSTILL_ROOM))
+    speed = plan_speed(
+        path, scene.vehicle, here.ahead, ~followers, task, settings.speed
+    )
+    tally.speeds(speed)
+    if speed.profile is None:
+        return None
+    return replace(attempt, phase=Phase.CHANGE, speed=speed, why="waits at the line")
+
+
+def _extended(here: Situation, rest: Path, settings: LaneChangeSettings) -> Path:
+    """Lengthen what is left of a change where it has become too short to plan on."""
+    scene = here.scene
+    need = max(scene.target_speed, scene.ego.speed) * settings.speed.duration
+    if rest.distance[-1] >= need:
+        return rest
+    centre = float(rest.l[-1])
+    end = replace(
+        scene.ego_frenet, s=float(rest.s[-1]), l=centre, l_prime=0.0, l_second=0.0
+    )
+    tail = lane_keeping_path(scene.path, end, centre, here.total, settings.path)
+    if tail is None:
+        return rest
+    joined = (
+        np.concatenate([getattr(rest, name), getattr(tail, name)[1:]])
+        for name in ("x", "y", "heading", "curvature", "s", "l")
+    )
+    distance = np.concatenate([rest.distance, rest.distance[-1] + tail.distance[1:]])
+    return Path(distance, *joined)

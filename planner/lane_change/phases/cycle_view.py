@@ -1,0 +1,117 @@
+"""What one cycle sees, worked out once."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_worths
+from planner.lane_change.settings import LaneChangeSettings
+from planner.lane_change.speed.program import SpeedTask, knot_times
+from planner.lane_change.speed.st_graph import UsersInTime, in_time
+from planner.lane_change.surroundings import behind_ego
+from planner.scene import Scene
+from planner.states import BoolArray, FloatArray, SpeedProfile
+
+BESIDE_THE_WAY = 60.0  # added to the path that the fastest drive needs [m]
+STANDSTILL_ROOM = 0.005  # a program needs some room, also to stand still [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Situation:
+    """What one cycle sees, worked out once."""
+
+    scene: Scene
+    ahead: UsersInTime  # obstacles, then vehicles, at the knots of a speed plan
+    standing: UsersInTime  # those of them that never move, at one knot
+    bodies: BodiesAhead
+    behind: BoolArray  # wholly behind the ego
+    worths: FloatArray  # of the lanes [m/s]
+    lasting: FloatArray  # of the lanes, were there only what never moves [m/s]
+    total: float  # length of paths [m]
+
+
+def look(scene: Scene, settings: LaneChangeSettings) -> Situation:
+    """Work out what every branch needs."""
+    bodies = bodies_on_road(scene)
+    fastest = max(scene.target_speed, scene.ego.speed)
+    ahead = in_time(scene.vehicles, knot_times(settings.speed), scene.obstacles)
+    return Situation(
+        scene,
+        ahead,
+        ahead.first(bodies.n_static),
+        bodies,
+        behind_ego(scene, bodies),
+        lane_worths(scene, bodies, settings.speed.front_gap),
+        lane_worths(scene, bodies.static(), settings.speed.front_gap),
+        fastest * settings.speed.duration + BESIDE_THE_WAY,
+    )
+
+
+def speed_task(here: Situation, end: float = math.inf) -> SpeedTask:
+    """Say what a speed plan is for; closed stop lines end every path."""
+    scene = here.scene
+    ego = scene.ego_frenet
+    lines = [line for line in scene.stop_lines if line > ego.s]
+    if lines:
+        end = min(end, min(lines) - ego.s - scene.vehicle.front_reach)
+    return SpeedTask(
+        scene.ego.speed, scene.ego.acceleration, scene.target_speed, max(end, 0.0)
+    )
+
+
+def blockage_ahead(here: Situation, lane: int) -> float:
+    """Say how far the ego's front is from what stands in a lane [m]; inf if nothing."""
+    scene, bodies = here.scene, here.bodies
+    ego, lanes = scene.ego_frenet, scene.lanes
+    centre = np.interp(bodies.s, lanes.s, lanes.centre[lane])
+    reach = bodies.half_width + 0.5 * scene.vehicle.width
+    blocks = (
+        (np.abs(bodies.l - centre) < reach)
+        & (np.arange(bodies.s.size) < bodies.n_static)
+        & (bodies.s > ego.s)
+    )
+    rears = (bodies.s - bodies.half_length)[blocks]
+    return float(rears.min(initial=math.inf)) - ego.s - scene.vehicle.front_reach
+
+
+def place_to_wait(
+    here: Situation, blockage: float, settings: LaneChangeSettings
+) -> float:
+    """Say how far the ego may go towards a blockage [m]; inf where it cannot stop.
+
+    It waits where it can still pull out, or as near to that as it can stop. What is
+    too near for gentle braking is braked for hard only with half of the room at stake.
+    """
+    speed = max(here.scene.ego.speed, 0.0)
+    braking = here.scene.vehicle.limits.max_deceleration
+    gentle = 0.5 * speed + speed**2 / (1.4 * braking)
+    hard = hard_stop(here, speed, settings)
+    room = settings.manoeuvre.pull_out_room
+    stop = min(gentle, max(blockage - 0.5 * room, hard))
+    place = max(blockage - room, stop + STANDSTILL_ROOM)
+    return place if place < blockage else math.inf
+
+
+def can_still_wait(
+    here: Situation,
+    blockage: float,
+    profile: SpeedProfile,
+    settings: LaneChangeSettings,
+) -> bool:
+    """Tell whether the ego, a cycle on, can still stop where it can pull out again.
+
+    As long as nobody is bound to leave it a gap, that is its way out.
+    """
+    step = here.scene.step
+    driven = float(np.interp(step, profile.t, profile.distance))
+    speed = float(np.interp(step, profile.t, profile.speed))
+    stop = driven + hard_stop(here, speed, settings)
+    return stop <= blockage - settings.manoeuvre.tight_room
+
+
+def hard_stop(here: Situation, speed: float, settings: LaneChangeSettings) -> float:
+    """Give the distance that service braking takes [m]."""
+    braking = here.scene.vehicle.limits.max_deceleration
+    build_up = speed * braking / (2.0 * settings.speed.max_jerk)
+    return build_up + speed**2 / (2.0 * braking)

@@ -1,0 +1,70 @@
+"""Keep the lane behind whoever is ahead, and wait before a wall."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from planner.lane_change.path import lane_keeping_path
+from planner.lane_change.phases.candidate import Attempt, Tally
+from planner.lane_change.phases.cycle_view import (
+    Situation,
+    blockage_ahead,
+    place_to_wait,
+    speed_task,
+)
+from planner.lane_change.phases.memory import Phase
+from planner.lane_change.settings import LaneChangeSettings
+from planner.lane_change.speed.plan import plan_speed, soft_speed
+
+
+def keep(
+    here: Situation,
+    lane: int,
+    target: int | None,
+    settings: LaneChangeSettings,
+    tally: Tally,
+) -> Attempt | None:
+    """Stay in the lane behind whoever is ahead."""
+    scene = here.scene
+    centre = float(
+        np.interp(scene.ego_frenet.s, scene.lanes.s, scene.lanes.centre[lane])
+    )
+    path = lane_keeping_path(
+        scene.path, scene.ego_frenet, centre, here.total, settings.path
+    )
+    if path is None:
+        return None
+    phase = Phase.KEEP if target is None else Phase.SEEK
+    why = "" if target is None else "no gap yet"
+    rooms = [math.inf]
+    blockage = blockage_ahead(here, lane)
+    wait = place_to_wait(here, blockage, settings)
+    if math.isfinite(wait):
+        rooms = [wait, 0.5 * (wait + blockage), math.inf]
+    considered = ~here.behind
+    for room in rooms:
+        task = speed_task(here, room)
+        speed = plan_speed(
+            path, scene.vehicle, here.ahead, considered, task, settings.speed
+        )
+        tally.speeds(speed)
+        if speed.profile is not None:
+            return Attempt(phase, lane, path, speed, why=why)
+    return soften(here, Attempt(phase, lane, path, speed, why=why), settings)
+
+
+def soften(
+    here: Situation, attempt: Attempt, settings: LaneChangeSettings
+) -> Attempt | None:
+    """Plan with bounds that may be exceeded; None if even that does not work."""
+    speed = soft_speed(
+        attempt.path,
+        here.scene.vehicle,
+        attempt.speed.graph,
+        speed_task(here),
+        settings.speed,
+    )
+    if speed.profile is None or speed.slack > settings.speed.along_margin:
+        return None
+    return replace(attempt, speed=speed, why=f"bounds exceeded by {speed.slack:.2f} m")

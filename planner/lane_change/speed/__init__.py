@@ -1,0 +1,1 @@
+"""Speed planning on the s-T graph; [Thesis] 6.3-6.4."""

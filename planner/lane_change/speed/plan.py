@@ -1,0 +1,272 @@
+"""The speed plan on a path: graph, orders, one program for each, the cheapest wins.
+
+[Thesis] 6.4 with the corrections: the reference of s and v instead of their squares,
+start acceleration fixed, every order solved instead of chosen by its area (6.18).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.lane_change.settings import OrderRule, SpeedSettings
+from planner.lane_change.speed.area_rule import sides_by_area
+from planner.lane_change.speed.dynamic_programming import sides_by_search
+from planner.lane_change.speed.order_solver import SolvedOrders, solve_orders
+from planner.lane_change.speed.passing_orders import (
+    Bounds,
+    Order,
+    Side,
+    demands,
+    order_of,
+    possible_orders,
+    reachable,
+)
+from planner.lane_change.speed.program import (
+    SpeedTask,
+    knot_times,
+    program,
+    speed_caps,
+    start_state,
+)
+from planner.lane_change.speed.st_graph import StGraph, UsersInTime, st_graph
+from planner.piecewise_jerk.solve import QpStatus, solve_soft
+from planner.states import BoolArray, FloatArray, Path, SpeedProfile
+from planner.vehicle import Vehicle
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """One passing order and what became of it."""
+
+    sides: tuple[tuple[str, Side], ...]
+    cost: float  # inf if infeasible
+    exact: bool = True  # else given up: it costs at least this, more than the best
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpeedPlan:
+    """A speed profile and why it is this one; `profile` is None if there is none."""
+
+    profile: SpeedProfile | None
+    cost: float
+    order: tuple[tuple[str, Side], ...]
+    alternatives: tuple[Alternative, ...]
+    graph: StGraph
+    nodes: int
+    solved: int
+    slack: float = 0.0  # by which bounds had to be exceeded [m]
+    reason: str = ""
+
+    @property
+    def ahead(self) -> str | None:
+        """Name the vehicle that the ego follows, the nearest of those it is behind."""
+        return self._nearest(Side.AFTER)
+
+    @property
+    def behind(self) -> str | None:
+        """Name the vehicle that follows the ego, the nearest of those it leads."""
+        return self._nearest(Side.BEFORE)
+
+    def _nearest(self, side: Side) -> str | None:
+        """Find the vehicle of one side that comes nearest to the ego."""
+        chosen = [k for k, (_, s) in enumerate(self.order) if s is side]
+        if not chosen or self.profile is None:
+            return None
+        graph, s = self.graph, self.profile.distance
+        gaps = []
+        for k in chosen:
+            on = graph.hit[k]
+            if side is Side.AFTER:
+                gaps.append(float((graph.lower[k] - s)[on].min()))
+            else:
+                gaps.append(float((s - graph.upper[k])[on].min()))
+        return graph.ids[chosen[int(np.argmin(gaps))]]
+
+
+def plan_speed(
+    path: Path,
+    vehicle: Vehicle,
+    users: UsersInTime,
+    considered: BoolArray,
+    task: SpeedTask,
+    settings: SpeedSettings,
+    cost_to_beat: float = math.inf,
+) -> SpeedPlan:
+    """Plan the speed along a path among moving vehicles.
+
+    Args:
+        path: Of the ego's rear axle, from where it is.
+        vehicle: Dimensions and limits.
+        users: Everyone else, at the knots of `settings`.
+        considered: Who of them counts, (n_users,).
+        task: Start, wish and end.
+        settings: Weights, margins, horizon.
+        cost_to_beat: What is proven to cost more is not worked out.
+
+    Returns:
+        The plan. Where no order has a solution (or none below `cost_to_beat`), its
+        profile is None and its reason says so; `soft_speed` is the next thing to try.
+    """
+    times = knot_times(settings)
+    graph = st_graph(
+        path,
+        vehicle,
+        users,
+        considered,
+        settings.along_margin,
+        settings.across_margin,
+    )
+    start = start_state(task, vehicle, settings)
+    limits = vehicle.limits
+    ceiling = (-limits.max_deceleration, limits.max_acceleration, limits.max_speed)
+    reach = reachable(start[1], start[2], ceiling, settings.max_jerk, times)
+    end = min(task.end, float(path.distance[-1]))
+    bounds = demands(graph, settings, start[1], times)
+    orders, nodes = _orders(
+        graph, bounds, reach, (start, ceiling), task, end, settings, times
+    )
+    caps = speed_caps(path, vehicle, task, times)
+    solved = solve_orders(
+        orders, reach, start, caps, task, vehicle, settings, cost_to_beat
+    )
+    return _chosen(graph, orders, nodes, solved, times)
+
+
+def _chosen(
+    graph: StGraph,
+    orders: list[Order],
+    nodes: int,
+    solved: SolvedOrders,
+    times: FloatArray,
+) -> SpeedPlan:
+    """Turn the solved orders into the plan."""
+    alternatives = [
+        Alternative(_named(graph, order), cost, exact)
+        for order, cost, exact in zip(
+            orders, solved.cost.tolist(), solved.exact, strict=True
+        )
+    ]
+    ranked = tuple(sorted(alternatives, key=lambda a: a.cost))
+    if solved.best < 0:
+        why = f"none of {len(orders)} passing orders has a solution"
+        if not all(solved.exact):
+            why += " that is cheap enough"
+        return SpeedPlan(
+            None, math.inf, (), ranked, graph, nodes, len(orders), reason=why
+        )
+    best = alternatives[solved.best]
+    return SpeedPlan(
+        profile_of(solved.state, solved.jerk, times),
+        best.cost,
+        best.sides,
+        ranked,
+        graph,
+        nodes,
+        len(orders),
+    )
+
+
+def _orders(
+    graph: StGraph,
+    bounds: Bounds,
+    reach: tuple[FloatArray, FloatArray],
+    ego: tuple[tuple[float, float, float], tuple[float, float, float]],
+    task: SpeedTask,
+    end: float,
+    settings: SpeedSettings,
+    times: FloatArray,
+) -> tuple[list[Order], int]:
+    """Give the orders to solve by the rule that is set, and the nodes looked at."""
+    start, limits = ego
+    rule = settings.order_rule
+    if rule is OrderRule.SOLVE_ALL:
+        return possible_orders(graph, bounds, reach, end, settings.max_orders)
+    if rule is OrderRule.AREA:
+        sides: tuple[Side, ...] | None = sides_by_area(
+            graph, start[1], limits[0], limits[1], end, times
+        )
+    else:
+        sides = sides_by_search(
+            graph,
+            start,
+            limits,
+            task.target_speed,
+            end,
+            settings,
+            settings.grid,
+            times,
+        )
+    if sides is None:
+        return [], settings.grid.times * settings.grid.places
+    return [order_of(sides, bounds, reach, end)], len(sides)
+
+
+def soft_speed(
+    path: Path,
+    vehicle: Vehicle,
+    graph: StGraph,
+    task: SpeedTask,
+    settings: SpeedSettings,
+) -> SpeedPlan:
+    """Follow everyone ahead, with bounds that may be exceeded where they must be.
+
+    Vehicles that reach the ego's place now or are behind it do not count: it is for
+    them to keep clear of what is ahead of them.
+    """
+    times = knot_times(settings)
+    start = start_state(task, vehicle, settings)
+    bounds = demands(graph, settings, start[1], times)
+    first = np.argmax(graph.hit, axis=1) if len(graph.ids) else np.empty(0, np.int64)
+    n = np.arange(first.size)
+    ahead = graph.upper[n, first] > 0.5 * (start[1] * times[first])
+    upper = np.where(ahead[:, None], bounds.below, np.inf).min(axis=0, initial=np.inf)
+    headway = np.where(ahead[:, None], bounds.headway, np.inf)
+    end = min(task.end, float(path.distance[-1]))
+    order = Order(
+        tuple(Side.AFTER if a else Side.BEFORE for a in ahead),
+        np.zeros(times.size),
+        np.minimum(upper, end),
+        headway.min(axis=0, initial=np.inf),
+    )
+    caps = speed_caps(path, vehicle, task, times)
+    problem = program(order, start, caps, task, vehicle, settings)
+    solution = solve_soft(problem)
+    if solution.status is not QpStatus.SOLVED:
+        return SpeedPlan(
+            None,
+            math.inf,
+            (),
+            (),
+            graph,
+            0,
+            1,
+            reason="the soft program has no solution",
+        )
+    return SpeedPlan(
+        profile_of(solution.state, solution.jerk, times),
+        solution.objective,
+        _named(graph, order),
+        (),
+        graph,
+        0,
+        1,
+        solution.slack,
+    )
+
+
+def profile_of(state: FloatArray, jerk: FloatArray, times: FloatArray) -> SpeedProfile:
+    """Make the record; rounding below a standstill is cut off."""
+    s, v, a = state.T
+    return SpeedProfile(
+        times,
+        np.maximum.accumulate(np.maximum(s, 0.0)),
+        np.maximum(v, 0.0),
+        a,
+        np.append(jerk, jerk[-1]),
+    )
+
+
+def _named(graph: StGraph, order: Order) -> tuple[tuple[str, Side], ...]:
+    """Name the vehicles of an order."""
+    return tuple(zip(graph.ids, order.sides, strict=True))

@@ -1,0 +1,202 @@
+"""The speed program of one passing order; [Thesis] eq. 6.19, 6.20 corrected.
+
+What is asked for, how it becomes bounds over time, and the record that general solvers
+take. Tables that depend on the settings alone are made once.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from planner.lane_change.settings import SpeedSettings
+from planner.lane_change.speed.passing_orders import Order
+from planner.numerics.compiled import compiled
+from planner.piecewise_jerk.objective import free_motion, objective_value
+from planner.piecewise_jerk.solve import PiecewiseJerkProblem
+from planner.states import FloatArray, Path, freeze
+from planner.vehicle import Vehicle
+
+ROUNDING = 1e-9  # by which bounds of the distance give way [m]
+JERK_TIME = 1.5  # in which an acceleration has surely turned into braking [s]
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedTask:
+    """What a speed plan is asked for."""
+
+    speed: float  # now [m/s]
+    acceleration: float  # now [m/s²]
+    target_speed: float  # [m/s]
+    end: float = math.inf  # not to be passed by the rear axle [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpeedTables:
+    """What the settings alone decide; read only."""
+
+    times: FloatArray  # (n,) [s]
+    step: FloatArray  # (n - 1,) [s]
+    weight: FloatArray  # (n, 3)
+    row: FloatArray  # (n, 1, 3): s + tau v
+
+
+@lru_cache(maxsize=16)
+def speed_tables(settings: SpeedSettings) -> SpeedTables:
+    """Make the tables of one setting."""
+    n = round(settings.duration / settings.step) + 1
+    weights = (
+        settings.distance_weight,
+        settings.speed_weight,
+        settings.acceleration_weight,
+    )
+    row = np.zeros((n, 1, 3))
+    row[:, 0] = 1.0, settings.front_headway, 0.0
+    return SpeedTables(
+        freeze(settings.step * np.arange(n, dtype=np.float64)),
+        freeze(np.full(n - 1, settings.step)),
+        freeze(np.tile(weights, (n, 1))),
+        freeze(row),
+    )
+
+
+def knot_times(settings: SpeedSettings) -> FloatArray:
+    """Give the times of the knots [s]."""
+    return speed_tables(settings).times
+
+
+def start_state(
+    task: SpeedTask, vehicle: Vehicle, settings: SpeedSettings
+) -> tuple[float, float, float]:
+    """Give (s, v, a) at the start, such that the limits can be kept from there.
+
+    Emergency braking may have been harder than the program allows, and a vehicle that
+    has just stopped still decelerates: what the jerk bound could not take back is left
+    out.
+    """
+    speed = max(task.speed, 0.0)
+    limits = vehicle.limits
+    lowest = max(-limits.max_deceleration, -math.sqrt(2.0 * settings.max_jerk * speed))
+    return 0.0, speed, min(max(task.acceleration, lowest), limits.max_acceleration)
+
+
+def speed_caps(
+    path: Path, vehicle: Vehicle, task: SpeedTask, times: FloatArray
+) -> FloatArray:
+    """Bound the speed at each knot by the curvature there, (n_knots,) [m/s].
+
+    The bound depends on the place, the program knows times: the place is taken from a
+    drive at the wished speed, between half and full of which the ego is looked for.
+    """
+    limits = vehicle.limits
+    return _caps(
+        path.distance,
+        path.curvature,
+        limits.max_lateral_acceleration,
+        limits.max_speed,
+        max(task.target_speed, task.speed),
+        task.speed,
+        limits.max_deceleration,
+        times,
+    )
+
+
+@compiled
+def _caps(
+    distance: FloatArray,
+    curvature: FloatArray,
+    lateral: float,
+    fastest: float,
+    wish: float,
+    speed: float,
+    braking: float,
+    times: FloatArray,
+) -> FloatArray:
+    """Give the bounds of `speed_caps`."""
+    local = np.empty(curvature.size)
+    for i in range(curvature.size):
+        bend = max(abs(curvature[i]), 1e-6)
+        local[i] = min(math.sqrt(lateral / bend), fastest)
+    if local.min() >= fastest:
+        return np.full(times.size, fastest)
+    caps = np.interp(wish * times, distance, local)
+    caps = np.minimum(caps, np.interp(0.75 * wish * times, distance, local))
+    caps = np.minimum(caps, np.interp(0.5 * wish * times, distance, local))
+    for k in range(times.size):
+        # nobody brakes at once: from the present speed down to the bound
+        possible = speed - 0.8 * braking * max(times[k] - 1.0, 0.0)
+        caps[k] = max(caps[k], possible, 0.0)
+    return caps
+
+
+def program(
+    order: Order,
+    start: tuple[float, float, float],
+    caps: FloatArray,
+    task: SpeedTask,
+    vehicle: Vehicle,
+    settings: SpeedSettings,
+) -> PiecewiseJerkProblem:
+    """Write one order as a program."""
+    tables = speed_tables(settings)
+    lower, upper = limit_tables(start, caps, vehicle, settings)
+    lower[:, 0] = order.lower - ROUNDING
+    upper[:, 0] = order.upper
+    return PiecewiseJerkProblem(
+        tables.step,
+        np.array(start),
+        tables.weight,
+        reference_motion(task, tables.times),
+        settings.jerk_weight,
+        lower[:, :3],
+        upper[:, :3],
+        -settings.max_jerk,
+        settings.max_jerk,
+        tables.row,
+        np.full((tables.times.size, 1), -np.inf),
+        order.headway[:, None],
+    )
+
+
+def reference_motion(task: SpeedTask, times: FloatArray) -> FloatArray:
+    """Give the wished (s, v, a), (n_knots, 3), read only."""
+    reference = np.zeros((times.size, 3))
+    reference[:, 0] = task.target_speed * times
+    reference[:, 1] = task.target_speed
+    reference.setflags(write=False)
+    return reference
+
+
+def limit_tables(
+    start: tuple[float, float, float],
+    caps: FloatArray,
+    vehicle: Vehicle,
+    settings: SpeedSettings,
+) -> tuple[FloatArray, FloatArray]:
+    """Bound s, v, a and the headway row by what holds in every order, (n_knots, 4).
+
+    Distance and headway are still without bounds.
+    """
+    limits, times = vehicle.limits, speed_tables(settings).times
+    lower, upper = np.full((times.size, 4), -np.inf), np.full((times.size, 4), np.inf)
+    # a speed beyond the limit comes down as fast as the jerk bound lets it
+    over = start[1] + max(start[2], 0.0) ** 2 / (2.0 * settings.max_jerk)
+    falling = 0.5 * limits.max_deceleration * np.maximum(times - JERK_TIME, 0.0)
+    lower[:, 1] = 0.0
+    upper[:, 1] = np.maximum(np.maximum(caps, 0.0), over - falling)
+    lower[:, 2], upper[:, 2] = -limits.max_deceleration, limits.max_acceleration
+    return lower, upper
+
+
+def free_cost(task: SpeedTask, vehicle: Vehicle, settings: SpeedSettings) -> float:
+    """Give the cost of the motion that nothing bounds: no plan is cheaper."""
+    tables = speed_tables(settings)
+    table, cost, wish, _, _ = free_motion(
+        tables.step,
+        freeze(start_state(task, vehicle, settings)),
+        tables.weight,
+        reference_motion(task, tables.times),
+        settings.jerk_weight,
+    )
+    return objective_value(cost, wish, table)

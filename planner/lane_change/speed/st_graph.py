@@ -1,0 +1,132 @@
+"""The s-T graph: when and where each vehicle is on the ego's path; [Thesis] 6.4.1.
+
+A vehicle is on the path at distance d if the ego's footprint there, grown by margins,
+overlaps the vehicle's. The thesis projects a vehicle only when all four of its corners
+are near the path, and ignores the ego's size: a car that is half on the path is then
+not there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.lane_change.speed.st_projection import predicted_poses, project
+from planner.scene import Obstacles, Vehicles
+from planner.states import BoolArray, FloatArray, Path
+from planner.vehicle import Vehicle
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UsersInTime:
+    """Where everyone will be at the knots of a speed plan: the same for every path."""
+
+    ids: tuple[str, ...]
+    poses: FloatArray  # x, y, cosine and sine of the heading, (n, n_knots, 4)
+    half_length: FloatArray  # (n,) [m]
+    half_width: FloatArray  # (n,) [m]
+    speed: FloatArray  # now, (n,) [m/s]
+
+    def first(self, n: int) -> "UsersInTime":
+        """Give the first n of them at the first knot only."""
+        return UsersInTime(
+            self.ids[:n],
+            np.ascontiguousarray(self.poses[:n, :1]),
+            self.half_length[:n],
+            self.half_width[:n],
+            self.speed[:n],
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StGraph:
+    """What is on the path; arrays are (n, n_knots), for the vehicles that hit it.
+
+    `lower` and `upper` bound the distances of the ego's rear axle at which it would
+    touch the vehicle; they mean something only where `hit` is true.
+    """
+
+    ids: tuple[str, ...]
+    index: tuple[int, ...]  # of each vehicle among all
+    hit: BoolArray
+    lower: FloatArray  # [m]
+    upper: FloatArray  # [m]
+    speed: FloatArray  # of the vehicle, (n,) [m/s]
+
+
+def in_time(
+    vehicles: Vehicles, times: FloatArray, obstacles: Obstacles | None = None
+) -> UsersInTime:
+    """Read predictions at `times`; one that ends early goes on at its last speed.
+
+    Obstacles come first. A disc becomes the square about it, a rectangle with a radius
+    the larger rectangle: nothing gets smaller. Vehicles without a prediction stand.
+    """
+    ahead = vehicles.prediction
+    motion = (ahead.x, ahead.y, ahead.heading)
+    if ahead.x.shape[1] == 0:
+        motion = (vehicles.x[:, None], vehicles.y[:, None], vehicles.heading[:, None])
+    moving = UsersInTime(
+        vehicles.ids,
+        predicted_poses(*motion, times, ahead.step),
+        0.5 * vehicles.length,
+        0.5 * vehicles.width,
+        vehicles.speed,
+    )
+    if obstacles is None or not obstacles.ids:
+        return moving
+    n = len(obstacles.ids)
+    cos, sin = np.cos(obstacles.heading), np.sin(obstacles.heading)
+    poses = np.stack([obstacles.x, obstacles.y, cos, sin], axis=1)[:, None]
+    return UsersInTime(
+        (*obstacles.ids, *vehicles.ids),
+        np.concatenate([np.broadcast_to(poses, (n, times.size, 4)), moving.poses]),
+        np.concatenate([0.5 * obstacles.length + obstacles.radius, moving.half_length]),
+        np.concatenate([0.5 * obstacles.width + obstacles.radius, moving.half_width]),
+        np.concatenate([np.zeros(n), moving.speed]),
+    )
+
+
+def st_graph(
+    path: Path,
+    vehicle: Vehicle,
+    users: UsersInTime,
+    considered: BoolArray,
+    along_margin: float,
+    across_margin: float,
+) -> StGraph:
+    """Project vehicles onto the path.
+
+    Args:
+        path: Of the ego's rear axle.
+        vehicle: The ego's dimensions.
+        users: At the knots.
+        considered: Which of them count, (n_users,).
+        along_margin: Added before and behind [m].
+        across_margin: Added on both sides [m].
+
+    Returns:
+        The graph of those that are on the path at some knot.
+    """
+    on, hit, low, high = project(
+        path.distance,
+        path_table(path),
+        users.poses,
+        considered,
+        users.half_length,
+        users.half_width,
+        (
+            vehicle.centre_offset,
+            0.5 * vehicle.length + along_margin,
+            0.5 * vehicle.width + across_margin,
+        ),
+    )
+    index = tuple(on.tolist())
+    return StGraph(
+        tuple(users.ids[k] for k in index), index, hit, low, high, users.speed[on]
+    )
+
+
+def path_table(path: Path) -> FloatArray:
+    """Give x, y, cosine and sine of the heading at every point, (4, n_points)."""
+    heading = path.heading
+    return np.array([path.x, path.y, np.cos(heading), np.sin(heading)])

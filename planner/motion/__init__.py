@@ -1,1 +1,0 @@
-"""Motion over time: polynomials and predictions."""

@@ -1,0 +1,1 @@
+"""Compilation, interpolation and polynomials."""

@@ -1,0 +1,71 @@
+"""Path and speed profile to a trajectory: the end of path-velocity decomposition."""
+
+import math
+
+import numpy as np
+
+from planner.errors import InvalidInputError
+from planner.numerics.compiled import compiled
+from planner.states import FloatArray, Path, SpeedProfile, Trajectory
+
+
+def trajectory_on(path: Path, profile: SpeedProfile) -> Trajectory:
+    """Drive a path at a given speed profile.
+
+    Args:
+        path: Long enough for the profile.
+        profile: Distances along it; they do not fall.
+
+    Returns:
+        The trajectory at the profile's times; between the path's points x, y, heading,
+        curvature, s and l are linear in the distance, so its spacing is the error.
+
+    Raises:
+        InvalidInputError: If the profile goes beyond the path's end.
+    """
+    reach = float(profile.distance.max())
+    if reach > path.distance[-1] + 1e-6:
+        raise InvalidInputError(
+            f"the profile drives {reach:.2f} m, the path has {path.distance[-1]:.2f} m"
+        )
+    columns = _read(
+        profile.distance,
+        path.distance,
+        np.array([path.x, path.y, path.curvature, path.s, path.l, path.heading]),
+    )
+    x, y, curvature, s, l, heading = columns
+    return Trajectory(
+        profile.t,
+        x,
+        y,
+        heading,
+        curvature,
+        profile.speed,
+        profile.acceleration,
+        s,
+        l,
+    )
+
+
+@compiled
+def _read(driven: FloatArray, distance: FloatArray, columns: FloatArray) -> FloatArray:
+    """Interpolate columns, (n_columns, n_points), at the distances driven.
+
+    The distances must not fall. The last column is an angle: it turns the short way.
+    """
+    n_columns = columns.shape[0]
+    out = np.empty((n_columns, driven.size))
+    i = 0
+    for k in range(driven.size):
+        while i < distance.size - 2 and distance[i + 1] < driven[k]:
+            i += 1
+        share = (driven[k] - distance[i]) / (distance[i + 1] - distance[i])
+        share = min(max(share, 0.0), 1.0)
+        for c in range(n_columns):
+            rise = columns[c, i + 1] - columns[c, i]
+            if c == n_columns - 1:
+                rise = math.atan2(math.sin(rise), math.cos(rise))
+            out[c, k] = columns[c, i] + share * rise
+        angle = out[n_columns - 1, k]
+        out[n_columns - 1, k] = math.atan2(math.sin(angle), math.cos(angle))
+    return out

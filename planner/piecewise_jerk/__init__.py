@@ -1,0 +1,1 @@
+"""Piecewise-jerk programs and their solvers."""

@@ -1,0 +1,54 @@
+"""The record of a piecewise-jerk program; see `planner.piecewise_jerk.solve`."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.errors import InvalidInputError
+from planner.states import FloatArray, freeze
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PiecewiseJerkProblem:
+    """One program with n knots and m rows a knot.
+
+    Bounds do not apply to knot 0: it is where the ego is. An infinite bound is none.
+    """
+
+    step: FloatArray  # (n - 1,) distance of the knots, > 0 [m or s]
+    start: FloatArray  # (3,) p, p', p'' at knot 0
+    weight: FloatArray  # (n, 3), not negative
+    reference: FloatArray  # (n, 3)
+    jerk_weight: float  # > 0
+    lower: FloatArray  # (n, 3)
+    upper: FloatArray  # (n, 3)
+    jerk_lower: float
+    jerk_upper: float
+    row: FloatArray  # (n, m, 3)
+    row_lower: FloatArray  # (n, m)
+    row_upper: FloatArray  # (n, m)
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        n = np.shape(self.weight)[0]
+        m = np.shape(self.row)[1]
+        shapes = {
+            "step": (n - 1,),
+            "start": (3,),
+            "weight": (n, 3),
+            "reference": (n, 3),
+            "lower": (n, 3),
+            "upper": (n, 3),
+            "row": (n, m, 3),
+            "row_lower": (n, m),
+            "row_upper": (n, m),
+        }
+        for name, shape in shapes.items():
+            array = freeze(getattr(self, name))
+            if array.shape != shape:
+                raise InvalidInputError(f"{name} has shape {array.shape}, not {shape}")
+            object.__setattr__(self, name, array)
+        if n < 2 or not np.all(self.step > 0.0):
+            raise InvalidInputError("a program needs two knots and positive steps")
+        if not (self.jerk_weight > 0.0 and np.all(self.weight >= 0.0)):
+            raise InvalidInputError("weights must not be negative, the jerk's positive")

@@ -1,0 +1,226 @@
+"""Where other vehicles will be: simple predictors behind one signature.
+
+`Predictor` is the signature; better ones take the place of these without a change
+elsewhere.
+"""
+
+from typing import Protocol
+
+import numpy as np
+
+from planner.numerics.compiled import compiled, inlined
+from planner.reference_path.linear_curvature import curvature_at, point_at
+from planner.reference_path.path import (
+    PathTable,
+    ReferencePath,
+    as_input,
+)
+from planner.reference_path.projection import EVERYWHERE, NO_DIRECTION, foot
+from planner.scene import Prediction
+from planner.states import FloatArray
+
+# A vehicle follows the ego's road while its heading and place agree with the road.
+LANE_HEADING_TOLERANCE = 0.5  # [rad]; lane changes stay below 0.2, turns exceed it
+LANE_REACH = 20.0  # [m]; two carriageways of three lanes
+MIN_STRETCH = 0.2  # 1 - kappa_r l, below which the frame is too close to its pole
+LATERAL_HOLD = 1.5  # for which a lateral speed is held [s]
+FRENET_REACH = 40.0  # [m]; farther from the path a vehicle has no Frenet place
+
+
+class Predictor(Protocol):
+    """Anything that says where vehicles will be."""
+
+    def __call__(
+        self,
+        path: ReferencePath,
+        x: FloatArray,
+        y: FloatArray,
+        heading: FloatArray,
+        speed: FloatArray,
+        acceleration: FloatArray,
+        lateral_speed: FloatArray,
+        step: float,
+        n_steps: int,
+    ) -> Prediction:
+        """Predict n vehicles at the times 0, step, ... (n_steps - 1) * step."""
+        ...
+
+
+def constant_speed(
+    path: ReferencePath,
+    x: FloatArray,
+    y: FloatArray,
+    heading: FloatArray,
+    speed: FloatArray,
+    acceleration: FloatArray,  # noqa: ARG001 - part of the predictor signature
+    lateral_speed: FloatArray,
+    step: float,
+    n_steps: int,
+) -> Prediction:
+    """Keep the speed, along the lane where there is one, else along the heading.
+
+    Args:
+        path: Reference path of the ego.
+        x: Centres of the rectangles, (n,) [m].
+        y: As x.
+        heading: (n,) [rad].
+        speed: (n,) [m/s].
+        acceleration: (n,) [m/s²]; not used.
+        lateral_speed: Across the lane, positive to the vehicle's left, (n,) [m/s]. It
+            is held for `LATERAL_HOLD`: a lane change goes on, but nobody knows how far.
+        step: Time between columns [s].
+        n_steps: Number of columns, the first is now.
+
+    Returns:
+        The prediction, (n, n_steps).
+    """
+    t = step * np.arange(n_steps)
+    distance = speed[:, None] * t
+    return _roll_out(path, (x, y, heading, lateral_speed), distance, step)
+
+
+def held_braking(
+    path: ReferencePath,
+    x: FloatArray,
+    y: FloatArray,
+    heading: FloatArray,
+    speed: FloatArray,
+    acceleration: FloatArray,
+    lateral_speed: FloatArray,
+    step: float,
+    n_steps: int,
+) -> Prediction:
+    """Like `constant_speed`, but a vehicle that brakes goes on braking until it stands.
+
+    Someone who brakes for a signal, a queue or an obstacle does so for longer than an
+    instant; someone who speeds up may stop doing so at any time.
+    """
+    t = step * np.arange(n_steps)
+    braking = np.minimum(acceleration, -1e-3)[:, None]
+    until = np.minimum(t, -speed[:, None] / braking)  # the time still spent moving
+    distance = speed[:, None] * until + 0.5 * braking * until**2
+    return _roll_out(path, (x, y, heading, lateral_speed), distance, step)
+
+
+def _roll_out(
+    path: ReferencePath,
+    now: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    distance: FloatArray,
+    step: float,
+) -> Prediction:
+    """Move each vehicle `distance` (n, n_steps) along its lane or heading."""
+    x, y, heading, lateral_speed = (as_input(column) for column in now)
+    table = roll_out(path.table, (x, y, heading, lateral_speed), distance, step)
+    return Prediction(step, *table)
+
+
+@compiled
+def roll_out(
+    path: PathTable,
+    now: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    distance: FloatArray,
+    step: float,
+) -> FloatArray:
+    """Move vehicles along their lanes or headings.
+
+    Args:
+        path: Tables of the reference path.
+        now: x, y, heading and lateral speed, (n,) each.
+        distance: Driven since now, (n, n_steps) [m].
+        step: Between columns [s].
+
+    Returns:
+        (5, n, n_steps): x, y, heading, s, l as in `Prediction`.
+    """
+    x, y, heading, lateral_speed = now
+    n, n_steps = distance.shape
+    out = np.empty((5, n, n_steps))
+    for v in range(n):
+        s, l = foot(
+            path.knots, path.bins, path.blocks, x[v], y[v], EVERYWHERE, NO_DIRECTION
+        )
+        _, _, _, _, kappa, _, road_heading = point_at(path.knots, path.bins, s)
+        error = heading[v] - road_heading
+        along = np.cos(error)  # +1 with the road, -1 against it
+        if (
+            abs(along) > np.cos(LANE_HEADING_TOLERANCE)
+            and abs(l) < LANE_REACH
+            and 1.0 - kappa * l > MIN_STRETCH
+        ):
+            direction = 1.0 if along > 0.0 else -1.0
+            drift = direction * lateral_speed[v] * step
+            follow_road(path, v, (s, l, drift, error), direction, distance, step, out)
+        else:
+            near = abs(l) < 3.0 * FRENET_REACH
+            go_straight(path, v, (x[v], y[v], heading[v]), near, distance, out)
+    return out
+
+
+@inlined
+def follow_road(
+    path: PathTable,
+    v: int,
+    start: tuple[float, float, float, float],
+    direction: float,
+    distance: FloatArray,
+    step: float,
+    out: FloatArray,
+) -> None:
+    """Drive vehicle `v` along the path at its offset.
+
+    ds = d(distance) / (1 - kappa_r l), by the midpoint rule.
+
+    Args:
+        path: Tables of the path.
+        v: Row of `distance` and `out`.
+        start: s [m], l [m], change of l in one step while it drifts [m], heading off
+            the path, which stays: a car in mid lane change stands askew [rad].
+        direction: 1 with the path, -1 against it.
+        distance: Driven, (n, n_steps) [m].
+        step: Between columns [s].
+        out: Filled, see `roll_out`.
+    """
+    knots, bins = path.knots, path.bins
+    s, l0, drift, error = start
+    for i in range(distance.shape[1]):
+        l = l0 + drift * min(1.0 * i, LATERAL_HOLD / step)
+        if i > 0:
+            driven = direction * (distance[v, i] - distance[v, i - 1])
+            stretch = max(1.0 - curvature_at(knots, bins, s) * l, MIN_STRETCH)
+            middle = s + 0.5 * driven / stretch
+            stretch = max(1.0 - curvature_at(knots, bins, middle) * l, MIN_STRETCH)
+            s += driven / stretch
+        x, y, cos, sin, _, _, heading = point_at(knots, bins, s)
+        out[0, v, i] = x - l * sin
+        out[1, v, i] = y + l * cos
+        out[2, v, i] = heading + error
+        out[3, v, i] = s
+        out[4, v, i] = l
+
+
+@inlined
+def go_straight(
+    path: PathTable,
+    v: int,
+    start: tuple[float, float, float],
+    near: bool,  # noqa: FBT001 - compiled
+    distance: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Drive vehicle `v` along its heading; it has a place on the path if `near`."""
+    x0, y0, heading = start
+    cos, sin = np.cos(heading), np.sin(heading)
+    for i in range(distance.shape[1]):
+        x, y = x0 + distance[v, i] * cos, y0 + distance[v, i] * sin
+        s, l = np.inf, 0.0
+        if near:
+            s, l = foot(
+                path.knots, path.bins, path.blocks, x, y, EVERYWHERE, NO_DIRECTION
+            )
+            if not abs(l) < FRENET_REACH:
+                s, l = np.inf, 0.0
+        out[0, v, i] = x
+        out[1, v, i] = y
+        out[2, v, i] = heading
+        out[3, v, i] = s
+        out[4, v, i] = l

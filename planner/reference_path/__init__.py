@@ -1,0 +1,1 @@
+"""Reference paths, projection and the Frenet frame."""

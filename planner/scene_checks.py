@@ -1,0 +1,85 @@
+"""What makes a scene unusable for any planner."""
+
+import math
+
+import numpy as np
+
+from planner.numerics.compiled import compiled, inlined
+from planner.scene import Scene
+from planner.states import CartesianState, FloatArray, FrenetState
+
+POSE = ("x", "y", "heading")
+
+
+def invalid(scene: Scene) -> str | None:
+    """Say what makes a scene unusable, None if nothing does."""
+    for record in (CartesianState, FrenetState):
+        state = scene.ego if record is CartesianState else scene.ego_frenet
+        for name in record.__slots__:
+            value = getattr(state, name)
+            if not math.isfinite(value):
+                return f"the ego's {name} is {value}"
+    if not (math.isfinite(scene.target_speed) and scene.target_speed >= 0.0):
+        return f"the target speed is {scene.target_speed}"
+    if not scene.step > 0.0:
+        return f"the time step is {scene.step}"
+    if any(math.isnan(line) for line in scene.stop_lines):
+        return "a stop line is nowhere (nan)"
+    return None if _all_usable(scene) else _odd_array(scene)
+
+
+def _all_usable(scene: Scene) -> bool:
+    """Look at all arrays at once; `_odd_array` says which one is odd."""
+    fixed, moving, road = scene.obstacles, scene.vehicles, scene.road
+    ahead = moving.prediction
+    return _usable(
+        (fixed.x, fixed.y, fixed.heading, fixed.length, fixed.width, fixed.radius),
+        (moving.x, moving.y, moving.heading, moving.speed, moving.acceleration),
+        (moving.length, moving.width, road.left, road.right),
+        (ahead.x, ahead.y, ahead.heading),
+        (ahead.s, ahead.l),
+    )
+
+
+@inlined
+def _finite(arrays: tuple[FloatArray, ...]) -> bool:
+    """Tell whether all numbers are finite."""
+    wrong = 0.0  # x - x is 0 unless x is inf or nan, and nan stays
+    for array in arrays:
+        for value in array.flat:
+            wrong += value - value
+    return bool(wrong == 0.0)
+
+
+@compiled
+def _usable(
+    fixed: tuple[FloatArray, ...],
+    moving: tuple[FloatArray, ...],
+    rest: tuple[FloatArray, ...],
+    ahead: tuple[FloatArray, ...],
+    places: tuple[FloatArray, ...],
+) -> bool:
+    """Tell whether all are finite; places may be inf, but not nan."""
+    nowhere = 0
+    for array in places:
+        for value in array.flat:
+            nowhere += 1 if np.isnan(value) else 0
+    finite = _finite(fixed) and _finite(moving) and _finite(rest) and _finite(ahead)
+    return bool(nowhere == 0 and finite)
+
+
+def _odd_array(scene: Scene) -> str | None:
+    """Name an array that is not finite; a prediction may be out of reach."""
+    ahead = scene.vehicles.prediction
+    for record, names in (
+        (scene.obstacles, (*POSE, "length", "width", "radius")),
+        (scene.vehicles, (*POSE, "speed", "acceleration", "length", "width")),
+        (ahead, POSE),
+        (scene.road, ("left", "right")),
+    ):
+        for name in names:
+            if not np.isfinite(getattr(record, name)).all():
+                return f"{name} of {type(record).__name__} is not finite"
+    if np.isnan(ahead.s).any() or np.isnan(ahead.l).any():
+        return "a predicted place on the path is nan"
+    return None

@@ -1,0 +1,1 @@
+"""Rectangles and discs, and the distances between them."""

@@ -1,0 +1,372 @@
+"""Scenarios: what is accepted, what is refused, and in which words."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+
+from experiments.config import Scenario, Traffic
+from experiments.config.scenario_file import (
+    SCENARIO_FOLDER,
+    SCHEMA_FILE,
+    config_hash,
+    load_scenario,
+    scenario_names,
+    schema_text,
+)
+from experiments.episode.run import make_scenario_planner
+from experiments.errors import ConfigError
+from experiments.world_setup.layout import make_layout
+from experiments.world_setup.world import make_demand
+
+SCENARIO = """\
+name: test
+world: kinematic
+road:
+  segments: [[line, 100], [clothoid, 20, 0, 0.05], [arc, 30, 0.05]]
+ego:
+  goal_m: 120
+obstacles:
+  - {s_m: 40, l_m: 1, radius_m: 1}
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "test.yaml"
+    path.write_text(SCENARIO)
+    return path
+
+
+def refusal(file: Path, *overrides: str) -> str:
+    with pytest.raises(ConfigError) as caught:
+        load_scenario(str(file), overrides=overrides)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_shipped_scenarios_start_no_faster_than_they_want(name):
+    scenario = load_scenario(name)
+    start, network = scenario.ego.depart_speed_mps, make_layout(scenario).network
+    if start == "max":
+        assert network is not None
+        start = network.speed_limit
+    assert start <= scenario.ego.target_speed_mps + 0.02
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_shipped_scenarios_load_and_read_back(name, tmp_path):
+    scenario = load_scenario(name)
+    assert scenario.name == name
+    assert scenario.purpose
+    resolved = tmp_path / "config.yaml"
+    resolved.write_text(yaml.safe_dump(scenario.resolved()))
+    assert load_scenario(str(resolved)).resolved() == scenario.resolved()
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_editors_accept_shipped_scenarios(name):
+    text = (SCENARIO_FOLDER / f"{name}.yaml").read_text()
+    assert text.startswith("# yaml-language-server: $schema=scenario.schema.json\n")
+    jsonschema.validate(yaml.safe_load(text), json.loads(SCHEMA_FILE.read_text()))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"ego": {"gol_m": 3}},
+        {"ego": {"goal_m": "far"}},
+        {"obstacles": "some"},
+        {"planner": 3},
+        {"world": "moon"},
+    ],
+)
+def test_editors_refuse_mistakes(change):
+    data = yaml.safe_load((SCENARIO_FOLDER / "straight.yaml").read_text())
+    schema = json.loads(SCHEMA_FILE.read_text())
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({**data, **change}, schema)
+
+
+def test_committed_schema_is_current():
+    assert SCHEMA_FILE.read_text(encoding="utf-8") == schema_text(), "run make schema"
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        (
+            "ego.gol_m=3",
+            "ego.gol_m: unknown key; did you mean goal_m? allowed: start_m,",
+        ),
+        ("ego.goal_m=true", "ego.goal_m: is true; allowed: a number >= 0 and <="),
+        ("ego.goal_m='3'", "ego.goal_m: is the text '3'; allowed: a number"),
+        ("ego.goal_m=12:30", "ego.goal_m: is the text '12:30'; allowed: a number"),
+        ("ego.goal_m=.nan", "ego.goal_m: is nan; allowed: a number"),
+        ("ego.goal_m=.inf", "ego.goal_m: is inf; allowed: a number"),
+        ("ego.goal_m=-2", "ego.goal_m: is -2; allowed: a number >= 0"),
+        ("ego.goal_m=160", "ego.goal_m: is 160; allowed: 0 to 150.0, the road's end"),
+        ("ego.start_m=130", "ego.goal_m: is 120; allowed: more than start_m = 130"),
+        ("ego.depart_speed_mps=fast", "allowed: a number >= 0 and <= 70 or max"),
+        ("ego.depart_speed_mps=30", "at most vehicle.limits.max_speed_mps = 20"),
+        ("simulation.seed=1.5", "simulation.seed: is 1.5; allowed: a whole number"),
+        ("simulation.seed=true", "simulation.seed: is true; allowed: a whole number"),
+        ("world=moon", "world: is the text 'moon'; allowed: sumo, kinematic"),
+        ("world=sumo", "network: is missing; world sumo needs it"),
+        ("network=straight", "network: is not for world kinematic; allowed: road"),
+        ("traffic={}", "traffic: is not for world kinematic; allowed: vehicles"),
+        ("obstacles=some", "allowed: none or a list or a section with random"),
+        ("obstacles=[{s_m: 4}]", "obstacles[0]: allowed: radius_m, or length_m and"),
+        ("obstacles[0].s_m=151", "obstacles[0].s_m: is 151; allowed: 0 to 150.0"),
+        ("obstacles={listed: []}", "obstacles.listed: unknown key; allowed: random"),
+        (
+            "obstacles={random: {first_m: 9, spacing_m: [9, 5]}}",
+            "obstacles.random.spacing_m: is [9, 5]; allowed: [least, most], rising",
+        ),
+        (
+            "road.segments=[[line, 0]]",
+            "road.segments[0][1]: is 0; allowed: a number > 0",
+        ),
+        (
+            "road.segments=[[bow, 3]]",
+            "road.segments[0]: is a list of 2; allowed: [line,",
+        ),
+        (
+            "road.segments=[[arc, 3]]",
+            "road.segments[0]: is a list of 2; allowed: [line,",
+        ),
+        ("road.segments=[]", "road.segments: is a list of 0; allowed:"),
+        ("planner=[]", "planner: is a list of 0; allowed: text or a section with name"),
+        ("name=no way", "name: is the text 'no way'; allowed: text of the form"),
+        ("ego=3", "ego: is 3; allowed: a section with start_m"),
+        ("road.lanes={count: 3, width_m: 3.5}", "lanes.width_m: is 3.5; allowed: at m"),
+        ("simulation.without_ego=true", "is for world sumo, where vehicles react"),
+        ("simulation.predictor=x", "allowed: constant_speed, held_braking"),
+        ("simulation=null", "simulation: is empty; allowed: a section with step_s"),
+        ("vehicles=[{s_m: 3}]", "vehicles[0].speed_mps: is missing; allowed: a number"),
+        (
+            "ego.vehicle.wheelbase_m=4",
+            "wheelbase_m: is 4; allowed: at most length_m - rear_overhang_m = 3.8",
+        ),
+        (
+            "ego.vehicle.limits.max_deceleration_mps2=9",
+            "emergency_deceleration_mps2: is 8; allowed: at least",
+        ),
+    ],
+)
+def test_mistakes_name_key_and_allowed_values(file, override, message):
+    assert message in refusal(file, override)
+
+
+def test_mistakes_in_the_file_name_file_and_line(file):
+    file.write_text(SCENARIO.replace("goal_m: 120", "goal_m: far"))
+    assert refusal(file).startswith(f"{file}:6: ego.goal_m: is the text 'far'; allowed")
+    file.write_text(SCENARIO + "name: again\n")
+    assert refusal(file) == f"{file}:9: name: is given twice, first at {file}:1"
+    file.write_text(SCENARIO.replace("name: test\n", ""))
+    assert refusal(file).startswith(f"{file}:1: name: is missing; allowed: text")
+
+
+def test_several_mistakes_are_counted(file):
+    file.write_text(SCENARIO.replace("goal_m: 120", "goal_m: far\n  x: 1\n  y: 2"))
+    assert refusal(file).endswith("(and 2 more)")
+
+
+@pytest.mark.parametrize("text", ["", "- a\n", "3\n"])
+def test_a_file_without_keys(file, text):
+    file.write_text(text)
+    assert "holds no keys" in refusal(file)
+
+
+@pytest.mark.parametrize(
+    "override", ["ego.goal_m", "=3", "ego..goal_m=3", "a b=3", ".ego=3", "ego.goal_m=["]
+)
+def test_overrides_that_are_none(file, override):
+    assert refusal(file, override).startswith(f"--set {override}: ")
+
+
+def test_overrides_have_yaml_types_and_the_last_wins(file):
+    scenario = load_scenario(
+        str(file),
+        overrides=(
+            "ego.goal_m=1e2",
+            "ego.goal_m=110",
+            "obstacles[0].l_m=-2",
+            "planner.settings.depth=3",
+            "simulation.blocked_after_s=5",
+        ),
+    )
+    assert scenario.ego.goal_m == 110.0
+    assert scenario.obstacles.listed[0].l_m == -2.0
+    assert scenario.planner.name == "cruise"
+    assert scenario.planner.settings == {"depth": 3}
+    assert scenario.simulation.blocked_after_s == 5.0
+
+
+def test_none_means_nothing():
+    scenario = load_scenario("straight", overrides=("traffic=none", "obstacles=none"))
+    assert scenario.traffic is None
+    assert scenario.obstacles.random is None
+    assert scenario.resolved()["traffic"] == "none"
+    assert load_scenario("straight").traffic == Traffic(
+        own_veh_per_h=600.0, oncoming_veh_per_h=600.0
+    )
+
+
+def lane_change(*overrides: str) -> Traffic:
+    traffic = load_scenario("lane_change", overrides=overrides).traffic
+    assert traffic is not None
+    return traffic
+
+
+def test_tempers_are_shares_of_drivers():
+    shares = {
+        temper: (found.cautious_share, found.aggressive_share)
+        for temper in ("cautious", "normal", "aggressive", "mixed", "null")
+        for found in [lane_change(f"traffic.temper={temper}")]
+    }
+    assert shares == {
+        "cautious": (1.0, 0.0),
+        "normal": (0.0, 0.0),
+        "aggressive": (0.0, 1.0),
+        "mixed": (0.25, 0.2),
+        "null": (0.25, 0.2),
+    }
+    assert lane_change("traffic.cautious_share=0.5").aggressive_share == 0.2
+
+
+def test_a_density_stands_for_the_flow_of_each_lane_that_is_fed():
+    def flow(name: str, *overrides: str) -> float:
+        scenario = load_scenario(name, overrides=overrides)
+        return make_demand(scenario, make_layout(scenario)).own_veh_per_h
+
+    named = [
+        flow("lane_change", f"traffic.density={d}")
+        for d in ("light", "medium", "dense")
+    ]
+    assert named == [350.0, 700.0, 1200.0]
+    assert flow("lane_change", "traffic.own_lane=null") == 2 * 700.0
+    assert flow("lane_change_three") == 3 * 700.0
+    plain = ("traffic.density=null", "traffic.own_veh_per_h=80")
+    assert flow("lane_change", *plain) == 80.0
+    assert Traffic().own_veh_per_h == 900.0
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (["own_veh_per_h=9"], "own_veh_per_h: is 9 beside density = medium; allowed: "),
+        (
+            ["density=null", "own_veh_per_h=null"],
+            "own_veh_per_h: is null; allowed: a ",
+        ),
+        (["density=thick"], "density: is the text 'thick'; allowed: light, medium, "),
+        (["temper=calm"], "temper: is the text 'calm'; allowed: cautious, normal, ag"),
+        (
+            ["temper=normal", "aggressive_share=0.5"],
+            "aggressive_share: is 0.5 beside temper = normal, which makes it 0;",
+        ),
+        (
+            ["slow_leader={}"],
+            "slow_leader.speed_mps: is missing; allowed: a number",
+        ),
+        (["slow_leader={speed_mps: 0}"], "slow_leader.speed_mps: is 0; allowed: a num"),
+        (
+            ["slow_leader={speed_mps: 9, kind: cart}"],
+            "slow_leader.kind: is the text 'cart'; allowed: car, van, truck",
+        ),
+    ],
+)
+def test_mistakes_about_traffic(overrides, message):
+    with pytest.raises(ConfigError) as error:
+        lane_change(*(f"traffic.{one}" for one in overrides))
+    assert message in str(error.value)
+    assert "more)" not in str(error.value)  # one mistake is one mistake
+
+
+def test_options_come_before_overrides(file):
+    scenario = load_scenario(
+        str(file), planner="mine:make", seed=7, overrides=("planner.settings.a=1",)
+    )
+    assert scenario.planner.name == "mine:make"
+    assert scenario.planner.settings == {"a": 1}
+    assert scenario.simulation.seed == 7
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("planner.settings.drive.time_step=7", "planner.settings.drive.time_step: is"),
+        ("planner.settings.drive={time_step: 7}", "planner.settings.drive.time_step: "),
+        ("planner.settings.margins=[0, 1]", "planner.settings.margins: is [0, 1]; "),
+        ("planner.name=dens", "planner: dens: no such planner; did you mean dense?"),
+        ("planner=dens", "planner: dens: no such planner; did you mean dense?"),
+    ],
+)
+def test_what_a_planner_refuses_names_the_option(override, message):
+    scenario = load_scenario("dense", overrides=(override,))
+    with pytest.raises(ConfigError) as caught:
+        make_scenario_planner(scenario)
+    assert str(caught.value).startswith(f"--set {override}: {message}")
+
+
+def test_what_a_planner_refuses_of_the_file_names_its_line(file):
+    file.write_text(SCENARIO + "planner:\n  name: cruse\n  settings: {margin: 1}\n")
+    scenario = load_scenario(str(file), overrides=("planner.settings.times=[1]",))
+    with pytest.raises(ConfigError, match=r"test\.yaml:10: planner: cruse: no such"):
+        make_scenario_planner(scenario)
+
+
+def test_a_clash_between_file_and_option_names_both(file):
+    option = "ego.start_m=130"
+    message = refusal(file, option, "planner=dense")
+    assert f"{file}:6: ego.goal_m: is 120; allowed: more than" in message
+    assert message.endswith(f"(with --set {option}, --set planner=dense)")
+    assert "(with" not in refusal(file, "ego.goal_m=-1")
+
+
+def test_another_planner_drops_the_settings_of_the_first(file):
+    file.write_text(SCENARIO + "planner: {name: cruise, settings: {margin: 1.0}}\n")
+    assert load_scenario(str(file)).planner.settings == {"margin": 1.0}
+    assert load_scenario(str(file), planner="cruise").planner.settings
+    assert not load_scenario(str(file), planner="cruise_conventional").planner.settings
+
+
+def test_unknown_scenarios_suggest_a_close_one():
+    with pytest.raises(ConfigError, match="did you mean intersection"):
+        load_scenario("intersecton")
+    with pytest.raises(ConfigError, match=r"none\.yaml: cannot be read"):
+        load_scenario("none.yaml")
+
+
+def test_network_files_are_relative_to_the_scenario(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        "name: mine\nego: {goal_m: 9}\n"
+        "network: {file: a.net.xml, route: [a], lane: 0}\n"
+    )
+    network = load_scenario(str(path)).network
+    assert network is not None
+    assert network.file == str(tmp_path / "a.net.xml")
+    assert "lane" in refusal(path, "network={file: a.net.xml, route: [a]}")
+
+
+def test_hash_depends_on_content_only(file, tmp_path):
+    one = load_scenario(str(file))
+    moved = tmp_path / "other.yaml"
+    moved.write_text(SCENARIO.replace("goal_m: 120", "goal_m: 1.2e2  # same"))
+    other = load_scenario(str(moved))
+    assert config_hash(one.resolved()) == config_hash(other.resolved())
+    third = load_scenario(str(file), seed=1)
+    assert config_hash(one.resolved()) != config_hash(third.resolved())
+
+
+def test_sections_cannot_be_changed(file):
+    scenario = load_scenario(str(file))
+    with pytest.raises(ValueError, match="frozen"):
+        scenario.ego.goal_m = 3.0
+    assert isinstance(scenario, Scenario)

@@ -1,0 +1,102 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from experiments.cosim.sumo import frames
+from planner.states import CartesianState
+from planner.vehicle import Vehicle
+
+coordinates = st.floats(-1e4, 1e4)
+headings = st.floats(-math.pi, math.pi, exclude_min=True)
+lengths = st.floats(0.5, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("angle", "heading"),
+    [(90.0, 0.0), (0.0, math.pi / 2), (180.0, -math.pi / 2), (270.0, math.pi)],
+)
+def test_compass_points(angle, heading):
+    assert float(frames.heading_from_angle(angle)) == pytest.approx(heading)
+    assert frames.angle_from_heading(heading) == pytest.approx(angle)
+
+
+@given(st.floats(-20.0, 20.0))
+def test_angle_is_a_compass_reading(heading):
+    angle = frames.angle_from_heading(heading)
+    assert 0.0 <= angle < 360.0
+    # sin and cos of a compass reading are the east and north parts of the direction.
+    assert math.sin(math.radians(angle)) == pytest.approx(math.cos(heading), abs=1e-9)
+    assert math.cos(math.radians(angle)) == pytest.approx(math.sin(heading), abs=1e-9)
+
+
+@given(st.floats(-1e-300, 1e-300))
+def test_angle_stays_below_a_full_turn_at_north(tiny):
+    assert 0.0 <= frames.angle_from_heading(math.pi / 2 + tiny) < 360.0
+
+
+@given(st.floats(-50.0, 50.0))
+def test_wrapped_heading_points_the_same_way(heading):
+    wrapped = frames.wrapped(heading)
+    assert -math.pi < wrapped <= math.pi
+    assert math.cos(wrapped) == pytest.approx(math.cos(heading), abs=1e-9)
+    assert math.sin(wrapped) == pytest.approx(math.sin(heading), abs=1e-9)
+
+
+def test_wrapped_keeps_west_positive():
+    assert frames.wrapped(-math.pi) == math.pi
+    assert frames.wrapped(math.pi) == math.pi
+
+
+@given(coordinates, coordinates, headings, lengths)
+def test_centre_round_trip(x, y, heading, length):
+    front_x, front_y, angle = frames.front_from_centre(x, y, heading, length)
+    back = frames.heading_from_angle(angle)
+    centre = frames.centre_from_front(front_x, front_y, back, length)
+    assert centre[0] == pytest.approx(x, abs=1e-9)
+    assert centre[1] == pytest.approx(y, abs=1e-9)
+    assert abs(frames.wrapped(float(back) - heading)) < 1e-12
+
+
+@given(coordinates, coordinates, headings)
+def test_rear_axle_round_trip(x, y, heading):
+    vehicle = Vehicle()
+    ego = CartesianState(x, y, heading, 0.0, 0.0, 0.0)
+    pose = frames.front_from_rear_axle(ego, vehicle)
+    back = frames.rear_axle_from_front(*pose, vehicle)
+    assert back[0] == pytest.approx(x, abs=1e-9)
+    assert back[1] == pytest.approx(y, abs=1e-9)
+    assert abs(frames.wrapped(back[2] - heading)) < 1e-12
+
+
+@given(coordinates, coordinates, headings)
+def test_centre_lies_between_the_bumpers(x, y, heading):
+    vehicle = Vehicle()
+    ego = CartesianState(x, y, heading, 0.0, 0.0, 0.0)
+    front_x, front_y, _ = frames.front_from_rear_axle(ego, vehicle)
+    rear_x = x - vehicle.rear_overhang * math.cos(heading)
+    rear_y = y - vehicle.rear_overhang * math.sin(heading)
+    centre = frames.centre_from_rear_axle(ego, vehicle)
+    assert centre[0] == pytest.approx((front_x + rear_x) / 2, abs=1e-9)
+    assert centre[1] == pytest.approx((front_y + rear_y) / 2, abs=1e-9)
+
+
+def test_a_batch_is_a_loop_of_singles():
+    rng = np.random.default_rng(1)
+    x, y, angle = rng.uniform(0, 360, (3, 20))
+    length = rng.uniform(1, 10, 20)
+    heading = frames.heading_from_angle(angle)
+    batch = frames.centre_from_front(x, y, heading, length)
+    for i in range(20):
+        one = frames.centre_from_front(
+            x[i], y[i], frames.heading_from_angle(angle[i]), length[i]
+        )
+        assert (batch[0][i], batch[1][i]) == pytest.approx(one, abs=1e-12)
+
+
+def test_many_headings_are_wrapped_as_one_is():
+    headings = np.array([0.0, 1.0, -3.0, math.pi, -math.pi, 4.0, 12.0, -9.5])
+    one_by_one = [frames.wrapped(float(heading)) for heading in headings]
+    np.testing.assert_allclose(frames.wrapped_all(headings), one_by_one, atol=1e-12)

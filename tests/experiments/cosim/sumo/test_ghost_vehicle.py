@@ -1,0 +1,261 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from experiments.cosim.collision_monitor import Truth
+from experiments.cosim.scene_builder import state_on_path
+from experiments.cosim.sumo.ghost_vehicle import corners, ghost_pose, lane_of
+from experiments.cosim.sumo.lanes import Lane
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, line
+from planner.states import CartesianState
+from planner.vehicle import Vehicle
+from sumo_nets.catalogue import network
+
+CAR = Vehicle()
+WIDTH = 3.5
+
+
+def road(angle: float = 0.0, lanes: int = 3) -> list[Lane]:
+    """Three lanes of 100 m, the middle one through the origin, turned by `angle`."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    strips = []
+    for index in range(lanes):
+        y = (index - 1) * WIDTH
+        points = [(x * cos - y * sin, x * sin + y * cos) for x in (0.0, 40.0, 100.0)]
+        strips.append(Lane(f"e_{index}", "e", index, WIDTH, np.array(points)))
+    return strips
+
+
+def ego(x: float, y: float, heading: float = 0.0, angle: float = 0.0) -> CartesianState:
+    """Rear axle at (x, y) of a road turned by `angle`."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    at = (x * cos - y * sin, x * sin + y * cos)
+    return CartesianState(*at, heading + angle, 0.0, 10.0, 0.0)
+
+
+def test_no_ghost_inside_the_lane():
+    edge = (WIDTH - CAR.width) / 2.0
+    assert ghost_pose(road(), ego(30.0, edge - 0.01), CAR) is None
+    assert ghost_pose(road(), ego(30.0, -edge + 0.01), CAR) is None
+
+
+def test_ghost_rides_abreast_in_the_lane_reached_into():
+    pose = ghost_pose(road(), ego(30.0, 1.0), CAR)
+    assert pose is not None
+    assert (pose.edge, pose.lane) == ("e", 2)
+    assert (pose.x, pose.y) == pytest.approx((30.0 + CAR.front_reach, WIDTH))
+    assert pose.heading == pytest.approx(0.0)
+
+
+def test_roles_swap_where_the_bumper_crosses_the_line():
+    before = ghost_pose(road(), ego(30.0, WIDTH / 2.0 - 1e-6), CAR)
+    after = ghost_pose(road(), ego(30.0, WIDTH / 2.0 + 1e-6), CAR)
+    assert before is not None
+    assert after is not None
+    assert (before.lane, after.lane) == (2, 1)
+
+
+def test_a_turned_body_reaches_over_with_its_nose():
+    offset = 0.5
+    nose = offset + CAR.front_reach * math.sin(0.1) + CAR.width / 2 * math.cos(0.1)
+    assert nose > WIDTH / 2.0 > offset + CAR.width / 2.0
+    pose = ghost_pose(road(), ego(30.0, offset, 0.1), CAR)
+    assert pose is not None
+    assert pose.lane == 2
+
+
+def test_no_ghost_beyond_the_outer_lanes():
+    assert ghost_pose(road(), ego(30.0, WIDTH + 1.5), CAR) is None
+    assert ghost_pose(road(), ego(30.0, -WIDTH - 1.5), CAR) is None
+
+
+@pytest.mark.parametrize("x", [-10.0, 97.0])
+def test_no_ghost_before_and_beyond_the_edge(x):
+    assert ghost_pose(road(), ego(x, 1.0), CAR) is None
+
+
+def test_a_rear_that_still_hangs_over_keeps_the_ghost():
+    # The nose has come back to the lane's centre, the rear right corner has not.
+    state = ego(30.0, -0.9, math.asin(0.9 / CAR.front_reach))
+    pose = ghost_pose(road(), state, CAR)
+    assert pose is not None
+    assert pose.lane == 0
+
+
+@given(
+    st.floats(10.0, 80.0),
+    st.floats(-5.0, 5.0),
+    st.floats(-0.3, 0.3),
+    st.floats(-math.pi, math.pi),
+)
+def test_a_turned_road_turns_the_ghost(x, y, heading, angle):
+    plain = ghost_pose(road(), ego(x, y, heading), CAR)
+    turned = ghost_pose(road(angle), ego(x, y, heading, angle), CAR)
+    if plain is None or turned is None:
+        assert plain is turned
+        return
+    cos, sin = math.cos(angle), math.sin(angle)
+    assert plain.lane == turned.lane
+    assert turned.x == pytest.approx(plain.x * cos - plain.y * sin, abs=1e-6)
+    assert turned.y == pytest.approx(plain.x * sin + plain.y * cos, abs=1e-6)
+
+
+@given(st.floats(10.0, 80.0), st.floats(-5.0, 5.0), st.floats(-0.5, 0.5))
+def test_ghost_is_where_a_corner_is_and_the_bumper_is_not(x, y, heading):
+    state = ego(x, y, heading)
+    pose = ghost_pose(road(), state, CAR)
+    front_y = y + CAR.front_reach * math.sin(heading)
+    own = lane_of(road(), x + CAR.front_reach * math.cos(heading), front_y)
+    if pose is not None:
+        assert pose.lane != own
+        low, high = (pose.lane - 1.5) * WIDTH, (pose.lane - 0.5) * WIDTH
+        assert corners(state, CAR)[:, 1].min() < high
+        assert corners(state, CAR)[:, 1].max() > low
+
+
+def drive(world, lane_change, steps=100):
+    """Change lanes; give the rear car's speeds, overlap steps and ghost sightings."""
+    start = world.enter()
+    truth = Truth(CAR, world.path, world.road, world.obstacles)
+    speeds, overlaps, ghosts = [], 0, []
+    for k in range(steps):
+        traffic = world.observe()
+        state = lane_change(start, k * world.step)
+        verdict = truth.judge(state, traffic, state.x + 100.0)
+        overlaps += bool(verdict.contacts)
+        speeds.append(float(traffic.speed[traffic.ids.index("rear")]))
+        if traffic.ghost is not None:
+            ghosts.append((k, traffic.ghost.y))
+        world.advance(lane_change(start, (k + 1) * world.step))
+    world.close()
+    return np.array(speeds), overlaps, ghosts
+
+
+def rear_car(gap: float) -> dict[str, str]:
+    """A faster car in the left lane, `gap` behind the ego's rear bumper."""
+    position = 60.0 - CAR.rear_overhang - gap
+    return {
+        "vehicles": f'<vehicle id="rear" type="car" route="own" depart="0" '
+        f'departLane="2" departPos="{position}" departSpeed="17"/>',
+        "car": 'speedFactor="1.224"',
+    }
+
+
+@pytest.mark.sumo
+@pytest.mark.parametrize("lane_change_duration", [0.0, 2.5])
+def test_a_rear_car_sees_the_ego_from_the_line_on(
+    straight, lane_change, lane_change_duration
+):
+    with_ghost = straight(**rear_car(12.0), lane_change_duration=lane_change_duration)
+    speeds, overlaps, ghosts = drive(with_ghost, lane_change)
+    # Body over the line, centre over the line, body out of the old lane.
+    first, last = ghosts[0][0], ghosts[-1][0]
+    lateral = [
+        lane_change(CartesianState(0, 0, 0, 0, 12, 0), k / 10).y for k in (first, last)
+    ]
+    assert lateral[0] == pytest.approx((10 / 3 - CAR.width) / 2, abs=0.25)
+    assert lateral[1] == pytest.approx((10 / 3 + CAR.width) / 2, abs=0.25)
+    assert {round(y, 2) for _, y in ghosts} == {3.33, 0.0}
+    braking = int(np.flatnonzero(np.diff(speeds) < -0.3)[0])
+    assert first <= braking <= first + 2
+    assert overlaps == 0
+
+    without = straight(
+        **rear_car(12.0), lane_change_duration=lane_change_duration, ghost=False
+    )
+    speeds, overlaps, ghosts = drive(without, lane_change)
+    assert ghosts == []
+    assert int(np.flatnonzero(np.diff(speeds) < -0.3)[0]) >= braking + 5
+    assert overlaps > 0
+
+
+@pytest.mark.sumo
+def test_the_ghost_is_no_traffic_and_no_collision(straight, lane_change):
+    world = straight()
+    start = world.enter()
+    seen = 0
+    for k in range(80):
+        traffic = world.observe()
+        assert traffic.ids == ()
+        seen += traffic.ghost is not None
+        world.advance(lane_change(start, (k + 1) * world.step))
+    assert seen > 10
+    assert world.reported_collisions == 0
+
+
+def turn_left_and_change(world, seconds: float = 5.0):
+    """Change one lane over inside the junction; give speeds, clearance, ghost lanes."""
+    libsumo = pytest.importorskip("libsumo")
+    world.enter()
+    truth = Truth(CAR, world.path, world.road, world.obstacles)
+    speeds, clearance, lanes = [], math.inf, {}
+    for k in range(round(seconds / world.step)):
+        s = 118.0 + 6.0 * k * world.step
+        share = min(max((s - 126.0) / 24.0, 0.0), 1.0)
+        l = 10.0 / 3.0 * (3.0 - 2.0 * share) * share**2
+        slope = 20.0 / 24.0 * (share - share**2)
+        state = state_on_path(world.path, s, l, 6.0)
+        state = replace(state, heading=state.heading + math.atan(slope))
+        if k:
+            world.advance(state)
+        traffic = world.observe()
+        clearance = min(clearance, truth.judge(state, traffic, s).clearance)
+        speeds.append(float(traffic.speed[0]))
+        if traffic.ghost is not None:
+            lane = libsumo.vehicle.getLaneID("ghost@ego")
+            assert libsumo.vehicle.getLaneID("ego") != lane
+            lanes.setdefault(lane, k)
+    world.close()
+    return np.array(speeds), clearance, lanes
+
+
+@pytest.mark.sumo
+def test_the_ghost_works_inside_a_junction(straight):
+    path = ReferencePath.from_segments(
+        [line(140.0), arc(7.5 * math.pi, 1.0 / 15.0), line(250.0)],
+        (-150.0, -5.0, 0.0),
+    )
+    net = network("intersection")
+    rear = (
+        '<vehicle id="rear" type="car" depart="0" departLane="2" departPos="106" '
+        'departSpeed="8.5"><route edges="west_in north_out"/></vehicle>'
+    )
+    given = {
+        "net_file": net.net_file,
+        "route": net.route,
+        "path": path,
+        "start_s": 118.0,
+        "start_speed": 6.0,
+    }
+    seen, unseen = (
+        turn_left_and_change(straight(rear, **given, ghost=ghost))
+        for ghost in (True, False)
+    )
+    assert list(seen[2]) == [":centre_14_1", ":centre_14_0"]
+    assert unseen[2] == {}
+    first_difference = int(np.flatnonzero(seen[0] != unseen[0])[0])
+    assert first_difference == seen[2][":centre_14_1"] + 1
+    assert seen[1] > 1.0
+    assert unseen[1] < 0.5
+
+
+@pytest.mark.sumo
+@pytest.mark.parametrize("speed", [0.0, 16.0, 25.0])
+def test_the_ghost_keeps_up_above_every_limit(straight, speed):
+    libsumo = pytest.importorskip("libsumo")
+    world = straight()  # limit 13.89 m/s, the ego's type 20 m/s
+    start = world.enter()
+    for k in range(30):
+        inside = k % 6 < 2  # comes and goes
+        x = start.x + speed * (k + 1) * world.step
+        world.advance(replace(start, x=x, y=0.0 if inside else 1.0, speed=speed))
+        assert (world.observe().ghost is None) == inside
+        assert ("ghost@ego" in libsumo.vehicle.getIDList()) == (not inside)
+        if not inside:
+            assert libsumo.vehicle.getLaneID("ghost@ego") == "own_2"
+            assert libsumo.vehicle.getSpeed("ghost@ego") == speed

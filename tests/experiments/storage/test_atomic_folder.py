@@ -1,0 +1,104 @@
+"""Run folders exist complete or not at all."""
+
+from pathlib import Path
+
+import pytest
+
+from experiments.errors import ResultsError
+from experiments.storage.atomic_folder import remove_unfinished, whole_folder
+
+
+def names(folder: Path) -> list[str]:
+    return [path.name for path in folder.iterdir()]
+
+
+def test_complete_or_not_at_all(tmp_path):
+    target = tmp_path / "runs" / "one"
+    with whole_folder(target) as folder:
+        (folder / "a").write_text("1")
+        assert not target.exists()
+        assert folder.parent == target.parent, "rename must not cross file systems"
+    assert (target / "a").read_text() == "1"
+    assert names(tmp_path / "runs") == ["one"]
+
+
+def test_replaced_as_a_whole(tmp_path):
+    target = tmp_path / "one"
+    for name in ("old", "new"):
+        with whole_folder(target) as folder:
+            (folder / name).touch()
+    assert names(target) == ["new"]
+    assert names(tmp_path) == ["one"]
+
+
+@pytest.mark.parametrize(
+    "error", [RuntimeError("x"), KeyboardInterrupt(), OSError(28, "x")]
+)
+def test_failure_leaves_the_old_and_nothing_new(tmp_path, error):
+    target = tmp_path / "one"
+    with whole_folder(target) as folder:
+        (folder / "old").touch()
+    kinds = (type(error), ResultsError)
+    with pytest.raises(kinds), whole_folder(target) as folder:  # noqa: PT012
+        (folder / "new").touch()
+        raise error
+    assert names(target) == ["old"]
+    assert names(tmp_path) == ["one"]
+
+
+def test_failed_rename_brings_the_old_back(tmp_path, monkeypatch):
+    target = tmp_path / "one"
+    with whole_folder(target) as folder:
+        (folder / "old").touch()
+    rename = Path.rename
+
+    def failing(self, other):
+        if Path(other) == target and self.name != "old":
+            raise OSError(28, "No space left on device")
+        return rename(self, other)
+
+    monkeypatch.setattr(Path, "rename", failing)
+    with (
+        pytest.raises(ResultsError, match="No space left"),
+        whole_folder(target) as new,
+    ):
+        (new / "new").touch()
+    assert names(target) == ["old"]
+    assert names(tmp_path) == ["one"]
+
+
+def test_no_place(tmp_path):
+    (tmp_path / "file").touch()
+    with (
+        pytest.raises(ResultsError, match="file"),
+        whole_folder(tmp_path / "file" / "a"),
+    ):
+        pytest.fail("must not come here")
+
+
+def test_what_a_dead_process_left_is_removed(tmp_path):
+    dead = tmp_path / ".unfinished-123-abc"
+    alive = tmp_path / ".unfinished-1234-abc"
+    for folder in (dead, alive):
+        folder.mkdir()
+    remove_unfinished(tmp_path, 123)
+    assert [path.name for path in tmp_path.iterdir()] == [alive.name]
+
+
+def test_full_disk(tiny_disk):
+    with (
+        pytest.raises(ResultsError, match="No space left on device"),
+        whole_folder(tiny_disk / "run") as folder,
+    ):
+        (folder / "big").write_bytes(bytes(200_000))
+    assert names(tiny_disk) == []
+
+
+@pytest.mark.parametrize("inner", ["one", "deeper/one"])
+def test_a_file_in_the_place_of_the_parent_is_named(tmp_path, inner):
+    file = tmp_path / "README.md"
+    file.write_text("kept")
+    words = r"README\.md: is a file; allowed: a folder$"
+    with pytest.raises(ResultsError, match=words), whole_folder(file / inner):
+        pass
+    assert file.read_text() == "kept"
