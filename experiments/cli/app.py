@@ -17,10 +17,12 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from experiments.cli import report_commands as reporting
-from experiments.cli import results_commands as evaluating
-from experiments.cli import sweep_commands as sweeping
-from experiments.cli import thesis_command as reproducing
+from experiments.cli import (
+    report_commands,
+    results_commands,
+    sweep_commands,
+    thesis_command,
+)
 from experiments.cli.user_errors import (
     ARRIVED,
     BAD_INPUT,
@@ -45,10 +47,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-sweeping.add_to(app)
-evaluating.add_to(app)
-reporting.add_to(app)
-reproducing.add_to(app)
+sweep_commands.add_to(app)
+results_commands.add_to(app)
+report_commands.add_to(app)
+thesis_command.add_to(app)
 
 
 def main() -> None:
@@ -67,7 +69,7 @@ def main() -> None:
 
 
 @app.command()
-def run(  # noqa: PLR0913, one parameter an option
+def run(
     scenario: Annotated[
         str, typer.Argument(metavar="NAME|FILE", help="Shipped scenario, or a .yaml.")
     ],
@@ -162,9 +164,9 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
     """Run, show, and give the exit status."""
     with one_line_errors():
         from experiments.cli.compile_notice import compilation_announced
-        from experiments.cli.crash_guard import interrupts_between_steps
         from experiments.cli.episode_progress import progress
         from experiments.episode.run import RunFolder, run_episode
+        from experiments.interrupts import interrupts_between_steps
 
         with (
             compilation_announced(),
@@ -213,7 +215,7 @@ def _end_with_window(episode: Callable[[], int]) -> NoReturn:
 
 def _report(outcome: "Outcome", *, as_json: bool) -> int:
     """Write the page, print the outcome and turn it into an exit status."""
-    page = reporting.write_page(outcome.folder)
+    page = report_commands.write_page(outcome.folder)
     if as_json:
         row: dict[str, Any] = {**outcome.row, "run_folder": str(outcome.folder)}
         sys.stdout.write(json.dumps(row) + "\n")

@@ -7,17 +7,14 @@ forked child, before anything heavy is loaded; the parent sees how it ended.
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from time import monotonic, sleep
-from types import FrameType
 
 import typer
 
 MISTAKE_OF_OURS = 3  # exit status after an error that no one foresaw
 INTERRUPTED = 130  # exit status after Ctrl-C
 TERMINATED = 143  # exit status after SIGTERM
-SECOND_SIGNAL = 0.3  # signals closer than this are one, sent to a group [s]
 NOTICE_AFTER = 1.0  # that a step goes on after Ctrl-C, the user is told [s]
 PATIENCE = 5.0  # for an episode to end after SIGTERM, before SIGKILL [s]
 
@@ -118,37 +115,6 @@ def _was_written(reading: int) -> bool:
         os.close(reading)
 
 
-@contextmanager
-def interrupts_between_steps() -> Iterator[Callable[[], None]]:
-    """Hold Ctrl-C and SIGTERM back until a step is complete; the second comes at once.
-
-    In the middle of compiled code an interrupt would look like a failure of the
-    planner.
-
-    Yields:
-        What raises KeyboardInterrupt after a signal; to be called in each step.
-    """
-    first: float | None = None
-
-    def handler(number: int, frame: FrameType | None) -> None:
-        nonlocal first
-        if first is not None and monotonic() - first > SECOND_SIGNAL:
-            signal.default_int_handler(number, frame)
-        first = monotonic() if first is None else first
-
-    def check() -> None:
-        if first is not None:
-            raise KeyboardInterrupt
-
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.signal(number, handler) for number in numbers}
-    try:
-        yield check
-    finally:
-        for number, old in before.items():
-            signal.signal(number, old)
-
-
 def _status(episode: Callable[[], int]) -> int:
     """Run and give an exit status whatever happens."""
     try:
@@ -157,7 +123,7 @@ def _status(episode: Callable[[], int]) -> int:
         status = leave.exit_code
     except KeyboardInterrupt:
         status = INTERRUPTED
-    except BaseException:  # noqa: BLE001, an error of ours: show it, never hang
+    except BaseException:
         sys.excepthook(*sys.exc_info())
         status = MISTAKE_OF_OURS
     sys.stdout.flush()

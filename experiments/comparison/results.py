@@ -17,6 +17,7 @@ import numpy as np
 from experiments.errors import ConfigError, ResultsError
 from experiments.metrics import columns
 from experiments.metrics.columns import ALL_COLUMNS, TIMING_COLUMNS
+from experiments.storage.run_files import METRICS, read_json, read_manifest
 from experiments.sweep.folder import RESULTS, finished, require_sweep, run_folders
 
 if TYPE_CHECKING:
@@ -135,11 +136,6 @@ def dataframe(folder: Path, sql: str = ALL_RUNS) -> "pd.DataFrame":
     return frame
 
 
-def manifest(run: Path) -> Row:
-    """Read the manifest of a run folder."""
-    return _read(run / "manifest.json")
-
-
 def axis_columns(names: Sequence[str]) -> list[str]:
     """Pick the columns that are axes of the sweep."""
     known = {RUN_ID, LABEL, *ALL_COLUMNS, *_BEHIND}
@@ -153,14 +149,14 @@ def _misunderstood(option: str, error: duckdb.Error) -> ConfigError:
 
 def _row(run: Path) -> Row:
     """Read the row of one run: identity, axes, metrics, how it went."""
-    about = _read(run / "manifest.json")
+    about = read_manifest(run)
     sweep = about.get("sweep", {})
     point = {key: _cell(value) for key, value in sweep.get("point", {}).items()}
     row = {
         RUN_ID: run.name,
         LABEL: sweep.get("label"),
         **{key: value for key, value in point.items() if key not in ALL_COLUMNS},
-        **_read(run / "metrics.json"),
+        **read_json(run / METRICS),
         **{key: about.get(key) for key in _BEHIND},
     }
     # every file brings names of its own: two thirds of the memory of a row
@@ -180,17 +176,6 @@ def _order(row: Row) -> tuple[Any, ...]:
         (0, value, "") if isinstance(value, int | float) else (1, 0, str(value))
         for value in map(row.get, keys)
     )
-
-
-def _read(path: Path) -> Row:
-    """Read a JSON file of a run folder."""
-    try:
-        content: Row = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ResultsError(
-            f"{path}: is damaged ({error}); remove its folder and run the sweep again"
-        ) from error
-    return content
 
 
 def _names(rows: Sequence[Row]) -> list[str]:

@@ -5,10 +5,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from experiments.errors import ConfigError
+from experiments.storage.run_files import MANIFEST
 
 RUNS = Path("runs")  # where `rearview run` puts run folders
 ENDED = "ended_at"  # in the manifest: when the run ended, ISO 8601, UTC
-_MANIFEST = "manifest.json"
 
 
 def newest_run(runs: Path = RUNS) -> Path:
@@ -20,7 +20,7 @@ def newest_run(runs: Path = RUNS) -> Path:
     Raises:
         ConfigError: If there is none.
     """
-    ended = {file.parent: _ended(file) for file in runs.glob(f"*/{_MANIFEST}")}
+    ended = {file.parent: _ended(file) for file in runs.glob(f"*/{MANIFEST}")}
     if not ended:
         raise ConfigError(
             f"{runs}: there is no run yet; allowed: the folder of one, or first "

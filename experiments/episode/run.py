@@ -1,6 +1,5 @@
 """One episode: configuration -> world -> loop -> metrics -> a row and a run folder."""
 
-import json
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -23,6 +22,7 @@ from experiments.errors import ConfigError
 from experiments.metrics.row import Cell, metric_row
 from experiments.planners.registry import make_planner
 from experiments.storage.atomic_folder import whole_folder
+from experiments.storage.run_files import MANIFEST, METRICS, write_json
 from experiments.trace.candidates import CandidateLog, write_candidates
 from experiments.trace.files import write_tables, write_trace
 from experiments.trace.recording import Setting, build_trace
@@ -225,7 +225,7 @@ def _leave(
         write_trace(trace, place.aside)
     else:
         (place.aside / TRAFFIC_FILE).unlink(missing_ok=True)
-    _write_json(place.aside / "metrics.json", row)
+    write_json(place.aside / METRICS, row)
     command = ["rearview", "run", f"{place.target}/{CONFIG_FILE}"]
     about = {
         **identity,
@@ -239,7 +239,7 @@ def _leave(
         "command": shlex.join([*command, "--out", str(place.target.parent)]),
         **place.choice.facts,
     }
-    _write_json(place.aside / "manifest.json", about)
+    write_json(place.aside / MANIFEST, about)
     _write_config(place.aside / CONFIG_FILE, scenario)
     return Outcome(ending, row, trace, hashed, place.target)
 
@@ -293,11 +293,6 @@ def _folder_name(scenario: Scenario, run_hash: str) -> str:
     )
     seed = scenario.simulation.seed
     return f"{scenario.name}-{planner}-{seed}-{run_hash[:ID_LENGTH]}"
-
-
-def _write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write JSON to be read by people too."""
-    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
 
 
 def _write_config(path: Path, scenario: Scenario) -> None:

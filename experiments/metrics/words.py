@@ -4,8 +4,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.cli.outcome_table import SHOWN
 from experiments.metrics import columns
+
+# column -> (words, unit, digits); in the order shown
+SHOWN = {
+    columns.TRAVEL_TIME: ("travel time", "s", 1),
+    columns.DISTANCE: ("distance", "m", 1),
+    columns.MEAN_SPEED: ("mean speed", "m/s", 1),
+    columns.COLLISIONS: ("collisions", "", 0),
+    columns.OFF_ROAD_STEPS: ("steps off the road", "", 0),
+    columns.MIN_CLEARANCE: ("least clearance", "m", 2),
+    columns.MIN_TTC: ("least time to collision", "s", 1),
+    columns.MIN_TIME_HEADWAY: ("least time headway", "s", 2),
+    columns.RMS_JERK: ("RMS jerk", "m/s³", 2),
+    columns.MAX_ACCELERATION: ("hardest speeding or braking", "m/s²", 2),
+    columns.MAX_LATERAL_ACCELERATION: ("hardest turning", "m/s²", 2),
+    columns.REAR_MAX_DECELERATION: ("hardest braking behind the ego", "m/s²", 2),
+    columns.FALLBACK_CYCLES: ("fallback cycles", "", 0),
+    columns.CANDIDATES_MEAN: ("candidates a cycle", "", 0),
+    columns.SURVIVORS_MEAN: ("of these allowed", "", 0),
+    columns.PLANNING_P50: ("planning, median", "ms", 2),
+    columns.PLANNING_P99: ("planning, 99 %", "ms", 2),
+    columns.STEPS_PER_SECOND: ("speed of the loop", "steps/s", 0),
+}
 
 _MORE = {
     columns.MEAN_J_JERK: ("mean jerk cost", "m²/s⁵", 3),

@@ -16,13 +16,13 @@ from typing import Any, TypeVar
 
 from pebble import ProcessExpired
 
-from experiments.cli.crash_guard import interrupts_between_steps
 from experiments.config import Scenario
 from experiments.config.scenario_file import check_scenario
 from experiments.config.yaml_reader import Document
 from experiments.cosim.records import StepRecord
 from experiments.episode.run import run_episode
 from experiments.errors import ExperimentError
+from experiments.interrupts import interrupts_between_steps
 from experiments.planners.registry import PLANNERS
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.isolation import IsolatedWorkers

@@ -26,6 +26,7 @@ import yaml
 from experiments.config.sweep import Sweep
 from experiments.errors import ConfigError, ResultsError
 from experiments.storage.atomic_folder import file_in_place_of, make_folder
+from experiments.storage.run_files import MANIFEST
 
 SHARD = 2  # characters of the id that name the folder above the run's
 RESULTS = "results.parquet"
@@ -33,7 +34,6 @@ PROGRESS = "progress.json"
 LOG = "workers.log"
 RERUNS = "reruns"  # folder of the runs that were done again
 _SWEEP, _CODE, _LOCK = "sweep.yaml", "code.json", ".lock"
-_MANIFEST = "manifest.json"  # of a run
 
 
 def run_folder(folder: Path, run_id: str) -> Path:
@@ -89,9 +89,9 @@ def require_place(folder: Path) -> None:
 
 def _contents(folder: Path) -> str:
     """Say what a folder that no sweep was in is or holds; nothing if it is empty."""
-    if (folder / _MANIFEST).is_file():
+    if (folder / MANIFEST).is_file():
         return "is the folder of a single run"
-    count = sum((inner / _MANIFEST).is_file() for inner in _folders(folder))
+    count = sum((inner / MANIFEST).is_file() for inner in _folders(folder))
     if count:
         return f"holds single runs ({count}), no sweep"
     names = sorted(e.name for e in folder.iterdir() if not e.name.startswith("."))

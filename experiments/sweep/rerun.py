@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from experiments.cli.crash_guard import interrupts_between_steps
-from experiments.comparison import results
 from experiments.config.scenario_file import CONFIG_FILE, load_scenario
 from experiments.config.sweep import KeepTraces
 from experiments.episode.identity import run_hashes
 from experiments.errors import ConfigError, ResultsError
+from experiments.interrupts import interrupts_between_steps
+from experiments.storage.run_files import MANIFEST, read_manifest
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.local import LocalExecutor
 from experiments.sweep.folder import (
@@ -51,7 +51,7 @@ def repeat(folder: Path, run_id: str) -> Repeated:
     folder = folder.absolute()
     require_sweep(folder)
     run = find_run(folder, run_id)
-    before = results.manifest(run)
+    before = read_manifest(run)
     task = _task(folder, run, before)
     sweep = load_sweep_copy(folder)
     settings = WorkerSettings(sweep.memory_mb, folder / LOG, Path.cwd())
@@ -97,9 +97,9 @@ def _judged(before: dict[str, Any], report: RunReport) -> Repeated:
     """Compare with the run before."""
     if report.worth_retrying:
         report = record_failure(report)
-    if not (report.task.folder / "manifest.json").exists():
+    if not (report.task.folder / MANIFEST).exists():
         raise ResultsError(report.reason)
-    now = results.manifest(report.task.folder)
+    now = read_manifest(report.task.folder)
     outcome = f"{now['status']}: {now['reason']}"
     known = before["trace_hash"] is not None and now["trace_hash"] is not None
     key = "trace_hash" if known else "failure"

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from experiments.cli.crash_guard import interrupts_between_steps
 from experiments.config.sweep import Sweep
 from experiments.episode.identity import shaping_versions
 from experiments.errors import ResultsError
+from experiments.interrupts import interrupts_between_steps
 from experiments.sweep.executors.executor import Executor
 from experiments.sweep.folder import finished, remove_unfinished, run_folder
 from experiments.sweep.plan import Plan, PlannedRun

@@ -1,6 +1,5 @@
 """One run of a sweep, as a worker gets it, and what becomes of it."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -13,6 +12,7 @@ from experiments.cosim.records import EpisodeStatus
 from experiments.errors import ResultsError
 from experiments.metrics.row import row_without_episode
 from experiments.storage.atomic_folder import whole_folder
+from experiments.storage.run_files import MANIFEST, METRICS, write_json
 
 
 class Failure(StrEnum):
@@ -120,8 +120,8 @@ def record_failure(report: RunReport) -> RunReport:
     text = config_text(task.config)
     try:
         with whole_folder(task.folder) as folder:
-            _write_json(folder / "metrics.json", row)
-            _write_json(folder / "manifest.json", about)
+            write_json(folder / METRICS, row)
+            write_json(folder / MANIFEST, about)
             (folder / CONFIG_FILE).write_text(text, encoding="utf-8")
     except ResultsError as error:
         return failed(task, Failure.DISK, str(error))
@@ -131,8 +131,3 @@ def record_failure(report: RunReport) -> RunReport:
 def facts_of(task: RunTask) -> dict[str, Any]:
     """Give what the manifest of a sweep's run says beside the usual."""
     return {**task.facts, "run_id": task.run_id, "attempts": task.attempt}
-
-
-def _write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write JSON to be read by people too."""
-    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

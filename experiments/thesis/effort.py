@@ -40,7 +40,7 @@ class AtOnce:
 
     def map(
         self,
-        words: str,  # noqa: ARG002 - shows no progress
+        words: str,
         function: Callable[[Item], Result],
         items: Iterable[Item],
     ) -> list[Result]:

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.planner.lane_change.test_speed import random_scene
 
 from planner.lane_change import proposed
 from planner.lane_change.path import best_change
@@ -20,8 +19,9 @@ from planner.lane_change.speed.st_graph import in_time
 from planner.piecewise_jerk.solve import QpStatus, solve
 from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes
+from tests.planner.lane_change.speed.test_plan import random_scene
 from tests.planner.lane_change.test_planner import wall
-from tests.planner.motion.programs import KINDS
+from tests.planner.piecewise_jerk.programs import KINDS
 from tests.planner.scenes import Car
 
 pytestmark = pytest.mark.bench

@@ -1,7 +1,7 @@
 """Fields of obstacles: passable or closed, as brute force sees it; what is refused.
 
-`make test-slow ARGS="tests/experiments/test_obstacle_field.py --seeds 100"` checks
-100 of each.
+`make test-slow ARGS="tests/experiments/world_setup/test_obstacle_field.py --seeds 100"`
+checks 100 of each.
 """
 
 import re

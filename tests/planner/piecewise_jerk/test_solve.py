@@ -31,7 +31,7 @@ from planner.piecewise_jerk.sparse_solvers import (
     program_of,
     solve_program,
 )
-from tests.planner.motion.programs import KINDS, path_program, speed_program
+from tests.planner.piecewise_jerk.programs import KINDS, path_program, speed_program
 
 CLOSE = 1e-6  # of objectives, relative
 

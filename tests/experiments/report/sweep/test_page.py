@@ -4,13 +4,13 @@ import sys
 from time import process_time
 
 import pytest
-from tests.experiments.report.test_run_page import Tags, data_of, refusal
 
 from experiments.cli.app import app
 from experiments.comparison.results import rows
 from experiments.report.sweep.failures import failure_kinds
 from experiments.report.sweep.page import save_run_pages, save_sweep_page, sweep_page
 from experiments.sweep.folder import run_folder
+from tests.experiments.report.run.test_page import Tags, data_of, refusal
 from tests.experiments.report.run_folders import (
     HOSTILE,
     driven_trace,

@@ -6,7 +6,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
-from tests.planner.geometry.test_curves import finite_differences_agree
 
 from experiments.thesis.lane_change.dubins import (
     DubinsWord,
@@ -15,15 +14,16 @@ from experiments.thesis.lane_change.dubins import (
 )
 from experiments.thesis.lane_change.plane_curve import sample_curve
 from planner.errors import InvalidInputError
+from tests.experiments.thesis.lane_change.test_plane_curve import (
+    finite_differences_agree,
+)
 
 ANGLE = st.floats(-3.1, 3.1)
 POSES = st.tuples(st.floats(-6.0, 6.0), st.floats(-6.0, 6.0), ANGLE)
 RADIUS = st.floats(0.5, 3.0)
 
 
-def shkel(  # noqa: PLR0911 - one return for each word
-    word: str, d: float, a: float, b: float
-) -> tuple[float, float, float] | None:
+def shkel(word: str, d: float, a: float, b: float) -> tuple[float, float, float] | None:
     """The closed forms of Shkel and Lumelsky (2001), radius 1, start (0, 0, a)."""
     turn = 2.0 * math.pi
     sa, ca, sb, cb, cab = (

@@ -7,12 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from tests.planner.dense.test_smoothing import (
-    BAD,
-    STARTS,
-    arc_field,
-    dense_points,
-)
 
 from experiments.thesis.dense.layouts import EGO_RADIUS, random_layout
 from planner.dense.field import Cover, straight_field
@@ -32,6 +26,12 @@ from planner.dense.sides.sequences import (
 from planner.dense.tube.program import tube_program
 from planner.piecewise_jerk.solve import QpStatus, solve
 from planner.vehicle import Vehicle
+from tests.planner.dense.tube.test_smoothing import (
+    BAD,
+    STARTS,
+    arc_field,
+    dense_points,
+)
 
 DISC = Cover.single(EGO_RADIUS)
 BODY = Cover.of(Vehicle())

@@ -274,7 +274,8 @@ def test_damaged_run(tmp_path, capsys):
 
 
 def test_other_commands_do_not_load_matplotlib(tmp_path):
-    code = "import sys, experiments.cli.app, experiments.episode.run, experiments.report.figures.save"
+    modules = "experiments.cli.app, experiments.episode.run"
+    code = f"import sys, {modules}, experiments.report.figures.save"
     done = subprocess.run(
         [sys.executable, "-c", code + "; sys.exit('matplotlib' in sys.modules)"],
         cwd=ROOT,

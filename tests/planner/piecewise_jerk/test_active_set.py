@@ -15,7 +15,7 @@ from planner.piecewise_jerk.active_set import (
     take_in_bounds,
 )
 from planner.piecewise_jerk.solve import QpStatus, solve
-from tests.planner.motion.programs import path_program
+from tests.planner.piecewise_jerk.programs import path_program
 
 CAPACITY = 96
 STATUS = {SOLVED: QpStatus.SOLVED, INFEASIBLE: QpStatus.INFEASIBLE}

@@ -1,7 +1,7 @@
 """The roads with their default traffic: nobody is touched, nearly everyone arrives.
 
-`make test-slow ARGS="tests/experiments/test_acceptance.py --seeds 20 -s"` runs the
-full set and prints a line for each road.
+`make test-slow ARGS="tests/experiments/episodes/test_acceptance.py --seeds 20 -s"`
+runs the full set and prints a line for each road.
 """
 
 from concurrent.futures import ProcessPoolExecutor
@@ -25,7 +25,7 @@ def episodes(road, n_seeds, overrides, out):
     with ProcessPoolExecutor(2) as pool:
         rows = list(pool.map(episode, jobs))
     known = [row["min_ttc_s"] for row in rows if row["min_ttc_s"] is not None]
-    print(  # noqa: T201 - the table that this test is run for
+    print(
         f"\n{road} {' '.join(overrides)}: arrived {sum(r['arrived'] for r in rows)} "
         f"of {len(rows)}, collisions {sum(r['collisions'] for r in rows)}, off road "
         f"{sum(r['off_road_steps'] for r in rows)} steps, least clearance "

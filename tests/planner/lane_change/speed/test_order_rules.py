@@ -3,13 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from tests.planner.lane_change.test_speed import (
-    BARE,
-    PUBLISHED,
-    SETTINGS,
-    planned,
-    random_scene,
-)
 
 from planner.lane_change import conventional, proposed, thesis
 from planner.lane_change.settings import OrderRule
@@ -18,6 +11,13 @@ from planner.lane_change.speed.dynamic_programming import search
 from planner.lane_change.speed.passing_orders import Side
 from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes
+from tests.planner.lane_change.speed.test_plan import (
+    BARE,
+    PUBLISHED,
+    SETTINGS,
+    planned,
+    random_scene,
+)
 from tests.planner.scenes import Car
 
 AREA = replace(SETTINGS, order_rule=OrderRule.AREA)
