@@ -52,7 +52,7 @@ def constant_speed(
     y: FloatArray,
     heading: FloatArray,
     speed: FloatArray,
-    acceleration: FloatArray,
+    acceleration: FloatArray,  # noqa: ARG001 - part of the predictor signature
     lateral_speed: FloatArray,
     step: float,
     n_steps: int,
@@ -203,7 +203,7 @@ def go_straight(
     path: PathTable,
     v: int,
     start: tuple[float, float, float],
-    near: bool,
+    near: bool,  # noqa: FBT001 - compiled
     distance: FloatArray,
     out: FloatArray,
 ) -> None:

@@ -1,7 +1,8 @@
 """From straight lines, clothoids and arcs to the polylines that SUMO's edges take.
 
 `python -m sumo_nets.centre_line --start 0 0 0 "line 40" "arc 62.83 0.05"` prints the
-value of an edge's `shape`; with `--offset 10 --reverse` that of the oncoming carriageway.
+value of an edge's `shape`; with `--offset 10 --reverse` that of the oncoming
+carriageway.
 """
 
 import argparse

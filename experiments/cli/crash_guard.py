@@ -123,7 +123,7 @@ def _status(episode: Callable[[], int]) -> int:
         status = leave.exit_code
     except KeyboardInterrupt:
         status = INTERRUPTED
-    except BaseException:
+    except BaseException:  # noqa: BLE001, an error of ours: show it, never hang
         sys.excepthook(*sys.exc_info())
         status = MISTAKE_OF_OURS
     sys.stdout.flush()

@@ -32,7 +32,7 @@ class PerfectTracking:
 
     def step(
         self,
-        ego: CartesianState,
+        ego: CartesianState,  # noqa: ARG002, a vehicle model needs it
         trajectory: Trajectory,
         step: float,
     ) -> CartesianState:

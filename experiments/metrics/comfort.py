@@ -32,7 +32,7 @@ def rms_jerk(trace: Trace) -> float | None:
     steps.
     """
     tangential = trace.steps["acceleration_mps2"]
-    if len(tangential) < 2:
+    if len(tangential) < 2:  # noqa: PLR2004, a difference takes two
         return None
     lateral = lateral_acceleration(trace.steps)
     step = np.diff(trace.steps["time_s"])

@@ -39,7 +39,7 @@ def changed_before_blockage(trace: Trace) -> bool | None:
     if wall is None:
         return None
     front = trace.steps["centre_s_m"] + float(trace.fact("length_m")) / 2.0
-    there = np.flatnonzero(np.ma.filled(front >= wall, False))
+    there = np.flatnonzero(np.ma.filled(front >= wall, False))  # noqa: FBT003
     if there.size == 0:
         return False
     l = trace.steps["l_m"]

@@ -142,5 +142,5 @@ def _number(name: str, value: object) -> float:
 def _wrong(name: str, value: object, allowed: str) -> PlannerContractError:
     """Make the error about one thing."""
     shown = f"{type(value).__name__} {value!r}"
-    shown = f"{shown[:60]}..." if len(shown) > 60 else shown
+    shown = f"{shown[:60]}..." if len(shown) > 60 else shown  # noqa: PLR2004, one line
     return PlannerContractError(f"{name} is {shown}; allowed: {allowed}")

@@ -40,7 +40,7 @@ class AtOnce:
 
     def map(
         self,
-        words: str,
+        words: str,  # noqa: ARG002 - shows no progress
         function: Callable[[Item], Result],
         items: Iterable[Item],
     ) -> list[Result]:

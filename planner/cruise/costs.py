@@ -91,7 +91,7 @@ def safety_kernel(term: SafetyTerm, step: float, sigma: float) -> FloatArray:
 def convolve(
     hit_size: FloatArray,
     kernel: FloatArray,
-    binary: bool,
+    binary: bool,  # noqa: FBT001 - a constant of the planner
 ) -> FloatArray:
     """Safety by convolution along the terminal offsets, for each profile.
 

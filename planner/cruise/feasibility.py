@@ -83,7 +83,7 @@ def lateral_over_distance(
 
 @inlined
 def lateral_at(
-    over_time: bool,
+    over_time: bool,  # noqa: FBT001 - a constant of the cycle, hoisted by the compiler
     c: tuple[float, float, float, float, float, float],
     length: float,
     offset: float,

@@ -106,7 +106,7 @@ def _chosen(
     return ChosenPath(
         best.path,
         task.s_end,
-        False,
+        False,  # noqa: FBT003 - a column
         None,
         dict(zip(task.field.ids, best.sides.tolist(), strict=True)),
         margin,
@@ -181,7 +181,7 @@ def _by_lattice(task: Task, settings: DenseSettings) -> ChosenPath | None:
         found = ChosenPath(
             path,
             float(path.s[-1]),
-            False,
+            False,  # noqa: FBT003 - a column
             None,
             {},
             margin,

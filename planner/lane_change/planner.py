@@ -83,7 +83,7 @@ def _decide(
 def _result(attempt: Attempt, last: Memory | None, tally: Tally) -> PlanResult:
     """Turn an attempt into what the caller gets."""
     profile = attempt.speed.profile
-    assert profile is not None
+    assert profile is not None  # noqa: S101 - attempts without one are never returned
     trajectory = trajectory_on(attempt.path, profile)
     lane = attempt.lane
     memory = Memory(

@@ -200,7 +200,7 @@ def no_responses(n: int, n_columns: int) -> tuple[IntArray, FloatArray]:
 
 
 @compiled
-def take_in_bounds(
+def take_in_bounds(  # noqa: C901, PLR0912, PLR0915 - one algorithm, its steps in order
     step: FloatArray,
     gain: FloatArray,
     row: FloatArray,

@@ -90,7 +90,7 @@ def interior_point(
 
 
 @compiled
-def cheaper_than(
+def cheaper_than(  # noqa: C901, PLR0915 - one algorithm, its steps in order
     cost_to_beat: float,
     step: FloatArray,
     start: FloatArray,

@@ -1,4 +1,6 @@
-"""Checks that the simulator can be loaded; `python -m experiments.cosim.sumo.system_libraries`.
+"""Check that the simulator can be loaded.
+
+`python -m experiments.cosim.sumo.system_libraries` does it from the shell.
 
 The wheel of libsumo links some libraries that only the system has.
 """

@@ -155,7 +155,7 @@ def _moment_name(run: RunRecord, number: int) -> str:
 def require_matplotlib(command: str) -> None:
     """Say how to get matplotlib where it is missing."""
     try:
-        import matplotlib
+        import matplotlib  # noqa: F401
     except ImportError as error:
         raise ResultsError(
             f"rearview {command} needs matplotlib, which cannot be imported "

@@ -84,7 +84,7 @@ def jerk(trace: Trace) -> tuple[FloatArray, FloatArray]:
 
     As `rms_jerk_mps3` of the results row; NaN in the last step.
     """
-    if len(trace.steps["index"]) < 2:
+    if len(trace.steps["index"]) < 2:  # noqa: PLR2004, a difference takes two
         nothing = np.full(len(trace.steps["index"]), np.nan)
         return nothing, nothing
     step = np.diff(numbers(trace.steps["time_s"]))

@@ -123,7 +123,7 @@ class ClusterExecutor:
         except (CancelledError, asyncio.CancelledError):
             self._check_alive()
             return failed(task, Failure.LOST_WORKER, "the scheduler dropped the run")
-        except Exception as error:
+        except Exception as error:  # noqa: BLE001, of the worker, not of the run
             words = f"{type(error).__name__}: {error}"
             return failed(task, Failure.LOST_WORKER, words)
         return report

@@ -132,7 +132,7 @@ class IsolatedWorkers:
         except ProcessExpired as death:
             _tidy(task, death.pid)
             return self._death(task, death.pid, death.exitcode)
-        except BaseException as error:
+        except BaseException as error:  # noqa: BLE001, a run without report is waited for
             words = f"the worker failed: {type(error).__name__}: {error}"
             return failed(task, Failure.LOST_WORKER, words)
         self._breaks = 0

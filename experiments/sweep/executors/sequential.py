@@ -21,7 +21,7 @@ class SequentialExecutor:
         """Put a run into the queue."""
         self._waiting.append(task)
 
-    def next_report(self, patience: float) -> RunReport | None:
+    def next_report(self, patience: float) -> RunReport | None:  # noqa: ARG002
         """Drive the next run."""
         return drive(self._waiting.popleft()) if self._waiting else None
 

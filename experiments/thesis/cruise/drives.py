@@ -117,14 +117,14 @@ def random_drive(road: str, method: str, seed: int) -> Drive:
     return Drive(road, method, seed, (RANDOM,))
 
 
-def standing(
+def standing(  # noqa: PLR0913, PLR0917 - the signature of predictors
     path: ReferencePath,
     x: FloatArray,
     y: FloatArray,
     heading: FloatArray,
     speed: FloatArray,
-    acceleration: FloatArray,
-    lateral_speed: FloatArray,
+    acceleration: FloatArray,  # noqa: ARG001 - part of the signature
+    lateral_speed: FloatArray,  # noqa: ARG001
     step: float,
     n_steps: int,
 ) -> Prediction:

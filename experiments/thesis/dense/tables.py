@@ -221,7 +221,7 @@ def time_table(
     )
 
 
-def kind(same: bool) -> str:
+def kind(same: bool) -> str:  # noqa: FBT001 - a key of the groups
     """Name the kind of a group."""
     return "one size" if same else "different"
 

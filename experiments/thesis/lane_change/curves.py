@@ -1,6 +1,6 @@
 """Study of [Thesis] 6.3.4: curve models for a lane change.
 
-`python -m experiments.thesis.lane_change.curves` prints the table and which claims hold.
+`python -m experiments.thesis.lane_change.curves` prints the table and the claims.
 """
 
 import math

@@ -52,7 +52,7 @@ class DubinsPath:
         return tuple(_side(letter) / self.radius for letter in self.word)
 
     def pieces(self) -> tuple[Piece, ...]:
-        """Give the segments as `experiments.thesis.lane_change.plane_curve` samples them."""
+        """Return the segments as pieces of a plane curve."""
         made = []
         pose = self.start
         for length, curvature in zip(self.lengths, self.curvatures, strict=True):

@@ -1,6 +1,7 @@
 """Study of [Thesis] 6.4: the speed plan of cases 1 and 2.
 
-`python -m experiments.thesis.lane_change.speed_study` prints the figures; with `-o FILE` it also draws
+`python -m experiments.thesis.lane_change.speed_study` prints the figures;
+with `-o FILE` it also draws
 the s-T picture with both regions and the courses of speed, acceleration and jerk.
 """
 

@@ -50,7 +50,7 @@ def _offsets(
     half_width: float,
     limit: float,
     step: float,
-    with_edges: bool,
+    with_edges: bool,  # noqa: FBT001 - a constant of the planner
 ) -> FloatArray:
     """Give the offsets of `terminal_offsets`; an edge at a multiple counts once."""
     low, high = lateral_room(road, s)

@@ -28,7 +28,7 @@ TUBE_EMPTY, PROVEN, DEARER, UNDECIDED, PROGRAMS = 0, 1, 2, 3, 4  # columns of `c
 
 
 @compiled
-def cheapest_sides(
+def cheapest_sides(  # noqa: C901, PLR0912, PLR0915 - one search, its steps in order
     step: FloatArray,
     start: FloatArray,
     weight: FloatArray,

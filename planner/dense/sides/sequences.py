@@ -230,7 +230,7 @@ def passes_check(check: PathCheck, settings: SideSettings) -> bool:
 
 def _outcome(
     found: list[SideSequence],
-    any_leaf: bool,
+    any_leaf: bool,  # noqa: FBT001 - a fact, not a choice
     counts: list[int],
     settings: SideSettings,
 ) -> SideSearch:

@@ -22,7 +22,7 @@ def traffic(*x: float) -> TrafficState:
     return TrafficState(1.5, ids, np.array(x), np.zeros(n), *rows)
 
 
-def frozen(
+def frozen(  # noqa: PLR0917 - the signature of a predictor
     path, x, y, heading, speed, acceleration, lateral_speed, step, n_steps
 ) -> Prediction:
     """Predict that everyone stays, and note the speed in l."""

@@ -25,7 +25,7 @@ def episodes(road, n_seeds, overrides, out):
     with ProcessPoolExecutor(2) as pool:
         rows = list(pool.map(episode, jobs))
     known = [row["min_ttc_s"] for row in rows if row["min_ttc_s"] is not None]
-    print(
+    print(  # noqa: T201 - the table that this test is run for
         f"\n{road} {' '.join(overrides)}: arrived {sum(r['arrived'] for r in rows)} "
         f"of {len(rows)}, collisions {sum(r['collisions'] for r in rows)}, off road "
         f"{sum(r['off_road_steps'] for r in rows)} steps, least clearance "

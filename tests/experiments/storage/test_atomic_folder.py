@@ -39,7 +39,7 @@ def test_failure_leaves_the_old_and_nothing_new(tmp_path, error):
     with whole_folder(target) as folder:
         (folder / "old").touch()
     kinds = (type(error), ResultsError)
-    with pytest.raises(kinds), whole_folder(target) as folder:
+    with pytest.raises(kinds), whole_folder(target) as folder:  # noqa: PT012
         (folder / "new").touch()
         raise error
     assert names(target) == ["old"]
