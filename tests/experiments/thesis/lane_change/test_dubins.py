@@ -23,7 +23,9 @@ POSES = st.tuples(st.floats(-6.0, 6.0), st.floats(-6.0, 6.0), ANGLE)
 RADIUS = st.floats(0.5, 3.0)
 
 
-def shkel(  # noqa: PLR0911 - one return for each wordword: str, d: float, a: float, b: float) -> tuple[float, float, float] | None:
+def shkel(  # noqa: PLR0911 - one return for each word
+    word: str, d: float, a: float, b: float
+) -> tuple[float, float, float] | None:
     """The closed forms of Shkel and Lumelsky (2001), radius 1, start (0, 0, a)."""
     turn = 2.0 * math.pi
     sa, ca, sb, cb, cab = (
