@@ -6,6 +6,7 @@ its output is the same byte for byte once its comments (date, paths) are strippe
 """
 
 import argparse
+import importlib.metadata
 import importlib.util
 import os
 import re
@@ -114,7 +115,8 @@ def _sumo_home() -> Path:
         suffix = ".exe" if os.name == "nt" else ""
         if (Path(folder) / "bin" / f"netconvert{suffix}").is_file():
             return Path(folder)
-    raise NetworkError('netconvert is missing: pip install "rearview[nets]"')
+    release = importlib.metadata.version("sumolib")
+    raise NetworkError(f"netconvert is missing: pip install eclipse-sumo=={release}")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -12,6 +12,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -66,6 +67,29 @@ def main() -> None:
     except typer.Abort:
         status = INTERRUPTED
     sys.exit(status)
+
+
+def _print_version(*, asked: bool) -> None:
+    """Print the version and exit if `--version` was given."""
+    if asked:
+        sys.stdout.write(f"rearview {metadata.version('rearview')}\n")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    *,
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            help="Print the version.",
+            is_eager=True,
+            callback=lambda asked: _print_version(asked=asked),
+        ),
+    ] = False,
+) -> None:
+    """Drives trajectory planners through SUMO traffic."""
 
 
 @app.command()

@@ -128,9 +128,7 @@ def dataframe(folder: Path, sql: str = ALL_RUNS) -> "pd.DataFrame":
     try:
         import pandas as pd
     except ImportError as error:
-        raise ConfigError(
-            'a DataFrame needs pandas: pip install "rearview[dataframes]"'
-        ) from error
+        raise ConfigError("a DataFrame needs pandas: pip install pandas") from error
     relation = query(folder, sql)
     frame: pd.DataFrame = relation.df()
     return frame

@@ -159,7 +159,7 @@ def require_matplotlib(command: str) -> None:
     except ImportError as error:
         raise ResultsError(
             f"rearview {command} needs matplotlib, which cannot be imported "
-            f'({error}); install it: pip install "rearview[figures]"'
+            f"({error}); install it: pip install matplotlib"
         ) from error
 
 

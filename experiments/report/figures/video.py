@@ -147,7 +147,7 @@ def _ffmpeg() -> str:
     except (ImportError, RuntimeError) as error:
         raise ResultsError(
             "an .mp4 needs ffmpeg, which is not installed; allowed: apt-get install "
-            'ffmpeg, pip install "rearview[video]", or -o film.gif'
+            "ffmpeg, pip install imageio-ffmpeg, or -o film.gif"
         ) from error
 
 

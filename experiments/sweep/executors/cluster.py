@@ -18,21 +18,26 @@ from threading import Lock
 from time import monotonic
 from typing import Any
 
-import dask
-from distributed import (
-    CancelledError,
-    Client,
-    Future,
-    KilledWorker,
-    LocalCluster,
-    get_worker,
-)
-
 from experiments.episode.identity import code_hash, shaping_versions
 from experiments.errors import ConfigError, ExecutorError
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.isolation import IsolatedWorkers
 from experiments.sweep.task import Failure, RunReport, RunTask, failed
+
+try:
+    import dask
+    from distributed import (
+        CancelledError,
+        Client,
+        Future,
+        KilledWorker,
+        LocalCluster,
+        get_worker,
+    )
+except ImportError as error:
+    raise ConfigError(
+        f"a sweep on a cluster needs dask ({error}): pip install distributed"
+    ) from error
 
 ADDRESS = re.compile(r"\w+://[^/]+:(?P<port>\d+)")
 MAX_PORT = 65_535

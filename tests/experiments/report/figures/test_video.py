@@ -73,7 +73,7 @@ def test_mistakes_are_one_line(run, tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     line = refusal(capsys, run, "-o", tmp_path / "a.mp4")
     assert "an .mp4 needs ffmpeg" in line
-    assert 'pip install "rearview[video]"' in line
+    assert "pip install imageio-ffmpeg" in line
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ResultsError, match="rearview video needs matplotlib"):
         film.save_film(run, tmp_path / "a.gif")
