@@ -53,11 +53,13 @@ def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:
     outcome = np.full(n, int(Outcome.AVOIDED))
     impact, hardest = np.zeros(n), np.zeros(n)
     open_ = conflicts.lateral_gap.min(axis=0) < 0.0  # a lane kept is no conflict
-    for other_speed, lateral_gap, lateral_speed, visible in zip(
+    settled = _settled(conflicts)
+    for other_speed, lateral_gap, lateral_speed, visible, constant in zip(
         conflicts.other_speed,
         conflicts.lateral_gap,
         conflicts.lateral_speed,
         conflicts.visible,
+        settled,
         strict=True,
     ):
         beside = lateral_gap < 0.0
@@ -68,6 +70,8 @@ def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:
         impact[hit] = np.abs(speed - other_speed)[hit]
         outcome[open_ & ~hit & state.dismissed] = Outcome.UNCRITICAL
         open_ &= ~hit & ~state.dismissed & ~(beside & (gap <= -lengths))
+        if constant:  # whoever is slower by now stays behind
+            open_ &= ~(beside & (gap >= 0.0) & (speed <= other_speed))
         if not open_.any():
             break
         situation = Situation(
@@ -85,3 +89,11 @@ def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:
         gap = gap - (speed - other_speed) * STEP_S
         speed = np.maximum(speed - state.deceleration * STEP_S, 0.0)
     return Results(outcome, impact, hardest)
+
+
+def _settled(conflicts: Conflicts) -> BoolArray:
+    """Return, step by step, whether the other vehicles' speeds stay as they are."""
+    changes = np.any(np.diff(conflicts.other_speed, axis=0) != 0.0, axis=1)
+    last = np.flatnonzero(changes)
+    steps = np.arange(len(conflicts.other_speed))
+    return np.asarray(steps > (last[-1] if last.size else -1))

@@ -9,6 +9,8 @@ perceiving the risk means, so it is a setting:
 * *drift* (as in esmini's controller): the other vehicle has left its wandering zone by
   a further 0.72 m (0.4 s of risk perception at 1.8 m/s); with the regulation's lateral
   clearance of 1.6 m this comes earlier than the overlap.
+* *closing*: for a leader that brakes, or a standing vehicle that a cut-out uncovers:
+  the gap to what is seen in the own lane shrinks. Used with an infinite critical time.
 * *emergency braking* may be added to either (as in esmini): a system that brakes with
   0.85 g, built up within 0.6 s, once the narrower vehicle's whole width lies in the
   other's and the time to collision is below 1.5 s.
@@ -22,20 +24,22 @@ import numpy as np
 from planner.reference_drivers.driver import DriverState, Judgement
 from planner.reference_drivers.reaction import FULL_BRAKING, Reaction
 from planner.reference_drivers.situation import Situation
-from planner.states import BoolArray
+from planner.states import BoolArray, FloatArray
 
 WANDERING_ZONE = 0.375  # half width of the drift within a lane [m]
 PERCEPTION_DISTANCE = 0.72  # 0.4 s of risk perception at 1.8 m/s lateral [m]
 CRITICAL_TIME = 2.0  # time to collision at which a cut-in becomes a danger [s]
+FOLLOWING_TIME = 2.0  # to the leader [s]
 FOOT_OFF = 0.4  # deceleration without the accelerator [m/s²]
 EMERGENCY_TIME = 1.5  # time to collision of the emergency braking system [s]
 
 
 class Trigger(StrEnum):
-    """What the driver takes for the beginning of a cut-in."""
+    """What the driver takes for the beginning of a danger."""
 
     OVERLAP = "overlap"
     DRIFT = "drift"
+    CLOSING = "closing"
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +53,17 @@ class CarefulHuman:
     reaction: Reaction = field(default_factory=lambda: Reaction(coasting=FOOT_OFF))
     releases_at_once: bool = False
 
-    def perceives_cut_in(self, situation: Situation) -> BoolArray:
-        """Return whether the other vehicle is seen to cut in, (n,)."""
+    def following_gap(self, speed: FloatArray) -> FloatArray:
+        """Return the gap [m] that the driver keeps from a leader at `speed` [m/s]."""
+        return FOLLOWING_TIME * speed
+
+    def perceives_risk(self, situation: Situation) -> BoolArray:
+        """Return whether the other vehicle is seen to become a danger, (n,)."""
         if self.trigger is Trigger.OVERLAP:
             return np.asarray(situation.lateral_gap < 0.0)
+        if self.trigger is Trigger.CLOSING:
+            closing = np.isfinite(situation.gap) & (situation.closing_speed > 0.0)
+            return np.asarray(closing & (situation.lateral_gap < 0.0))
         drift = self.lateral_clearance - situation.lateral_gap
         return np.asarray(drift >= WANDERING_ZONE + PERCEPTION_DISTANCE)
 
@@ -63,7 +74,7 @@ class CarefulHuman:
         is one beside or behind the ego's front.
         """
         undecided = ~(state.noticed | state.dismissed)
-        first = self.perceives_cut_in(situation) & undecided
+        first = self.perceives_risk(situation) & undecided
         critical = situation.time_to_collision <= self.critical_time
         critical &= situation.is_behind
         noticed = state.noticed | (first & critical)

@@ -47,6 +47,10 @@ class ReferenceDriver(Protocol):
         """Whether braking ends with the wish, or one delay later."""
         ...
 
+    def following_gap(self, speed: FloatArray) -> FloatArray:
+        """Return the gap [m] that the driver keeps from a leader at `speed` [m/s]."""
+        ...
+
     def judge(self, situation: Situation, state: DriverState) -> Judgement:
         """Return the deceleration that the driver wants at this moment."""
         ...

@@ -30,16 +30,26 @@ class FuzzySafety:
     reaction: Reaction = field(default_factory=Reaction)
     releases_at_once: bool = True
 
+    def following_gap(self, speed: FloatArray) -> FloatArray:
+        """Return the least gap [m] with PFS = 0 at one `speed` [m/s] of both."""
+        safe = self._safe_distance(speed, speed)
+        return safe + self.standstill_gap
+
     def proactive(self, situation: Situation) -> FloatArray:
         """Return the PFS, (n,), from 0 (safe) to 1 (unsafe)."""
         v, leader = situation.speed, situation.other_speed
+        safe = self._safe_distance(v, leader)
         driven = v * self.response_time
         ahead = leader * leader / (2.0 * self.leader_braking)
-        comfortable = v * v / (2.0 * self.comfortable_braking)
-        hard = v * v / (2.0 * self.hard_braking)
-        safe = driven + comfortable - ahead + self.safe_margin
-        unsafe = driven + hard - ahead
+        unsafe = driven + v * v / (2.0 * self.hard_braking) - ahead
         return _grade(situation.gap - self.standstill_gap, safe, unsafe)
+
+    def _safe_distance(self, speed: FloatArray, leader: FloatArray) -> FloatArray:
+        """Return the distance to stop in comfortably behind a hard braking leader."""
+        driven = speed * self.response_time
+        ahead = leader * leader / (2.0 * self.leader_braking)
+        comfortable = speed * speed / (2.0 * self.comfortable_braking)
+        return driven + comfortable - ahead + self.safe_margin
 
     def critical(self, situation: Situation, deceleration: FloatArray) -> FloatArray:
         """Return the CFS, (n,), from 0 (safe) to 1 (unsafe).
@@ -56,7 +66,7 @@ class FuzzySafety:
         square = reached * reached
         safe = driven + square / (2.0 * self.comfortable_braking)
         unsafe = driven + square / (2.0 * self.hard_braking)
-        graded = _grade(situation.gap, safe, unsafe)
+        graded = _grade(situation.gap - self.standstill_gap, safe, unsafe)
         # Slower than the leader before the response time is over: only a gap shorter
         # than what is driven until then is unsafe.
         braking = np.where(a < 0.0, -a, 1.0)
@@ -89,11 +99,14 @@ class FuzzySafety:
         return np.where(critical > 0.0, critical * (b2 - b1) + b1, proactive * b1)
 
     def judge(self, situation: Situation, state: DriverState) -> Judgement:
-        """Return the graded deceleration of the rear vehicle."""
+        """Return the graded deceleration, while the ego's front is behind.
+
+        Both grades are functions of a gap and mean nothing without one.
+        """
         grade = self.wished_deceleration(
             self.proactive(situation), self.critical(situation, state.deceleration)
         )
-        ignored = self.passes_before(situation) | ~situation.is_follower
+        ignored = self.passes_before(situation) | ~situation.is_behind
         wish = np.where(ignored, 0.0, grade)
         return Judgement(wish, state.noticed | (wish > 0.0), state.dismissed)
 

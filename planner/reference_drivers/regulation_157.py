@@ -22,7 +22,9 @@ AVOIDING_DECELERATION = 6.0  # [m/s²]
 REACTION_TIME = 0.35  # [s]
 WHEEL_INTRUSION = 0.3  # of the tyre past the marking [m]
 INTRUSION_GAP = 0.5  # lateral gap of [Mattas2022] [m]
-SAMPLING_MARGIN = 0.1  # one step of [Mattas2022]: the bound is met before, not after [s]
+SAMPLING_MARGIN = (
+    0.1  # one step of [Mattas2022]: the bound is met before, not after [s]
+)
 
 
 def gap_at_wheel_intrusion(
@@ -53,6 +55,15 @@ class Regulation157:
         default_factory=lambda: Reaction(REACTION_TIME, jerk=math.inf)
     )
     releases_at_once: bool = False
+
+    def following_gap(self, speed: FloatArray) -> FloatArray:
+        """Return the gap [m] of [R157] 5.2.3.3 at `speed` [m/s], at least 2 m.
+
+        The table's time gap grows from 1.1 s at 10 km/h to 1.6 s at 60 km/h; above,
+        it is continued linearly.
+        """
+        kmh = np.maximum(speed * 3.6, 10.0)
+        return np.maximum(speed * (1.0 + kmh / 100.0), 2.0)
 
     def least_time_to_collision(self, closing_speed: FloatArray) -> FloatArray:
         """Return the bound on the time to collision [s] at a closing speed [m/s]."""

@@ -27,6 +27,10 @@ class ResponsibilitySensitiveSafety:
     reaction: Reaction = field(default_factory=Reaction)
     releases_at_once: bool = True
 
+    def following_gap(self, speed: FloatArray) -> FloatArray:
+        """Return the safe distance [m] behind a leader of the same `speed` [m/s]."""
+        return self.longitudinal_distance(speed, speed)
+
     def longitudinal_distance(
         self, rear_speed: FloatArray, front_speed: FloatArray
     ) -> FloatArray:
