@@ -105,7 +105,7 @@ def cut_in(
     ramp = np.ceil(lateral_speed / (LATERAL_ACCELERATION * STEP_S) - 1e-9)
     start = ramp.astype(np.int64)
     slowest = np.min(lateral_speed, initial=math.inf, where=lateral_speed > 0.0)
-    crossing = sizes.lateral_clearance / slowest  # 0 when nobody changes the lane
+    crossing = sizes.lateral_clearance / slowest  # 0 if no vehicle changes lane
     n_steps = int(start.max(initial=0) + (crossing + AFTERWARDS_S) / STEP_S) + 1
     lateral_gap = np.empty((n_steps, n))
     speed = np.empty((n_steps, n))

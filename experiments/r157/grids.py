@@ -26,7 +26,7 @@ class Density(StrEnum):
 
     @property
     def stride(self) -> int:
-        """Take every so manieth value."""
+        """Step between the values that are taken."""
         return 1 if self is Density.FULL else 2
 
 

@@ -70,7 +70,7 @@ def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:
         impact[hit] = np.abs(speed - other_speed)[hit]
         outcome[open_ & ~hit & state.dismissed] = Outcome.UNCRITICAL
         open_ &= ~hit & ~state.dismissed & ~(beside & (gap <= -lengths))
-        if constant:  # whoever is slower by now stays behind
+        if constant:  # a slower ego stays behind
             open_ &= ~(beside & (gap >= 0.0) & (speed <= other_speed))
         if not open_.any():
             break

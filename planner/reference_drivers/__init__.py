@@ -1,4 +1,4 @@
-"""Reference drivers of UN Regulation 157: who could have avoided the collision.
+"""Reference drivers of UN Regulation 157: which collisions are preventable.
 
 Four published models answer whether an attentive driver would have avoided a collision:
 the competent and careful human, the formula of paragraph 5.2.5.2, Responsibility

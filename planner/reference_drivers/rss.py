@@ -1,4 +1,4 @@
-"""Responsibility Sensitive Safety; [Shalev2017] definitions 1, 6 and 8.
+"""Responsibility Sensitive Safety; the safe distances of [Shalev2017].
 
 The parameters are those of [Mattas2022]: both vehicles brake with 6 m/s², the rear one
 accelerates with 3 m/s² during its response time of 0.75 s.

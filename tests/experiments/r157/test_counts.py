@@ -19,8 +19,8 @@ PUBLISHED = {
 # at which half of a step a driver looks; no reading that was tried reaches all counts
 # and all ranges below. Candidates on the border: careful human, 40/10 at dx0 59 m and
 # Vy 0.2 m/s (overlap of 0.1 m), 90/40 at 81 m and 0.4 m/s (12 mm from no collision);
-# fuzzy safety model, the one cell at Vy 0.6 m/s of 40/10, 90/40 and 130/70 (first sight
-# in the last two steps of the lateral acceleration); RSS, 60/50 at dx0 1 m.
+# fuzzy safety model, the one cell at Vy 0.6 m/s of 40/10, 90/40 and 130/70, avoided if
+# it looks one or two steps earlier; RSS, 60/50 at dx0 1 m.
 BEYOND = {
     (60, 20): (2, 0, 0, 0),
     (60, 50): (1, 0, 1, 0),
