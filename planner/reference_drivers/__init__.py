@@ -6,6 +6,11 @@ Sensitive Safety, and the fuzzy safety model. They only brake. Each is a frozen
 dataclass of its parameters with pure functions; arrays hold one number a conflict, so
 that a whole grid of conflicts is judged at once.
 
+Details that the sources leave open (how many steps the delay lasts, when braking ends,
+at which gap a driver has passed) follow the reading that comes closest to the counts of
+the published implementation of [Mattas2022]; they were chosen by that comparison, so
+the agreement does not confirm them.
+
 Sources:
     [R157] UN Regulation No. 157 (2021), 5.2.5.2 and Annex 4, Appendix 3.
     [Mattas2022] K. Mattas et al., Driver models for the definition of safety

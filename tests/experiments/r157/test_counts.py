@@ -7,7 +7,7 @@ from experiments.r157.unpreventable import counts_table, judge_panel
 
 # Cells that cannot be prevented, of the published implementation of [Mattas2022] on
 # the thinned grids: fuzzy safety model, careful human, RSS, 5.2.5.2.
-PUBLISHED = {
+REFERENCE = {
     (60, 20): (25, 92, 26, 58),
     (60, 50): (6, 34, 3, 19),
     (50, 10): (25, 92, 26, 58),
@@ -30,7 +30,7 @@ BEYOND = {
     (130, 70): (1, 0, 0, 0),
 }
 # First and last dx0 [m] that collides at 60/20 km/h, for Vy 0.4, 0.8, 1.2, 1.6 m/s.
-PUBLISHED_RANGES = {
+REFERENCE_RANGES = {
     "fuzzy_safety": (None, (13, 19), (7, 17), (4, 15)),
     "careful_human": ((36, 59), (14, 40), (7, 33), (4, 30)),
     "rss": ((17, 17), (10, 16), (6, 14), (3, 13)),
@@ -38,24 +38,24 @@ PUBLISHED_RANGES = {
 }
 
 
-@pytest.mark.parametrize("speeds", PUBLISHED)
-def test_counts_are_the_published_ones_but_for_the_known_cells(speeds):
+@pytest.mark.parametrize("speeds", REFERENCE)
+def test_counts_are_those_of_the_published_code_but_for_the_known_cells(speeds):
     result = judge_panel(cut_in_panel(*speeds, Density.THINNED))
     counts = [result.count(name) for name in DRIVERS]
-    expected = np.add(PUBLISHED[speeds], BEYOND[speeds])
+    expected = np.add(REFERENCE[speeds], BEYOND[speeds])
     np.testing.assert_array_equal(counts, expected)
 
 
-@pytest.mark.parametrize("name", PUBLISHED_RANGES)
-def test_ranges_are_the_published_ones(name):
+@pytest.mark.parametrize("name", REFERENCE_RANGES)
+def test_ranges_are_those_of_the_published_code(name):
     panel = cut_in_panel(60, 20)
     collided = judge_panel(panel, {name: DRIVERS[name]}).collided[name]
-    for column, published in zip((4, 8, 12, 16), PUBLISHED_RANGES[name], strict=True):
+    for column, reference in zip((4, 8, 12, 16), REFERENCE_RANGES[name], strict=True):
         gaps = panel.gaps[collided[:, column]]
-        assert (published is None) == (gaps.size == 0)
-        if published is not None:
+        assert (reference is None) == (gaps.size == 0)
+        if reference is not None:
             np.testing.assert_array_equal(
-                gaps, np.arange(published[0], published[1] + 1)
+                gaps, np.arange(reference[0], reference[1] + 1)
             )
 
 
