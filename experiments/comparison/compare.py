@@ -11,25 +11,9 @@ from experiments.comparison.results import LABEL, Row, axis_columns
 from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError
 from experiments.metrics import columns
+from experiments.metrics.catalogue import ALL_COLUMNS, MEANS, RATES
 
 Statistic = Callable[..., float]
-
-RATES: Mapping[str, Callable[[Row], bool | None]] = {
-    "arrived": lambda row: row[columns.ARRIVED],
-    "collided": lambda row: _above_zero(row[columns.COLLISIONS]),
-    "off road": lambda row: _above_zero(row[columns.OFF_ROAD_STEPS]),
-}
-MEANS = (
-    columns.TRAVEL_TIME,
-    columns.MEAN_SPEED,
-    columns.MIN_CLEARANCE,
-    columns.MIN_TTC,
-    columns.RMS_JERK,
-    columns.MAX_ACCELERATION,
-    columns.REAR_MAX_DECELERATION,
-    columns.PLANNING_P50,
-    columns.PLANNING_P99,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +82,7 @@ def _line(
     statistic: Statistic,
 ) -> Line | None:
     """Compare one planner by one metric; None if it does not apply to any run."""
-    read = RATES.get(metric) or (lambda row: row[metric])
-    values = {key: read(row) for key, row in own.items()}
+    values = {key: _value(metric, row) for key, row in own.items()}
     known = {key: value for key, value in values.items() if value is not None}
     if not known:
         return None
@@ -109,7 +92,7 @@ def _line(
     line = Line(metric, label, len(data), value, rate=rate)
     if baseline is None:
         return line
-    there = {key: read(row) for key, row in baseline.items()}
+    there = {key: _value(metric, row) for key, row in baseline.items()}
     common = [key for key in known if there.get(key) is not None]
     if not common:
         return line
@@ -170,12 +153,12 @@ def _by_label(rows: Sequence[Row]) -> dict[str, dict[tuple[str, ...], Row]]:
 
 
 def _check_metric(metric: str, rows: Sequence[Row]) -> None:
-    """Refuse a metric that is none."""
+    """Reject unknown metrics."""
     if metric in RATES:
         return
     numbers = [
         name
-        for name in columns.ALL_COLUMNS
+        for name in ALL_COLUMNS
         if any(isinstance(row[name], int | float) for row in rows)
         and name not in (columns.SEED, columns.ARRIVED)
     ]
@@ -185,6 +168,9 @@ def _check_metric(metric: str, rows: Sequence[Row]) -> None:
         raise ConfigError(f"--metric {metric}: no such metric; {hint}")
 
 
-def _above_zero(count: int | None) -> bool | None:
-    """Tell whether anything was counted; None where nothing was."""
+def _value(metric: str, row: Row) -> Any:
+    """Look up a column, or whether that of a rate is above zero; None if unknown."""
+    if metric not in RATES:
+        return row[metric]
+    count = row[RATES[metric]]
     return None if count is None else count > 0

@@ -16,7 +16,7 @@ import numpy as np
 
 from experiments.errors import ConfigError, ResultsError
 from experiments.metrics import columns
-from experiments.metrics.columns import ALL_COLUMNS, TIMING_COLUMNS
+from experiments.metrics.catalogue import ALL_COLUMNS
 from experiments.storage.run_files import METRICS, read_json, read_manifest
 from experiments.sweep.folder import RESULTS, finished, require_sweep, run_folders
 
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 RUN_ID, LABEL, REASON, FAILURE = "run_id", "label", "reason", "failure"
 ATTEMPTS, EXIT_CODE, WALL = "attempts", "exit_code", "wall_s"
 TRACE_HASH, TRACE_KEPT = "trace_hash", "trace_kept"
-# of the wall clock or of luck: left out of every comparison of results
-UNSTEADY_COLUMNS = (*TIMING_COLUMNS, WALL, ATTEMPTS)
 
 ALL_RUNS = "SELECT * FROM runs"
 
@@ -149,14 +147,19 @@ def _misunderstood(option: str, error: duckdb.Error) -> ConfigError:
 
 def _row(run: Path) -> Row:
     """Read the row of one run: identity, axes, metrics, how it went."""
-    about = read_manifest(run)
+    try:
+        about, metrics = read_manifest(run), read_json(run / METRICS)
+    except ResultsError as error:
+        raise ResultsError(
+            f"{error}; remove its folder and run the sweep again"
+        ) from error
     sweep = about.get("sweep", {})
     point = {key: _cell(value) for key, value in sweep.get("point", {}).items()}
     row = {
         RUN_ID: run.name,
         LABEL: sweep.get("label"),
         **{key: value for key, value in point.items() if key not in ALL_COLUMNS},
-        **read_json(run / METRICS),
+        **metrics,
         **{key: about.get(key) for key in _BEHIND},
     }
     # every file brings names of its own: two thirds of the memory of a row

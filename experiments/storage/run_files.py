@@ -1,4 +1,4 @@
-"""The JSON files of a run folder: their names, reading and writing."""
+"""JSON files of run folders and sweeps: names, reading, writing."""
 
 import json
 from collections.abc import Mapping
@@ -12,17 +12,17 @@ METRICS = "metrics.json"
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON file of a run folder.
+    """Read a JSON object.
 
     Raises:
-        ResultsError: If it is missing or is not JSON.
+        ResultsError: If the file is missing or is not a JSON object.
     """
     try:
-        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise ResultsError(
-            f"{path}: is damaged ({error}); remove its folder and run the sweep again"
-        ) from error
+        raise ResultsError(f"{path}: cannot be read: {error}") from error
+    if not isinstance(content, dict):
+        raise ResultsError(f"{path}: is damaged: not a JSON object")
     return content
 
 
@@ -30,7 +30,7 @@ def read_manifest(run: Path) -> dict[str, Any]:
     """Read the manifest of a run folder.
 
     Raises:
-        ResultsError: If it is missing or is not JSON.
+        ResultsError: If it is missing or is not a JSON object.
     """
     return read_json(run / MANIFEST)
 

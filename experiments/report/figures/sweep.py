@@ -10,7 +10,7 @@ from experiments.comparison.inference import wilson
 from experiments.comparison.results import LABEL, Row, rows
 from experiments.errors import ResultsError
 from experiments.metrics import columns
-from experiments.metrics.words import words_of
+from experiments.metrics.catalogue import METRICS
 from experiments.report.figures import palette
 from planner.states import FloatArray
 
@@ -116,8 +116,7 @@ def _draw_boxes(axes: "Axes", metric: str, groups: Groups) -> None:
             patch_artist=True,
         )
         parts["boxes"][0].set_facecolor(_colours(groups)[number])
-    words, unit, _ = words_of(metric)
-    axes.set_xlabel(f"{words} [{unit}]")
+    axes.set_xlabel(METRICS[metric].label_with_unit)
     axes.grid(axis="x", color="#E4E4E4", lw=0.4)
     axes.set_axisbelow(True)
 

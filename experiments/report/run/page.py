@@ -1,6 +1,5 @@
 """The page of one run: `report.html` in its folder."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,16 +7,16 @@ from typing import Any
 
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.errors import ResultsError
-from experiments.metrics.words import metric_table
+from experiments.metrics.catalogue import METRICS
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.candidates import candidates_of
 from experiments.report.run.replay import replay
+from experiments.storage import run_files
 from experiments.trace.files import file_name, read_trace
 from experiments.trace.road_map import MAP_FILE, read_map
 from experiments.trace.schema import Trace
 from experiments.trace.speed_graphs import read_graphs
 
-MANIFEST, METRICS = "manifest.json", "metrics.json"
 _SCRIPTS = (
     "unpack.js",
     "theme.js",
@@ -44,7 +43,7 @@ class RunFacts:
 
 def is_run(folder: Path) -> bool:
     """Tell whether a folder is one that a run left."""
-    return (folder / MANIFEST).is_file()
+    return (folder / run_files.MANIFEST).is_file()
 
 
 def save_run_page(folder: Path, file: Path | None = None) -> Path:
@@ -93,13 +92,13 @@ def _facts(folder: Path) -> RunFacts:
         text = config.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ResultsError(f"{config}: cannot be read ({error})") from error
-    manifest = _read(folder / MANIFEST)
+    manifest = run_files.read_manifest(folder)
     missing = [key for key in _NEEDED if key not in manifest]
     if missing:
         raise ResultsError(
-            f"{folder / MANIFEST}: is damaged: does not say {', '.join(missing)}"
+            f"{folder / run_files.MANIFEST}: is damaged: missing {', '.join(missing)}"
         )
-    return RunFacts(manifest, _read(folder / METRICS), text)
+    return RunFacts(manifest, run_files.read_json(folder / run_files.METRICS), text)
 
 
 def _trace(folder: Path, facts: RunFacts) -> tuple[Trace | None, str]:
@@ -142,7 +141,7 @@ def _words(
         "arrived": status == "arrived",
         "missing": missing,
         "command": about.get("command"),
-        "metrics": metric_table(facts.metrics),
+        "metrics": _metric_lines(facts.metrics),
         "config": facts.config,
         "versions": about.get("versions") or {},
         "hashes": {key: about[key] for key in _HASHES if about.get(key)},
@@ -154,12 +153,16 @@ def _words(
     }
 
 
-def _read(path: Path) -> dict[str, Any]:
-    """Read a JSON file of the run folder."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ResultsError(f"{path}: cannot be read ({error})") from error
-    if not isinstance(content, dict):
-        raise ResultsError(f"{path}: is damaged: holds no names with values")
-    return content
+def _metric_lines(row: Mapping[str, Any]) -> list[dict[str, str]]:
+    """Format the metrics that apply, those of the terminal first."""
+    known = [METRICS[column] for column in row if column in METRICS]
+    return [
+        {
+            "column": metric.column,
+            "label": metric.label,
+            "value": metric.text(row[metric.column]),
+            "unit": metric.unit,
+        }
+        for metric in sorted(known, key=lambda metric: not metric.in_terminal)
+        if not metric.identity and row[metric.column] is not None
+    ]

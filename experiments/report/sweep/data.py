@@ -7,12 +7,10 @@ import numpy as np
 
 from experiments.comparison.results import LABEL, RUN_ID, Row
 from experiments.metrics import columns
-from experiments.metrics.words import words_of
+from experiments.metrics.catalogue import METRICS
 from experiments.report.run.packing import pack_counts, pack_exact
 
 _NO_METRIC = {columns.SCENARIO, columns.PLANNER, columns.SEED, columns.STATUS}
-# what a page shows first, if the runs have it
-SCATTER = (columns.TRAVEL_TIME, columns.MIN_CLEARANCE)
 
 
 def sweep_data(
@@ -53,19 +51,18 @@ def sweep_data(
 def _metrics(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """Give every column with numbers, the usual ones first."""
     found = []
-    for name in columns.ALL_COLUMNS:
+    for name, metric in METRICS.items():
         values = [row.get(name) for row in rows]
         numeric = any(isinstance(value, int | float) for value in values)
         if name in _NO_METRIC or not numeric:
             continue
-        words, unit, digits = words_of(name)
         column = [np.nan if value is None else float(value) for value in values]
         found.append(
             {
                 "name": name,
-                "words": words,
-                "unit": unit,
-                "digits": digits,
+                "label": metric.label,
+                "unit": metric.unit,
+                "digits": metric.digits,
                 "rate": all(isinstance(v, bool) or v is None for v in values),
                 "values": pack_exact(np.array(column)),
             }

@@ -8,14 +8,14 @@ from urllib.parse import quote
 
 import yaml
 
-from experiments.comparison.compare import RATES, Line, compare
+from experiments.comparison.compare import Line, compare
 from experiments.comparison.results import LABEL, RUN_ID, Row, axis_columns, rows
 from experiments.comparison.table import HEADER, cells
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.config.sweep import Sweep
 from experiments.errors import ResultsError
 from experiments.metrics import columns
-from experiments.metrics.words import words_of
+from experiments.metrics.catalogue import METRICS, RATES
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.page import save_run_page
 from experiments.report.sweep.data import sweep_data
@@ -132,10 +132,7 @@ def _comparison(lines: Sequence[Line]) -> list[tuple[str, ...]]:
 
 def _named(metric: str) -> str:
     """Name a metric."""
-    if metric in RATES:
-        return metric
-    words, unit, _ = words_of(metric)
-    return f"{words} [{unit}]" if unit else words
+    return metric if metric in RATES else METRICS[metric].label_with_unit
 
 
 def _places(folder: Path, beside: Path, found: Sequence[Row]) -> list[str]:

@@ -15,7 +15,7 @@ import pytest
 from experiments.cli import crash_guard
 from experiments.cli.app import app, main
 from experiments.cli.compile_notice import NOTICE
-from experiments.metrics.columns import TIMING_COLUMNS
+from experiments.metrics.catalogue import TIMING_COLUMNS
 from experiments.trace.files import read_trace
 from experiments.trace.schema import trace_hash
 from sumo_nets.build import net_path

@@ -14,7 +14,7 @@ from experiments.comparison import results
 from experiments.comparison.compare import compare
 from experiments.comparison.table import as_csv, as_latex, as_markdown, export
 from experiments.errors import ConfigError, ResultsError
-from experiments.metrics.columns import ALL_COLUMNS
+from experiments.metrics.catalogue import ALL_COLUMNS
 from experiments.metrics.row import row_without_episode
 from experiments.sweep.folder import run_folder
 

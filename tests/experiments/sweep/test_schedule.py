@@ -16,10 +16,11 @@ import pytest
 import yaml
 
 from experiments.cli.app import app
-from experiments.comparison.results import UNSTEADY_COLUMNS, rebuild, rows
+from experiments.comparison.results import ATTEMPTS, WALL, rebuild, rows
 from experiments.config.scenario_file import CONFIG_FILE, config_text
 from experiments.config.sweep_file import load_sweep
 from experiments.errors import ResultsError
+from experiments.metrics.catalogue import TIMING_COLUMNS
 from experiments.metrics.row import row_without_episode
 from experiments.sweep.execute import drive
 from experiments.sweep.executors.executor import WorkerSettings
@@ -36,6 +37,7 @@ from experiments.sweep.task import Failure
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
+UNSTEADY = (*TIMING_COLUMNS, WALL, ATTEMPTS)  # wall clock and retries
 TIMEOUT = 15  # of a run that takes 0.1 s: other jobs may have the machine [s]
 ROAD = """\
 name: empty_road
@@ -123,7 +125,7 @@ def last_words(stderr: str) -> str:
 def steady(folder: Path) -> list[dict]:
     """Give the rows without what differs from call to call."""
     return [
-        {key: value for key, value in row.items() if key not in UNSTEADY_COLUMNS}
+        {key: value for key, value in row.items() if key not in UNSTEADY}
         for row in rows(folder)
     ]
 

@@ -77,7 +77,7 @@ def test_page_shows_outcome_metrics_versions_and_the_command(run):
         "made_up",
         "seed 3",
         "at t = 9.0 s",
-        "least clearance",
+        "min clearance",
         "rearview run runs/made_up/config.yaml --out runs",
         "3.11",
         "0123abc, changed",
@@ -209,7 +209,7 @@ def other_schema(folder):
         (lambda f: (f / "manifest.json").unlink(), "is no run folder and no folder"),
         (
             lambda f: (f / "manifest.json").write_text('{"seed": 3}'),
-            "manifest.json: is damaged: does not say scenario, planner, status",
+            "manifest.json: is damaged: missing scenario, planner, status",
         ),
         (lambda f: (f / "config.yaml").unlink(), "config.yaml: cannot be read"),
     ],
