@@ -66,11 +66,6 @@ def parse_segment(text: str) -> Segment:
     return clothoid(numbers[0], numbers[1], numbers[2])
 
 
-def total_length(segments: Sequence[Segment]) -> float:
-    """Add up the lengths of `segments` [m]."""
-    return float(sum(segment[1] for segment in segments))
-
-
 def sample(
     segments: Sequence[Segment],
     start: tuple[float, float, float] = (0.0, 0.0, 0.0),

@@ -28,7 +28,7 @@ from experiments.cli.user_errors import (
     BAD_INPUT,
     INTERRUPTED,
     OTHER_OUTCOME,
-    one_line_errors,
+    report_user_errors,
 )
 from experiments.errors import ConfigError
 
@@ -97,7 +97,7 @@ def run(
     logging.basicConfig(level=logging.DEBUG if verbose else logging.CRITICAL)
     for noisy in ("numba", "matplotlib"):
         logging.getLogger(noisy).setLevel(logging.WARNING)
-    with one_line_errors():
+    with report_user_errors():
         from experiments.config.scenario_file import load_scenario
 
         if gui:
@@ -122,7 +122,7 @@ def run(
 @app.command("list")
 def list_() -> None:
     """List scenarios, networks, sweeps and planners."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.config.scenario_file import load_scenario, scenario_names
         from experiments.config.sweep_file import load_sweep, sweep_names
         from experiments.planners.registry import PLANNERS
@@ -162,7 +162,7 @@ def _show_usage_error(error: Any) -> None:
 
 def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> int:
     """Run, show, and give the exit status."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.cli.compile_notice import compilation_announced
         from experiments.cli.episode_progress import progress
         from experiments.episode.run import RunFolder, run_episode
@@ -193,7 +193,7 @@ def _crashed(
     scenario: "Scenario", out: Path, process: int, death: str, *, as_json: bool
 ) -> int:
     """Record an episode whose process died."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.episode.run import record_crash
         from experiments.storage.atomic_folder import remove_unfinished
 

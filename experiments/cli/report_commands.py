@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.cli.user_errors import one_line_errors
+from experiments.cli.user_errors import report_user_errors
 
 _FOLDER_HELP = "Folder of a run or a sweep.  [the newest run in runs]"
 
@@ -33,7 +33,7 @@ def report(
     ] = False,
 ) -> None:
     """Write the page of a run or a sweep: one file, opens anywhere, offline."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.run.page import is_run, save_run_page
         from experiments.report.sweep.page import save_run_pages, save_sweep_page
@@ -59,7 +59,7 @@ def figure(
     ] = None,
 ) -> None:
     """Draw a run from above and over time, or the metrics of a sweep by planner."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.figures.save import save_figure
 
@@ -82,7 +82,7 @@ def video(
     ] = 1.0,
 ) -> None:
     """Film a run from above: road, vehicles, the ego and its plan."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.figures.video import save_film
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from experiments.cli.user_errors import one_line_errors
+from experiments.cli.user_errors import report_user_errors
 
 
 class Format(StrEnum):
@@ -53,7 +53,7 @@ def results(
     ] = Format.TABLE,
 ) -> None:
     """Show the results of a sweep: one row a run."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.comparison import results as found
         from experiments.sweep.folder import require_sweep
 
@@ -84,7 +84,7 @@ def compare(
     ] = None,
 ) -> None:
     """Compare planners with a baseline on common seeds, with intervals and tests."""
-    with one_line_errors():
+    with report_user_errors():
         import numpy as np
 
         from experiments.comparison.compare import compare as compared

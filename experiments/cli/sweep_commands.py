@@ -12,7 +12,7 @@ from experiments.cli.report_commands import write_page
 from experiments.cli.user_errors import (
     INTERRUPTED,
     OTHER_OUTCOME,
-    one_line_errors,
+    report_user_errors,
 )
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def sweep(
     ] = False,
 ) -> None:
     """Drive all runs of a sweep that are not there yet."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.cli.sweep_session import SweepSession
         from experiments.config.sweep_file import load_sweep
         from experiments.errors import ConfigError
@@ -86,7 +86,7 @@ def rerun(
     ] = False,
 ) -> None:
     """Repeat one run of a sweep with its whole trace, and compare the trace hash."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.sweep.rerun import repeat
 
         repeated = repeat(folder, run_id)
@@ -108,7 +108,7 @@ def cluster(
     port: Annotated[int, typer.Option(help="Of the scheduler; 0: any free one.")] = 0,
 ) -> None:
     """Start a scheduler with workers on this machine, until Ctrl-C."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.sweep.executors.cluster import local_cluster
         from experiments.sweep.executors.local import cores
 

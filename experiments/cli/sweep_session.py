@@ -1,4 +1,4 @@
-"""A sweep from the command to the last line: survey, lock, pilot, drive, results."""
+"""A sweep from the command to the last line: survey, lock, estimate, drive, results."""
 
 import os
 from collections.abc import Iterator
@@ -51,7 +51,7 @@ class SweepSession:
         found = self._survey()
         yield self._numbers(found)
         if found.missing:
-            yield self._pilot(found, Path(os.devnull))[0]
+            yield self._estimate(found, Path(os.devnull))[0]
 
     def drive(self) -> Iterator[str]:
         """Drive what is missing and gather the results."""
@@ -64,7 +64,7 @@ class SweepSession:
         with locked(self._folder):
             take(self._folder, self._sweep, found.code)
             if found.missing:
-                estimate, warm = self._pilot(found, self._folder / LOG)
+                estimate, warm = self._estimate(found, self._folder / LOG)
                 yield estimate
                 yield from self._drive(found, warm)
             else:
@@ -120,19 +120,19 @@ class SweepSession:
         others = f"; {found.others} others stay in its results" if found.others else ""
         return f"{self._sweep.name}: {found.planned} runs{there}{others}"
 
-    def _pilot(self, found: Survey, log: Path) -> tuple[str, WorkerSettings]:
-        """Try one run of each kind; say how long all will take."""
-        from experiments.sweep.estimate import fly
+    def _estimate(self, found: Survey, log: Path) -> tuple[str, WorkerSettings]:
+        """Time one run of each kind and extrapolate to all."""
+        from experiments.sweep.estimate import estimate_duration
         from experiments.sweep.executors.local import cores
 
         workers = cores() if self._workers is None else max(1, self._workers)
         settings = WorkerSettings(self._sweep.memory_mb, log, Path.cwd())
-        pilot = fly(found, settings, self._sweep.timeout_s, workers)
-        warm = replace(settings, warm_up=pilot.warm_up)
-        if pilot.seconds is None:
-            return "no estimate: not one run came to its end", warm
+        estimate = estimate_duration(found, settings, self._sweep.timeout_s, workers)
+        warm = replace(settings, warm_up=estimate.warm_up)
+        if estimate.seconds is None:
+            return "no estimate: none of the timed runs finished", warm
         share = 1.0 if self._limit is None else min(1.0, self._limit / found.missing)
-        seconds = pilot.seconds * share
+        seconds = estimate.seconds * share
         if self._cluster is not None:
             return f"about {duration(seconds)} of one core like these here", warm
         return f"about {duration(seconds / workers)} with {workers} workers", warm

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.cli.user_errors import INTERRUPTED, one_line_errors
+from experiments.cli.user_errors import INTERRUPTED, report_user_errors
 
 OUT = Path("runs/thesis")
 
@@ -43,7 +43,7 @@ def thesis(
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
 ) -> None:
     """Recompute the thesis: page, numbers and document; goes on where it was ended."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.thesis.chapters import CHAPTERS, chapter_data, kept_chapters
         from experiments.thesis.effort import FULL, QUICK
         from experiments.thesis.processes import in_processes

@@ -12,7 +12,7 @@ ARRIVED, OTHER_OUTCOME, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130  # exit status
 
 
 @contextmanager
-def one_line_errors() -> Iterator[None]:
+def report_user_errors() -> Iterator[None]:
     """Turn errors that the user can mend into one line and exit status 2."""
     try:
         yield

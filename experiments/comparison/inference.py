@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import stats
+from scipy import optimize, stats
 
 from planner.states import FloatArray
 
@@ -291,14 +291,13 @@ def _unknown(value: float) -> Interval:
 def _crossing(
     score: Callable[[float], float], level: float, low: float, high: float
 ) -> float:
-    """Find where a falling score crosses a level, by halving; the end if nowhere."""
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if score(middle) > level:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    """Find where a falling score crosses a level; an end if it does not."""
+    if score(low) <= level:
+        return low
+    if score(high) >= level:
+        return high
+    root = optimize.brentq(lambda at: score(at) - level, low, high, xtol=1e-15)
+    return float(root)
 
 
 def _power_of_t(effect: float, pairs: int, level: float) -> float:

@@ -21,7 +21,7 @@ from planner.interface import Planner
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class RegisteredPlanner:
     """A planner of this project: where its factory is, and what it is."""
 
     factory: str  # module:function
@@ -34,58 +34,58 @@ _DEMAND = re.compile(r"[;,] allowed: |\bmust (?:be |lie )?")
 
 _CRUISE_SETTINGS = "planner.cruise.settings:CruiseSettings"
 
-PLANNERS: Mapping[str, Known] = {
-    "cruise": Known(
+PLANNERS: Mapping[str, RegisteredPlanner] = {
+    "cruise": RegisteredPlanner(
         "planner.cruise:proposed",
         _CRUISE_SETTINGS,
         "Frenet sampling with the proposed costs of chapter 4, made for closed loop",
     ),
-    "cruise_conventional": Known(
+    "cruise_conventional": RegisteredPlanner(
         "planner.cruise:conventional",
         _CRUISE_SETTINGS,
         "the same sampling with the conventional costs",
     ),
-    "lane_change": Known(
+    "lane_change": RegisteredPlanner(
         "planner.lane_change:proposed",
         "planner.lane_change:LaneChangeSettings",
         "chapter 6 in closed loop: B-spline path, s-T graph, every passing order",
     ),
-    "lane_change_thesis": Known(
+    "lane_change_thesis": RegisteredPlanner(
         "planner.lane_change:thesis",
         "planner.lane_change:LaneChangeSettings",
         "the same with the passing order chosen by its area, as in the thesis",
     ),
-    "lane_change_dp": Known(
+    "lane_change_dp": RegisteredPlanner(
         "planner.lane_change:conventional",
         "planner.lane_change:LaneChangeSettings",
         "the same with the passing order searched on a grid: DP&QP",
     ),
-    "dense": Known(
+    "dense": RegisteredPlanner(
         "planner.dense:proposed",
         "planner.dense:DenseSettings",
         "dense obstacles: the sides on which they are passed, one program each",
     ),
-    "dense_adaptive": Known(
+    "dense_adaptive": RegisteredPlanner(
         "planner.dense:adaptive",
         "planner.dense:DenseSettings",
         "dense obstacles by the adaptive lattice of chapter 5",
     ),
-    "dense_uniform": Known(
+    "dense_uniform": RegisteredPlanner(
         "planner.dense:uniform",
         "planner.dense:DenseSettings",
         "dense obstacles by the conventional, uniform lattice",
     ),
-    "sumo": Known(
+    "sumo": RegisteredPlanner(
         "experiments.cosim.sumo.sumo_driver:passenger",
         None,
         "SUMO's own driver (Krauss, LC2013) in the same traffic: a baseline",
     ),
-    "cruise_thesis": Known(
+    "cruise_thesis": RegisteredPlanner(
         "planner.cruise:thesis_proposed",
         None,
         "chapter 4 as printed: 231 candidates, static obstacles, proposed costs",
     ),
-    "cruise_thesis_conventional": Known(
+    "cruise_thesis_conventional": RegisteredPlanner(
         "planner.cruise:thesis_conventional",
         None,
         "chapter 4 as printed, conventional costs",
@@ -109,10 +109,10 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
         ConfigError: If there is no such planner or it does not take these settings.
     """
     if name in PLANNERS:
-        known = PLANNERS[name]
-        factory = _load(known.factory)
-        if known.settings is not None and settings:
-            return _call(name, factory, _checked(settings, _load(known.settings)))
+        registered = PLANNERS[name]
+        factory = _load(registered.factory)
+        if registered.settings is not None and settings:
+            return _call(name, factory, _checked(settings, _load(registered.settings)))
         return _call(name, factory, **settings)
     if ":" not in name:
         hint = unknown_name(name, list(PLANNERS))
@@ -120,7 +120,7 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
     return CheckedPlanner(_call(name, _load(name), **settings))
 
 
-def own_module(name: str) -> str | None:
+def user_module(name: str) -> str | None:
     """Name the module of a user's own planner, None for one of this project."""
     return None if name in PLANNERS else name.partition(":")[0]
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from experiments.sweep.folder import write_whole
+from experiments.storage.atomic_folder import write_atomically
 
 PAGES = Path(__file__).parent / "pages"
 PAGE_FILE = "report.html"
@@ -59,7 +59,7 @@ def save(page: str, file: Path) -> Path:
     Raises:
         ResultsError: If the disk refuses.
     """
-    write_whole(file, page)
+    write_atomically(file, page)
     return file
 
 

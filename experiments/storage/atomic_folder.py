@@ -16,7 +16,7 @@ _ASIDE = ".unfinished-{}-"  # with the process that fills it
 
 
 @contextmanager
-def whole_folder(target: Path) -> Iterator[Path]:
+def atomic_folder(target: Path) -> Iterator[Path]:
     """Fill a folder aside and put it in its place when the block ends well.
 
     A folder that was there is replaced; if anything fails, it stays and nothing of
@@ -44,6 +44,21 @@ def whole_folder(target: Path) -> Iterator[Path]:
         raise ResultsError(f"{target}: cannot be written: {_reason(error)}") from error
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def write_atomically(file: Path, text: str) -> None:
+    """Write a file aside and rename it, so that it is never there by half.
+
+    Raises:
+        ResultsError: If it cannot be written, for example on a full disk.
+    """
+    aside = file.with_name(f".{file.name}.{os.getpid()}")
+    try:
+        aside.write_text(text, encoding="utf-8")
+        aside.replace(file)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise ResultsError(f"{file}: cannot be written: {_reason(error)}") from error
 
 
 def make_folder(folder: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.errors import ResultsError
+from experiments.storage.atomic_folder import write_atomically
 
 MANIFEST = "manifest.json"
 METRICS = "metrics.json"
@@ -36,5 +37,19 @@ def read_manifest(run: Path) -> dict[str, Any]:
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write indented JSON."""
-    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    """Write indented JSON into a folder that is being filled."""
+    path.write_text(_indented(content), encoding="utf-8")
+
+
+def replace_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write indented JSON so that readers see the old file or the new one.
+
+    Raises:
+        ResultsError: If it cannot be written, for example on a full disk.
+    """
+    write_atomically(path, _indented(content))
+
+
+def _indented(content: Mapping[str, Any]) -> str:
+    """Format JSON for people."""
+    return json.dumps(content, indent=2) + "\n"

@@ -23,7 +23,7 @@ from experiments.sweep.task import (
 log = logging.getLogger(__name__)
 
 
-def drive(task: RunTask) -> RunReport:
+def execute_run(task: RunTask) -> RunReport:
     """Drive a run and leave its run folder; whatever goes wrong is a report.
 
     A process that dies, hangs or eats the memory is its executor's business.

@@ -12,7 +12,6 @@ report.html      the page of the sweep
 """
 
 import fcntl
-import json
 import os
 import shutil
 import uuid
@@ -25,8 +24,12 @@ import yaml
 
 from experiments.config.sweep import Sweep
 from experiments.errors import ConfigError, ResultsError
-from experiments.storage.atomic_folder import file_in_place_of, make_folder
-from experiments.storage.run_files import MANIFEST
+from experiments.storage.atomic_folder import (
+    file_in_place_of,
+    make_folder,
+    write_atomically,
+)
+from experiments.storage.run_files import MANIFEST, read_json, replace_json
 
 SHARD = 2  # characters of the id that name the folder above the run's
 RESULTS = "results.parquet"
@@ -144,7 +147,8 @@ def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
             another version of the code; they stay as they are.
         ResultsError: If the folder cannot be written.
     """
-    before = _read_json(folder / _CODE)
+    code_file = folder / _CODE
+    before = read_json(code_file) if code_file.exists() else None
     if before is not None:
         if before["sweep"] != sweep.name:
             raise ConfigError(
@@ -154,10 +158,9 @@ def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
         _check_code(folder, before["code"], code)
     remove_unfinished(folder)
     asked = sweep.model_dump(mode="json", exclude_none=True)
-    write_whole(folder / _SWEEP, yaml.safe_dump(asked, sort_keys=False))
+    write_atomically(folder / _SWEEP, yaml.safe_dump(asked, sort_keys=False))
     known = {**(before["code"] if before else {}), **code}
-    about = {"sweep": sweep.name, "code": known}
-    write_whole(folder / _CODE, json.dumps(about, indent=2) + "\n")
+    replace_json(code_file, {"sweep": sweep.name, "code": known})
 
 
 def load_sweep_copy(folder: Path) -> Sweep:
@@ -183,21 +186,6 @@ def remove_unfinished(folder: Path) -> None:
         shutil.rmtree(doomed, ignore_errors=True)
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a file so that it is never there by half.
-
-    Raises:
-        ResultsError: If it cannot be written, for example on a full disk.
-    """
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        aside.write_text(text, encoding="utf-8")
-        aside.replace(path)
-    except OSError as error:
-        aside.unlink(missing_ok=True)
-        raise ResultsError(f"{path}: cannot be written: {error.strerror}") from error
-
-
 def _check_code(
     folder: Path, before: Mapping[str, Any], now: Mapping[str, Any]
 ) -> None:
@@ -210,17 +198,6 @@ def _check_code(
             f"({before[changed[0]][:8]}, now {now[changed[0]][:8]}) and stay as they "
             "are; allowed: another --out, or the version they were made with"
         )
-
-
-def _read_json(path: Path) -> dict[str, Any] | None:
-    """Read a JSON file that may not be there."""
-    if not path.exists():
-        return None
-    try:
-        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ResultsError(f"{path}: cannot be read: {error}") from error
-    return content
 
 
 def _folders(parent: Path) -> list[Path]:

@@ -1,7 +1,6 @@
 """How far a sweep is: a table on a terminal, lines elsewhere, a file always."""
 
 import heapq
-import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,7 +10,8 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from experiments.sweep.folder import PROGRESS, write_whole
+from experiments.storage.run_files import replace_json
+from experiments.sweep.folder import PROGRESS
 from experiments.sweep.task import RunReport
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class SweepProgress:
             **counts,
             "slowest": sorted(counts["slowest"], reverse=True),
         }
-        write_whole(self._folder / PROGRESS, json.dumps(about, indent=2) + "\n")
+        replace_json(self._folder / PROGRESS, about)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from experiments.config.sweep import KeepTraces
 from experiments.cosim.records import EpisodeStatus
 from experiments.errors import ResultsError
 from experiments.metrics.row import row_without_episode
-from experiments.storage.atomic_folder import whole_folder
+from experiments.storage.atomic_folder import atomic_folder
 from experiments.storage.run_files import MANIFEST, METRICS, write_json
 
 
@@ -119,7 +119,7 @@ def record_failure(report: RunReport) -> RunReport:
     }
     text = config_text(task.config)
     try:
-        with whole_folder(task.folder) as folder:
+        with atomic_folder(task.folder) as folder:
             write_json(folder / METRICS, row)
             write_json(folder / MANIFEST, about)
             (folder / CONFIG_FILE).write_text(text, encoding="utf-8")

@@ -9,8 +9,8 @@ from typing import Any
 
 from experiments.episode.identity import code_hash, shaping_versions
 from experiments.errors import ResultsError
+from experiments.storage.atomic_folder import write_atomically
 from experiments.storage.provenance import ROOT
-from experiments.sweep.folder import write_whole
 from experiments.thesis.claims import Chapter
 from experiments.thesis.cruise.chapter import cruise_chapter
 from experiments.thesis.dense.chapter import dense_chapter
@@ -79,7 +79,7 @@ def chapter_data(name: str, effort: Effort, work: Work, out: Path) -> tuple[Data
         raise ResultsError(
             f"{file.parent}: cannot be made: {error.strerror}"
         ) from error
-    write_whole(file, json.dumps(whole, ensure_ascii=False, allow_nan=False))
+    write_atomically(file, json.dumps(whole, ensure_ascii=False, allow_nan=False))
     loaded: Data = json.loads(json.dumps(data))
     return loaded, True
 

@@ -33,16 +33,3 @@ class Work(Protocol):
     ) -> list[Result]:
         """Give the results in the order of the items; `words` say what is going on."""
         ...
-
-
-class AtOnce:
-    """Does the work in this process, one item after the other."""
-
-    def map(
-        self,
-        words: str,  # noqa: ARG002 - shows no progress
-        function: Callable[[Item], Result],
-        items: Iterable[Item],
-    ) -> list[Result]:
-        """Call the function on each item."""
-        return [function(item) for item in items]

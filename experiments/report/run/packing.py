@@ -56,19 +56,6 @@ def pack_exact(values: FloatArray) -> Packed:
         return {"data": _base64(values.astype("<f4").tobytes())}
 
 
-def unpack(packed: Packed) -> FloatArray:
-    """Unpack a column, as the page does it."""
-    data = base64.b64decode(packed["data"])
-    if packed.get("whole"):
-        return np.frombuffer(data, "<u4").astype(np.float64)
-    if "step" not in packed:
-        return np.frombuffer(data, "<f4").astype(np.float64)
-    codes = np.frombuffer(data, "<u2")
-    return np.where(
-        codes == NOTHING, np.nan, packed["low"] + packed["step"] * codes.astype(float)
-    )
-
-
 def _base64(data: bytes) -> str:
     """Write bytes as text."""
     return base64.b64encode(data).decode("ascii")

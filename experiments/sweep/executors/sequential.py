@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from experiments.sweep.execute import drive
+from experiments.sweep.execute import execute_run
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.worker import warm_up
 from experiments.sweep.task import RunReport, RunTask
@@ -23,7 +23,7 @@ class SequentialExecutor:
 
     def next_report(self, patience: float) -> RunReport | None:  # noqa: ARG002
         """Drive the next run."""
-        return drive(self._waiting.popleft()) if self._waiting else None
+        return execute_run(self._waiting.popleft()) if self._waiting else None
 
     def stop(self) -> None:
         """Forget what waits."""

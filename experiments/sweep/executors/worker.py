@@ -17,7 +17,7 @@ from experiments.config.scenario_file import check_scenario
 from experiments.config.yaml_reader import Document
 from experiments.cosim.records import StepRecord
 from experiments.episode.run import run_episode
-from experiments.sweep.execute import drive
+from experiments.sweep.execute import execute_run
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.task import (
     Failure,
@@ -61,7 +61,7 @@ def drive_watched(task: RunTask, register: Path) -> RunReport:
     """
     with _watched(register):
         try:
-            return drive(task)
+            return execute_run(task)
         except (KeyboardInterrupt, SystemExit) as error:  # raised by a user's planner
             words = f"{type(error).__name__}: {error}"
             return record_failure(failed(task, Failure.ERROR, words))

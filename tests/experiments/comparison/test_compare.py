@@ -68,7 +68,7 @@ def test_new_runs_are_found_without_asking(sweep):
 
 def test_damaged_run_is_named(sweep):
     (run_folder(sweep, "fast00") / "metrics.json").write_text("{")
-    with pytest.raises(ResultsError, match=r"fast00/metrics\.json: is damaged"):
+    with pytest.raises(ResultsError, match=r"fast00/metrics\.json: cannot be read"):
         results.rebuild(sweep)
 
 

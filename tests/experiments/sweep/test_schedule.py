@@ -22,7 +22,7 @@ from experiments.config.sweep_file import load_sweep
 from experiments.errors import ResultsError
 from experiments.metrics.catalogue import TIMING_COLUMNS
 from experiments.metrics.row import row_without_episode
-from experiments.sweep.execute import drive
+from experiments.sweep.execute import execute_run
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.sequential import SequentialExecutor
 from experiments.sweep.folder import (
@@ -35,10 +35,11 @@ from experiments.sweep.plan import Plan
 from experiments.sweep.schedule import drive_missing, task_of
 from experiments.sweep.task import Failure
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]  # where faulty_planner is
 ROOT = HERE.parent.parent
 UNSTEADY = (*TIMING_COLUMNS, WALL, ATTEMPTS)  # wall clock and retries
-TIMEOUT = 15  # of a run that takes 0.1 s: other jobs may have the machine [s]
+TIMEOUT = 30  # of a run that takes 0.1 s: other jobs may have the machine [s]
+PATIENCE = 300.0  # with whole commands [s]
 ROAD = """\
 name: empty_road
 world: kinematic
@@ -110,7 +111,7 @@ def interruptible():
 
 def rearview(*arguments: object) -> subprocess.CompletedProcess:
     process = start(*arguments)
-    out, err = process.communicate(timeout=180)
+    out, err = process.communicate(timeout=2 * PATIENCE)
     return subprocess.CompletedProcess(arguments, process.returncode, out, err)
 
 
@@ -297,7 +298,7 @@ def test_faults_cost_one_run_each(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ["segfault", "hang", "raise", "memory", "leave"])
 def test_fault_in_the_very_first_run(tmp_path, fault):
-    """The run that the estimate is made of: it costs its row, not the sweep."""
+    """A fault of the run that the estimate is made of costs its row, not the sweep."""
     sweep = write_sweep(tmp_path, 3, {0: fault}, memory_mb=700)
     out = tmp_path / "out"
     done = rearview("sweep", sweep, "--out", out, "--workers", "1")
@@ -353,7 +354,7 @@ def test_interrupt_stops_cleanly_and_says_how_to_go_on(tmp_path, number, workers
     process = start("sweep", sweep, "--out", out, "--workers", workers)
     wait_for(out, 10, process)
     os.killpg(process.pid, number)  # as a terminal does
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     again = f"rearview sweep {tmp_path}/light.yaml --out {out} --workers {workers}"
     assert last_words(err).endswith(f"go on with: {again}")
@@ -400,10 +401,8 @@ def test_invalid_run_is_a_row(tmp_path):
 @pytest.mark.slow
 def test_shipped_smoke_sweep(tmp_path):
     """What continuous integration has of the real planners and of SUMO in sweeps."""
-    began = time.monotonic()
     done = rearview("sweep", "smoke", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    assert time.monotonic() - began < 120.0
     found = rows(tmp_path / "out")
     assert len(found) == 24
     assert all(row["arrived"] for row in found), found
@@ -419,17 +418,17 @@ def test_interrupt_and_lost_dask_worker_cost_no_run(tmp_path):
         process = start("sweep", sweep, "--out", out, "--cluster", address)
         wait_for(out, 10, process)
         process.terminate()  # the workers must be free again afterwards
-        process.communicate(timeout=30)
+        process.communicate(timeout=PATIENCE)
         assert process.returncode == 130
         process = start("sweep", sweep, "--out", out, "--cluster", address)
         wait_for(out, 40, process)
         workers = [p for p in psutil.Process(cluster.pid).children() if is_worker(p)]
         workers[0].kill()
-        _, err = process.communicate(timeout=120)
+        _, err = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0, err
     finally:
         cluster.terminate()
-        cluster.communicate(timeout=30)
+        cluster.communicate(timeout=PATIENCE)
     assert [row["status"] for row in rows(out)] == ["arrived"] * 150
 
 
@@ -444,8 +443,8 @@ def test_lost_scheduler_is_a_clear_stop(tmp_path):
         wait_for(out, 10, process)
     finally:
         os.killpg(cluster.pid, signal.SIGKILL)
-        cluster.communicate(timeout=30)
-    _, err = process.communicate(timeout=120)
+        cluster.communicate(timeout=PATIENCE)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 2
     assert err.splitlines()[-1].endswith(
         "the scheduler is lost; the same command goes on with what is missing"
@@ -469,7 +468,7 @@ def test_dask_gives_the_same_rows(tmp_path):
         assert done.returncode == 0, done.stderr
     finally:
         cluster.terminate()
-        cluster.communicate(timeout=30)
+        cluster.communicate(timeout=PATIENCE)
     assert rearview("sweep", sweep, "--out", tmp_path / "p").returncode == 0
     assert steady(tmp_path / "d") == steady(tmp_path / "p")
 
@@ -522,9 +521,9 @@ def test_trace_does_not_depend_on_what_ran_before(tmp_path):
 
 @pytest.mark.slow
 def test_nothing_to_do_is_quick(tmp_path, monkeypatch):
-    """A thousand finished runs: under 2 s, here of processor time.
+    """A thousand finished runs take about 2 s of processor time.
 
-    Half a second more is for a machine that others work on too: it computes slower.
+    Twice that is allowed: a machine with other jobs computes slower.
     """
     monkeypatch.chdir(HERE)
     out = tmp_path / "out"
@@ -540,7 +539,7 @@ def test_nothing_to_do_is_quick(tmp_path, monkeypatch):
         after = os.times()
         user = after.children_user - before.children_user
         taken.append(user + after.children_system - before.children_system)
-    assert min(taken) < 2.5
+    assert min(taken) < 4.0
 
 
 def test_stale_results_are_gathered_though_nothing_is_missing(tmp_path, monkeypatch):
@@ -575,7 +574,7 @@ def test_worker_with_other_code_ends_the_sweep(tmp_path, monkeypatch):
     plan = Plan(asked, document)
     task = task_of(next(iter(plan)), asked, tmp_path)
     other = replace(task, facts={**task.facts, "code_hash": "0" * 64})
-    report = drive(other)
+    report = execute_run(other)
     assert (report.failure, report.ends_sweep) == (Failure.OTHER_CODE, True)
     assert not task.folder.exists()
 
@@ -619,7 +618,7 @@ def test_results_are_rebuilt_from_the_run_folders(tmp_path):
 
 def wait_for(out: Path, count: float, process: subprocess.Popen) -> None:
     """Wait until so many runs are there."""
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + PATIENCE
     while len(finished(out)) < count:
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline

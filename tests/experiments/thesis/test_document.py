@@ -6,7 +6,6 @@ import pytest
 
 from experiments.thesis.document import document
 from experiments.thesis.page import thesis_page
-from experiments.thesis.reproduction import read_numbers
 from experiments.thesis.svg import svg, ticks
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -20,7 +19,7 @@ def foreign_numbers(text: str, data: str) -> set[str]:
 
 @pytest.fixture(scope="module")
 def numbers():
-    return read_numbers(DOCS / "thesis.json")
+    return json.loads((DOCS / "thesis.json").read_text(encoding="utf-8"))
 
 
 def test_every_number_of_the_document_is_in_the_numbers_file():

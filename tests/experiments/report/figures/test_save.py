@@ -32,7 +32,7 @@ from planner.reference_path.segments import line
 from sumo_nets.build import net_path
 
 OWN = "tests.experiments.constant_speed_planner:make"
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[4]
 ROAD = """\
 name: road
 world: kinematic

@@ -14,7 +14,6 @@ from experiments.cli.app import app
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.records import EpisodeStatus
 from experiments.episode.run import RunFolder, record_crash, run_episode
-from experiments.report.run.packing import unpack
 from experiments.report.run.page import run_page, save_run_page
 from experiments.report.run_reader import numbers
 from experiments.trace.candidates import CandidateLog, write_candidates
@@ -22,6 +21,7 @@ from experiments.trace.files import read_trace
 from planner.interface import KEPT, Alternative, PlanStats
 from planner.scene import Obstacles
 from tests.experiments.report.run_folders import HOSTILE, driven_trace, write_run
+from tests.experiments.report.unpacking import unpack
 from tests.experiments.traces import trace_of
 
 MEGABYTE = 1e6
