@@ -44,11 +44,13 @@ def thesis(
 ) -> None:
     """Recompute the thesis: page, numbers and document; goes on where it was ended."""
     with report_user_errors():
+        from experiments.report.figures.save import require_matplotlib
         from experiments.thesis.chapters import CHAPTERS, chapter_data, kept_chapters
         from experiments.thesis.effort import FULL, QUICK
         from experiments.thesis.processes import in_processes
         from experiments.thesis.reproduction import write_reproduction
 
+        require_matplotlib("thesis")
         asked = [str(name) for name in chapters or ChapterName]
         effort = QUICK if quick else FULL
         folder = out or (OUT.with_name("thesis_quick") if quick else OUT)

@@ -9,7 +9,7 @@ from experiments.thesis.cruise.claims import (
     influence_claims,
     size_claim,
 )
-from experiments.thesis.cruise.claims_over_time import RoadDrives, course_claims
+from experiments.thesis.cruise.claims_over_time import RoadDrives, drive_claims
 from experiments.thesis.cruise.drives import (
     CLOSED_LOOP,
     CONVENTIONAL,
@@ -77,7 +77,7 @@ def cruise_chapter(effort: Effort, work: Work) -> Chapter:
         },
         (
             *(claim for road in roads for claim in comparison_claims(road)),
-            *course_claims(roads),
+            *drive_claims(roads),
             *influence_claims(roads),
             size_claim(RADII, grown[PROPOSED], grown[CLOSED_LOOP]),
             *traffic.claims,
