@@ -14,7 +14,7 @@ from sumo_nets.errors import NetworkError
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class VehicleKind:
     """Body and engine of a kind of vehicle."""
 
     length: float  # [m]
@@ -44,9 +44,9 @@ class Temper:
 
 KINDS = MappingProxyType(
     {
-        "car": Kind(4.6, 1.8, 2.6, 4.5, 8.5, 50.0, 1.4, "passenger"),
-        "van": Kind(5.9, 2.0, 2.2, 4.0, 8.0, 40.0, 1.2, "delivery"),
-        "truck": Kind(10.0, 2.5, 1.2, 3.5, 7.0, 25.0, 1.0, "truck"),
+        "car": VehicleKind(4.6, 1.8, 2.6, 4.5, 8.5, 50.0, 1.4, "passenger"),
+        "van": VehicleKind(5.9, 2.0, 2.2, 4.0, 8.0, 40.0, 1.2, "delivery"),
+        "truck": VehicleKind(10.0, 2.5, 1.2, 3.5, 7.0, 25.0, 1.0, "truck"),
     }
 )
 

@@ -111,7 +111,7 @@ class ObstacleField(Strict):
         return (self.count, self.count) if isinstance(self.count, int) else self.count
 
 
-class Obstacles(Strict):
+class ObstaclesConfig(Strict):
     """Static bodies: listed one by one, or drawn from the seed."""
 
     listed: tuple[Obstacle, ...] = ()

@@ -7,7 +7,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from experiments.config.base import Curvature, Length, Size, Strict, mismatch
 
 
-class Network(Strict):
+class NetworkConfig(Strict):
     """A network of the catalogue, or any SUMO net with a route through it."""
 
     name: str | None = Field(default=None, description="network of the catalogue")

@@ -9,11 +9,11 @@ from experiments.config.ego import Ego
 from experiments.config.obstacles import (
     DrawnSection,
     Obstacle,
-    Obstacles,
+    ObstaclesConfig,
     read_obstacles,
 )
-from experiments.config.road import Network, Road
-from experiments.config.traffic import ScriptedVehicle, Traffic, read_traffic
+from experiments.config.road import NetworkConfig, Road
+from experiments.config.traffic import ScriptedVehicleConfig, Traffic, read_traffic
 from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
 
@@ -65,27 +65,29 @@ class Scenario(Strict):
     world: Literal["sumo", "kinematic"] = "sumo"
     network: (
         Annotated[
-            Network,
-            BeforeValidator(as_section("name"), json_schema_input_type=str | Network),
+            NetworkConfig,
+            BeforeValidator(
+                as_section("name"), json_schema_input_type=str | NetworkConfig
+            ),
         ]
         | None
     ) = Field(default=None, description="world sumo: a name of the catalogue or a file")
     road: Road | None = Field(default=None, description="world kinematic")
     ego: Ego
     obstacles: Annotated[
-        Obstacles,
+        ObstaclesConfig,
         BeforeValidator(
             read_obstacles,
             json_schema_input_type=Literal["none"]
             | tuple[Obstacle, ...]
             | DrawnSection,
         ),
-    ] = Obstacles()
+    ] = ObstaclesConfig()
     traffic: Annotated[
         Traffic | None,
         BeforeValidator(read_traffic, json_schema_input_type=Literal["none"] | Traffic),
     ] = Field(default=None, description="world sumo")
-    vehicles: tuple[ScriptedVehicle, ...] = Field(
+    vehicles: tuple[ScriptedVehicleConfig, ...] = Field(
         default=(), description="world kinematic"
     )
     planner: Annotated[

@@ -34,7 +34,7 @@ TEMPERS: Mapping[str, tuple[float, float]] = MappingProxyType(
 USUAL_TEMPER = "mixed"
 
 
-class SlowLeader(Strict):
+class SlowLeaderConfig(Strict):
     """A vehicle ahead in the ego's lane that enters together with the ego."""
 
     gap_m: Annotated[float, Field(ge=5.0, le=500.0)] = Field(
@@ -71,7 +71,7 @@ class Traffic(Strict):
     ego_lane_veh_per_h: Flow = Field(
         default=0.0, description="more of them, in the ego's lane"
     )
-    slow_leader: SlowLeader | None = None
+    slow_leader: SlowLeaderConfig | None = None
     oncoming_veh_per_h: Flow = 600.0
     cross_veh_per_h: Flow = Field(default=300.0, description="on each crossing arm")
     van_share: Share = 0.1
@@ -143,7 +143,7 @@ def read_traffic(value: Any) -> Any:
     return None if value == "none" else value
 
 
-class ScriptedVehicle(Strict):
+class ScriptedVehicleConfig(Strict):
     """A vehicle of the kinematic world: constant speed along the reference path."""
 
     s_m: Position = Field(description="centre at the start")

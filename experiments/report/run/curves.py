@@ -19,7 +19,7 @@ TO_MS = 1e3  # from seconds
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Series:
+class TimeSeries:
     """One line of a curve; NaN where there is nothing."""
 
     name: str
@@ -28,13 +28,13 @@ class Series:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class TimeCurve:
     """One chart over time; the first series is the one that the words are about."""
 
     title: str
     unit: str
     digits: int
-    series: tuple[Series, ...]
+    series: tuple[TimeSeries, ...]
     note: str = ""  # beside the title
     low: float | None = None  # ends of the axis, where it should not fit the values
     high: float | None = None
@@ -55,7 +55,7 @@ class Curve:
         )
 
 
-def curves(trace: Trace) -> list[Curve]:
+def curves(trace: Trace) -> list[TimeCurve]:
     """Give all curves of a run, in the order shown.
 
     Args:
@@ -98,86 +98,86 @@ def jerk(trace: Trace) -> tuple[FloatArray, FloatArray]:
     return rates[0], rates[1]
 
 
-def _speed(trace: Trace) -> Curve:
+def _speed(trace: Trace) -> TimeCurve:
     """Speed of the ego, and the one it is asked for."""
     speed = numbers(trace.steps["speed_mps"])
     target = np.full(speed.size, float(trace.fact("target_speed_mps")))
-    series = Series("speed", speed), Series("target", target, "limit")
-    return Curve("speed", "m/s", 2, series, "dashed: target", low=0.0)
+    series = TimeSeries("speed", speed), TimeSeries("target", target, "limit")
+    return TimeCurve("speed", "m/s", 2, series, "dashed: target", low=0.0)
 
 
-def _acceleration(trace: Trace) -> Curve:
+def _acceleration(trace: Trace) -> TimeCurve:
     """Tangential and lateral acceleration."""
     series = (
-        Series("along", numbers(trace.steps["acceleration_mps2"])),
-        Series("lateral", numbers(lateral_acceleration(trace.steps)), "second"),
+        TimeSeries("along", numbers(trace.steps["acceleration_mps2"])),
+        TimeSeries("lateral", numbers(lateral_acceleration(trace.steps)), "second"),
     )
-    return Curve("acceleration", "m/s²", 2, series, "dotted: lateral")
+    return TimeCurve("acceleration", "m/s²", 2, series, "dotted: lateral")
 
 
-def _jerk(trace: Trace) -> Curve:
+def _jerk(trace: Trace) -> TimeCurve:
     """Tangential and lateral jerk."""
     along, lateral = jerk(trace)
-    series = Series("along", along), Series("lateral", lateral, "second")
-    return Curve("jerk", "m/s³", 2, series, "dotted: lateral")
+    series = TimeSeries("along", along), TimeSeries("lateral", lateral, "second")
+    return TimeCurve("jerk", "m/s³", 2, series, "dotted: lateral")
 
 
-def _offset(trace: Trace) -> Curve:
+def _offset(trace: Trace) -> TimeCurve:
     """Lateral offset between the edges of the road."""
     steps, road = trace.steps, trace.road
     s = numbers(steps["s_m"])
     edges = [
-        Series(
+        TimeSeries(
             key.removesuffix("_m"),
             np.interp(s, numbers(road["s_m"]), numbers(road[key])),
             "limit",
         )
         for key in ("left_m", "right_m")
     ]
-    own = Series("offset", numbers(steps["l_m"]))
-    return Curve("lateral offset", "m", 2, (own, *edges), "dashed: edges")
+    own = TimeSeries("offset", numbers(steps["l_m"]))
+    return TimeCurve("lateral offset", "m", 2, (own, *edges), "dashed: edges")
 
 
-def _curvature(trace: Trace) -> Curve:
+def _curvature(trace: Trace) -> TimeCurve:
     """Curvature of the driven path and of the reference path."""
     steps, road = trace.steps, trace.road
     s = numbers(steps["s_m"])
     path = np.interp(s, numbers(road["s_m"]), numbers(road["curvature_1pm"]))
     series = (
-        Series("driven", numbers(steps["curvature_1pm"])),
-        Series("path", path, "limit"),
+        TimeSeries("driven", numbers(steps["curvature_1pm"])),
+        TimeSeries("path", path, "limit"),
     )
-    return Curve("curvature", "1/m", 4, series, "dashed: path")
+    return TimeCurve("curvature", "1/m", 4, series, "dashed: path")
 
 
-def _clearance(trace: Trace) -> Curve:
+def _clearance(trace: Trace) -> TimeCurve:
     """Distance to the nearest body."""
-    own = Series("clearance", numbers(trace.steps["clearance_m"]))
+    own = TimeSeries("clearance", numbers(trace.steps["clearance_m"]))
     high = _top(own.values, MAX_SHOWN_CLEARANCE)
-    return Curve("clearance", "m", 2, (own,), "to any body", low=0.0, high=high)
+    return TimeCurve("clearance", "m", 2, (own,), "to any body", low=0.0, high=high)
 
 
-def _ttc(trace: Trace) -> Curve:
+def _ttc(trace: Trace) -> TimeCurve:
     """Time to collision."""
-    own = Series("TTC", time_to_collision(trace))
+    own = TimeSeries("TTC", time_to_collision(trace))
     note = f"below {TTC_HORIZON:g} s"
-    return Curve(
+    return TimeCurve(
         "time to collision", "s", 2, (own,), note, low=0.0, high=_top(own.values, 10.0)
     )
 
 
-def _planning(trace: Trace) -> Curve:
+def _planning(trace: Trace) -> TimeCurve:
     """Wall clock of each cycle, and the step that it should fit into."""
     times = numbers(trace.timing["planning_ms"])
     deadline = float(trace.fact("step_s")) * TO_MS
-    series = [Series("planning", times)]
+    series = [TimeSeries("planning", times)]
     there = times[np.isfinite(times)]
     note = f"late: {deadline_misses(trace)}, first aside"
     high = float(SHOWN_PLANNING * np.percentile(there, 99)) if there.size else None
     if high is not None and high > deadline / 2.0:
-        series.append(Series("step", np.full(times.size, deadline), "limit"))
+        series.append(TimeSeries("step", np.full(times.size, deadline), "limit"))
         high = max(high, 1.1 * deadline)
-    return Curve("planning time", "ms", 2, tuple(series), note, low=0.0, high=high)
+    return TimeCurve("planning time", "ms", 2, tuple(series), note, low=0.0, high=high)
 
 
 def _top(values: FloatArray, most: float) -> float:
@@ -186,7 +186,7 @@ def _top(values: FloatArray, most: float) -> float:
     return min(max(float(there.max()), 1.0), most) if there.size else most
 
 
-_CURVES: tuple[Callable[[Trace], Curve], ...] = (
+_CURVES: tuple[Callable[[Trace], TimeCurve], ...] = (
     _speed,
     _acceleration,
     _jerk,

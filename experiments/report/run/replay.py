@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.report.run.candidates import Candidates
-from experiments.report.run.curves import Curve, Series, curves
+from experiments.report.run.curves import TimeCurve, TimeSeries, curves
 from experiments.report.run.packing import Packed, pack, pack_counts, pack_exact
 from experiments.report.run.road import page_obstacles, page_road, page_signals
 from experiments.report.run.speed_graphs import packed_graphs
@@ -169,7 +169,7 @@ def _shortened(column: Column) -> Column:
     return np.array(short, dtype=object)
 
 
-def _curve(curve: Curve, trace: Trace) -> dict[str, Any]:
+def _curve(curve: TimeCurve, trace: Trace) -> dict[str, Any]:
     """Pack one curve."""
     return {
         "title": curve.title,
@@ -190,7 +190,7 @@ def _curve(curve: Curve, trace: Trace) -> dict[str, Any]:
     }
 
 
-def _resolution(series: Series) -> float:
+def _resolution(series: TimeSeries) -> float:
     """A thousandth of the range: less than a pixel."""
     there = series.values[np.isfinite(series.values)]
     return float(np.ptp(there)) / 1000.0 if there.size else 1.0

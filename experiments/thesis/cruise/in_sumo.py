@@ -45,7 +45,7 @@ class Episode:
 
 
 @dataclass(frozen=True, slots=True)
-class Driven:
+class SumoOutcome:
     """What came of an episode."""
 
     status: str
@@ -68,7 +68,7 @@ class TrafficPart:
     missing: tuple[str, ...]
 
 
-def episode(asked: Episode) -> Driven:
+def episode(asked: Episode) -> SumoOutcome:
     """Drive one episode; nothing of it stays on the disk."""
     scenario = load_scenario(
         asked.scenario,
@@ -80,7 +80,7 @@ def episode(asked: Episode) -> Driven:
         choice = RunFolder(Path(folder) / "run", keeps_trace=lambda _: False)
         row = run_episode(scenario, choice=choice).row
     jerk, offset = row[columns.MEAN_J_JERK], row[columns.MEAN_J_OFFSET]
-    return Driven(
+    return SumoOutcome(
         str(row[columns.STATUS]),
         int(row[columns.COLLISIONS] or 0),
         None if jerk is None else float(jerk),
@@ -105,7 +105,7 @@ def traffic_part(effort: Effort, work: Work) -> TrafficPart:
 
 
 def _claims(
-    found: dict[tuple[str, str, int], Driven], seeds: Sequence[int]
+    found: dict[tuple[str, str, int], SumoOutcome], seeds: Sequence[int]
 ) -> tuple[Claim, ...]:
     """Check Table 4.2 among traffic, as printed and in closed loop."""
     claims = []
@@ -144,7 +144,7 @@ def _claims(
 
 
 def _table(
-    found: dict[tuple[str, str, int], Driven],
+    found: dict[tuple[str, str, int], SumoOutcome],
     planners: Sequence[str],
     seeds: Sequence[int],
 ) -> ResultTable:
@@ -168,7 +168,7 @@ def _table(
 HEADER = ("runs", "arrived", "with a contact", "J_offset m²", "J_jerk m²/s⁵")
 
 
-def _summary(runs: Sequence[Driven]) -> tuple[Number | str, ...]:
+def _summary(runs: Sequence[SumoOutcome]) -> tuple[Number | str, ...]:
     """Count and average; a dash where nothing was planned."""
     cells: list[Number | str] = [
         len(runs),

@@ -36,7 +36,7 @@ GROWS_AT = (60.0, -1.0)  # s and l of it [m]
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class RandomDrive:
     """What came of one layout."""
 
     status: EpisodeStatus
@@ -45,7 +45,7 @@ class Drive:
     off_road: int  # steps over the road's edge
 
 
-def drive(road: str, planner: str, seed: int, obstacles: str) -> Drive:
+def drive(road: str, planner: str, seed: int, obstacles: str) -> RandomDrive:
     """Drive one layout on a road of the thesis, in the world without a simulator.
 
     Args:
@@ -72,7 +72,7 @@ def drive(road: str, planner: str, seed: int, obstacles: str) -> Drive:
         records.append,
     )
     plans = [record.plan for record in records if record.plan is not None]
-    return Drive(
+    return RandomDrive(
         ending.status,
         min(record.clearance for record in records),
         sum(plan.status is not PlanStatus.OK for plan in plans),
@@ -87,7 +87,7 @@ def growing(radius: float) -> str:
 
 
 def layouts_table(
-    planner: str, results: Iterable[tuple[str, Sequence[Drive]]]
+    planner: str, results: Iterable[tuple[str, Sequence[RandomDrive]]]
 ) -> Table:
     """Lay out the random layouts, a road a row."""
     table = Table(title=f"Random obstacles without traffic, {planner}")
@@ -110,7 +110,7 @@ def layouts_table(
     return table
 
 
-def growing_table(planner: str, drives: Sequence[Drive]) -> Table:
+def growing_table(planner: str, drives: Sequence[RandomDrive]) -> Table:
     """Lay out what is kept from the growing obstacle."""
     s, l = GROWS_AT
     table = Table(title=f"One obstacle at s = {s:g} m, l = {l:g} m grows, {planner}")

@@ -22,7 +22,7 @@ from experiments.thesis.dense.layouts import (
     HALF_WIDTH,
     LENGTH,
     SAME_SIZE,
-    Layout,
+    PublishedLayout,
     random_layout,
 )
 from planner.dense.field import Cover, ObstacleField, straight_field
@@ -238,7 +238,9 @@ def share_better(
     return better, len(both)
 
 
-def layout_table(layout: Layout, methods: Mapping[str, Method] = METHODS) -> Table:
+def layout_table(
+    layout: PublishedLayout, methods: Mapping[str, Method] = METHODS
+) -> Table:
     """Put the measured beside the published numbers of one layout."""
     table = Table(title=f"{layout.name}: measured (published)")
     for heading in ("method", "length m", "max heading rad", "max curvature 1/m"):

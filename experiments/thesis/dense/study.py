@@ -38,7 +38,7 @@ LATTICES = {"uniform": plan_uniform, "adaptive": plan_adaptive}
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class RandomLayout:
     """A random layout by its numbers."""
 
     n: int
@@ -55,7 +55,7 @@ class Layout:
 class Studied:
     """What came of one layout."""
 
-    layout: Layout
+    layout: RandomLayout
     methods: Mapping[str, Measured]
     waypoints: Mapping[str, int]
     occupied: int  # adaptive waypoints nearer to an obstacle than the discs allow
@@ -63,7 +63,7 @@ class Studied:
     changed: Mapping[str, bool | None]  # see `side_changes`
 
 
-def study(layout: Layout) -> Studied:
+def study(layout: RandomLayout) -> Studied:
     """Run every method on one layout."""
     obstacles = layout.obstacles()
     field = straight_field(obstacles, HALF_WIDTH, LENGTH)

@@ -8,7 +8,7 @@ from planner.states import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
-class PathWeights:
+class PathCostWeights:
     """Weights of smoothness and length; not given in [Thesis]."""
 
     bending: float = 4000.0  # of the integral of squared curvature [m]
@@ -17,7 +17,7 @@ class PathWeights:
 
 
 def bending_cost(
-    distance: FloatArray, curvature: FloatArray, weights: PathWeights
+    distance: FloatArray, curvature: FloatArray, weights: PathCostWeights
 ) -> float:
     """Give w1 ∫k² ds + w2 L, trapezoids; the corrected eq. 6.11."""
     square = curvature * curvature
@@ -25,7 +25,7 @@ def bending_cost(
     return weights.bending * bent + weights.length * float(distance[-1] - distance[0])
 
 
-def turning_cost(x: FloatArray, y: FloatArray, weights: PathWeights) -> float:
+def turning_cost(x: FloatArray, y: FloatArray, weights: PathCostWeights) -> float:
     """Give w1 Σ|Δheading|/ds · ds + w2 L; eq. 6.11 made independent of n.
 
     Headings are those of the chords between the points. Points that repeat the one
@@ -39,7 +39,7 @@ def turning_cost(x: FloatArray, y: FloatArray, weights: PathWeights) -> float:
     return weights.turning * turned + weights.length * float(steps.sum())
 
 
-def printed_cost(x: FloatArray, y: FloatArray, weights: PathWeights) -> float:
+def printed_cost(x: FloatArray, y: FloatArray, weights: PathCostWeights) -> float:
     """Give w1 Σ|Δheading / ds| + w2 L; eq. 6.11 without ds: it grows with n.
 
     Only the zero denominator is repaired.
