@@ -1,4 +1,4 @@
-"""The road networks that come with the package, and networks that users bring.
+"""The road networks of the package, and networks of users.
 
 The four roads of the cruise planner have the same cross-section: two carriageways of
 three lanes of 10/3 m, right-hand traffic, 50 km/h. The ego's reference line is the
@@ -26,7 +26,7 @@ LEAD_IN = 100.0
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """One way that the traffic of a stream takes."""
+    """One route of the traffic of a stream."""
 
     route: tuple[str, ...]  # edge ids
     share: float  # of the stream's vehicles, relative to the other turns
@@ -46,7 +46,7 @@ class Stream:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """A road network and the way the ego takes through it."""
+    """A road network and the ego's route through it."""
 
     name: str
     net_file: Path
@@ -58,7 +58,7 @@ class Network:
 
     @classmethod
     def from_file(cls, path: str | Path, route: Sequence[str], lane: int = 0) -> Self:
-        """Take a network that the user brings.
+        """Build the record of a user's network.
 
         Traffic: "own" along the ego's route, and "oncoming" the same way back if every
         edge has a counterpart.
@@ -137,7 +137,7 @@ def network(name: str) -> Network:
 
 
 def _way_back(net: Any, route: tuple[str, ...]) -> tuple[str, ...]:
-    """Find the edges that lead the route back, () unless all of it has them."""
+    """Return the edges of the reverse route, () unless it is complete."""
     back: list[str] = []
     for edge_id in reversed(route):
         edge = net.getEdge(edge_id)
@@ -257,7 +257,7 @@ def _intersection() -> Network:
     clockwise = ("west", "north", "east", "south")
 
     def turns(arm: str) -> tuple[Turn, ...]:
-        """Lead half of the traffic of `arm` to the left, over two of three lanes."""
+        """Return the turns from `arm`; half of the traffic turns left."""
         place = clockwise.index(arm)
         shares = ((1, 0.5), (2, 0.35), (3, 0.15))  # left, straight on, right
         return tuple(

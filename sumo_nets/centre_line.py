@@ -50,7 +50,7 @@ def parse_segment(text: str) -> Segment:
     kind, *words = text.split() or [""]
     if len(words) != NUMBERS.get(kind):
         raise NetworkError(
-            f'"{text}" is none of "line LENGTH", "arc LENGTH CURVATURE", '
+            f'"{text}" is invalid; allowed: "line LENGTH", "arc LENGTH CURVATURE", '
             '"clothoid LENGTH CURVATURE CURVATURE"'
         )
     try:

@@ -76,12 +76,12 @@ class VehicleType:
 
     @property
     def id(self) -> str:
-        """Name of the vType: car_normal_IDM."""
+        """Id of the vType, for example car_normal_IDM."""
         return f"{self.kind}_{self.temper}_{self.model}"
 
 
 def type_attributes(vehicle_type: VehicleType) -> dict[str, str]:
-    """Give the attributes of a vType element."""
+    """Return the attributes of a vType element."""
     kind = KINDS[vehicle_type.kind]
     temper = TEMPERS[vehicle_type.temper]
     # Nobody brakes comfortably harder than in an emergency.
@@ -134,7 +134,9 @@ class LeaderType:
         """
         if self.kind not in KINDS:
             known = ", ".join(KINDS)
-            raise NetworkError(f'leader kind "{self.kind}" is none of {known}')
+            raise NetworkError(
+                f'leader kind "{self.kind}" is unknown; allowed: {known}'
+            )
         if not 0.0 < self.max_speed < np.inf:
             raise NetworkError(
                 f"leader max_speed = {self.max_speed:g} must be > 0 and finite"
@@ -146,7 +148,7 @@ class LeaderType:
         return KINDS[self.kind].length
 
     def attributes(self) -> dict[str, str]:
-        """Give the attributes of the vType element."""
+        """Return the attributes of the vType element."""
         highest = min(self.max_speed, KINDS[self.kind].max_speed)
         return {
             **type_attributes(VehicleType(self.kind, "normal", "Krauss")),
@@ -158,7 +160,7 @@ class LeaderType:
 
 @dataclass(frozen=True, slots=True)
 class EgoType:
-    """What the traffic has to know of the ego; its vType has the id "ego"."""
+    """The ego as the traffic sees it; its vType has the id "ego"."""
 
     length: float  # [m]
     width: float  # [m]
@@ -183,7 +185,7 @@ class EgoType:
             )
 
     def attributes(self) -> dict[str, str]:
-        """Give the attributes of the vType element."""
+        """Return the attributes of the vType element."""
         return {
             "id": "ego",
             "vClass": "passenger",

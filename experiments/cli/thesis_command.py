@@ -1,4 +1,4 @@
-"""`rearview thesis`: the published claims beside what this code measures."""
+"""`rearview thesis`: recompute the published claims."""
 
 import sys
 from enum import StrEnum
@@ -13,7 +13,7 @@ OUT = Path("runs/thesis")
 
 
 class ChapterName(StrEnum):
-    """What can be asked for."""
+    """Chapters that can be recomputed."""
 
     CRUISE = "cruise"
     DENSE = "dense"
@@ -32,17 +32,17 @@ def thesis(
     ] = None,
     *,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Few layouts, no SUMO: under a minute.")
+        bool, typer.Option("--quick", help="Few layouts, no SUMO; under a minute.")
     ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Where it goes.  [runs/thesis, with --quick runs/thesis_quick]"
+            help="Output folder.  [runs/thesis; with --quick runs/thesis_quick]"
         ),
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
 ) -> None:
-    """Recompute the thesis: page, numbers and document; goes on where it was ended."""
+    """Recompute the claims of the thesis; resumes after an interruption."""
     with report_user_errors():
         from experiments.report.figures.save import require_matplotlib
         from experiments.thesis.chapters import CHAPTERS, chapter_data, kept_chapters
@@ -65,7 +65,7 @@ def thesis(
         except KeyboardInterrupt:
             sys.stderr.write(
                 f"interrupted; finished chapters are kept in {folder}, the same "
-                "command goes on from there\n"
+                "command resumes\n"
             )
             raise typer.Exit(INTERRUPTED) from None
         found = kept_chapters(list(CHAPTERS), effort, folder)

@@ -1,4 +1,4 @@
-"""What all commands do with an error that the user can mend: one line."""
+"""Report errors that users can fix in one line."""
 
 import sys
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ ARRIVED, OTHER_OUTCOME, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130  # exit status
 
 @contextmanager
 def report_user_errors() -> Iterator[None]:
-    """Turn errors that the user can mend into one line and exit status 2."""
+    """Report errors that users can fix in one line, with exit status 2."""
     try:
         yield
     except _user_errors() as error:
@@ -23,7 +23,7 @@ def report_user_errors() -> Iterator[None]:
 
 
 def _user_errors() -> tuple[type[Exception], ...]:
-    """List the families of errors that say in one line what to do."""
+    """Return the error classes whose messages tell users what to do."""
     from planner.errors import PlannerError
     from sumo_nets.errors import NetworkError
 

@@ -1,4 +1,4 @@
-"""Planners against a baseline, on common seeds: the table of a paper."""
+"""Comparison of planners with a baseline on common seeds."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ Statistic = Callable[..., float]
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One metric of one planner, beside that of the baseline."""
+    """One metric of one planner, compared with the baseline."""
 
     metric: str
     label: str
@@ -81,7 +81,7 @@ def _line(
     baseline: Mapping[tuple[str, ...], Row] | None,
     statistic: Statistic,
 ) -> Line | None:
-    """Compare one planner by one metric; None if it does not apply to any run."""
+    """Compare one planner in one metric; None if it applies to no run."""
     values = {key: _value(metric, row) for key, row in own.items()}
     known = {key: value for key, value in values.items() if value is not None}
     if not known:
@@ -104,7 +104,7 @@ def _line(
 
 
 def _with_rates(line: Line, first: list[Any], second: list[Any]) -> Line:
-    """Add the comparison of a rate."""
+    """Add the paired comparison of a rate."""
     found = st.paired_rates(first, second)
     gained, lost = found.only_second / found.pairs, found.only_first / found.pairs
     needed = st.seeds_for_rates(gained, lost) if gained != lost else None
@@ -119,7 +119,7 @@ def _with_rates(line: Line, first: list[Any], second: list[Any]) -> Line:
 
 
 def _with_difference(line: Line, found: st.PairedDifference) -> Line:
-    """Add the comparison of a quantity."""
+    """Add the paired comparison of a quantity."""
     return replace(
         line,
         pairs=found.pairs,
@@ -132,7 +132,7 @@ def _with_difference(line: Line, found: st.PairedDifference) -> Line:
 
 
 def _corrected(lines: Sequence[Line]) -> list[Line]:
-    """Correct all p values together."""
+    """Correct all p values together (Holm)."""
     tested = [line.p_value for line in lines if line.p_value is not None]
     corrected = iter(st.holm(tested))
     return [
@@ -142,7 +142,7 @@ def _corrected(lines: Sequence[Line]) -> list[Line]:
 
 
 def _by_label(rows: Sequence[Row]) -> dict[str, dict[tuple[str, ...], Row]]:
-    """Sort rows by planner, then by everything that makes a pair."""
+    """Group rows by planner, then by the key of a pair."""
     axes = axis_columns(list(rows[0]))
     groups: dict[str, dict[tuple[str, ...], Row]] = {}
     for row in rows:

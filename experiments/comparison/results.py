@@ -1,4 +1,4 @@
-"""The results of a sweep: one row a run, gathered from the run folders.
+"""The results of a sweep: one row per run, collected from the run folders.
 
 The run folders are the truth; `results.parquet` can be rebuilt from them at any time.
 """
@@ -63,7 +63,7 @@ def rebuild(folder: Path) -> int:
 
 
 def refresh(folder: Path) -> Path:
-    """Give the Parquet file, rebuilt if runs came or went since it was written."""
+    """Return the Parquet file, rebuilt if the number of runs has changed."""
     require_sweep(folder)
     path = folder / RESULTS
     if not path.exists() or _rows_in(path) != len(finished(folder)):
@@ -74,7 +74,7 @@ def refresh(folder: Path) -> Path:
 def query(
     folder: Path, sql: str = ALL_RUNS, option: str = "--sql"
 ) -> duckdb.DuckDBPyRelation:
-    """Ask the results of a sweep.
+    """Query the results of a sweep.
 
     Args:
         folder: Of the sweep.
@@ -93,7 +93,7 @@ def query(
     try:
         statements = connection.extract_statements(sql)
         if [one.type for one in statements] != [duckdb.StatementType.SELECT]:
-            raise ConfigError(f"{option}: allowed: one SELECT about the table runs")
+            raise ConfigError(f"{option}: allowed: one SELECT on the table runs")
         return connection.sql(sql)
     except duckdb.Error as error:
         raise _misunderstood(option, error) from error
@@ -102,7 +102,7 @@ def query(
 def fetch(
     relation: duckdb.DuckDBPyRelation, option: str = "--sql"
 ) -> list[tuple[Any, ...]]:
-    """Fetch the rows of a question; some mistakes show only here."""
+    """Fetch the rows of a query; some errors appear only here."""
     try:
         found: list[tuple[Any, ...]] = relation.fetchall()
     except duckdb.Error as error:
@@ -111,14 +111,14 @@ def fetch(
 
 
 def rows(folder: Path, sql: str = ALL_RUNS, option: str = "--sql") -> list[Row]:
-    """Ask the results of a sweep, see `query`; gives rows as dictionaries."""
+    """Query the results of a sweep, see `query`, and return rows as dictionaries."""
     relation = query(folder, sql, option)
     names = relation.columns
     return [dict(zip(names, row, strict=True)) for row in fetch(relation, option)]
 
 
 def dataframe(folder: Path, sql: str = ALL_RUNS) -> "pd.DataFrame":
-    """Ask the results of a sweep; gives a pandas DataFrame, without pyarrow.
+    """Query the results of a sweep and return a pandas DataFrame, without pyarrow.
 
     Raises:
         ConfigError: If pandas is not there.
@@ -135,18 +135,18 @@ def dataframe(folder: Path, sql: str = ALL_RUNS) -> "pd.DataFrame":
 
 
 def axis_columns(names: Sequence[str]) -> list[str]:
-    """Pick the columns that are axes of the sweep."""
+    """Return the columns that are axes of the sweep."""
     known = {RUN_ID, LABEL, *ALL_COLUMNS, *_BEHIND}
     return [name for name in names if name not in known]
 
 
 def _misunderstood(option: str, error: duckdb.Error) -> ConfigError:
-    """Make the error about a question, of the first line of what SQL says."""
+    """Build the error of an invalid query from the first line of DuckDB's message."""
     return ConfigError(f"{option}: {str(error).splitlines()[0]}")
 
 
 def _row(run: Path) -> Row:
-    """Read the row of one run: identity, axes, metrics, how it went."""
+    """Read the row of one run: identity, axes, metrics, execution."""
     try:
         about, metrics = read_manifest(run), read_json(run / METRICS)
     except ResultsError as error:
@@ -167,12 +167,12 @@ def _row(run: Path) -> Row:
 
 
 def _cell(value: Any) -> Any:
-    """Write a list or a section on an axis as text."""
+    """Format a list or a section on an axis as text."""
     return json.dumps(value) if isinstance(value, list | dict) else value
 
 
 def _order(row: Row) -> tuple[Any, ...]:
-    """Sort by scenario, planner, axes, seed; numbers by size, before words."""
+    """Return the sort key: scenario, planner, axes, seed; numbers before text."""
     axes = sorted(axis_columns(list(row)))
     keys = (columns.SCENARIO, LABEL, *axes, columns.SEED)
     return tuple(
@@ -182,7 +182,7 @@ def _order(row: Row) -> tuple[Any, ...]:
 
 
 def _names(rows: Sequence[Row]) -> list[str]:
-    """Give the columns: axes between identity and metrics, each once."""
+    """Return the column names: identity, axes, metrics, execution."""
     found = list(dict.fromkeys(chain.from_iterable(rows)))
     axes = axis_columns(found)
     metrics = [name for name in found if name not in {RUN_ID, LABEL, *axes, *_BEHIND}]
@@ -214,7 +214,7 @@ def _write(rows: Sequence[Row], path: Path) -> None:
 
 
 def _sql_type(name: str, values: Sequence[Any]) -> str:
-    """Choose the type of a column from what is in it."""
+    """Infer the type of a column from its values."""
     kinds = {type(value) for value in values if value is not None}
     if name in _TEXTS or str in kinds:
         return "VARCHAR"
@@ -226,19 +226,19 @@ def _sql_type(name: str, values: Sequence[Any]) -> str:
 
 
 def _typed(value: Any, kind: str) -> Any:
-    """Bring a value into the type of its column."""
+    """Convert a value to the type of its column."""
     return {"VARCHAR": str, "BOOLEAN": bool, "BIGINT": int, "DOUBLE": float}[kind](
         value
     )
 
 
 def _quoted(name: str) -> str:
-    """Write a column's name in SQL."""
+    """Quote a column name for SQL."""
     return '"' + name.replace('"', '""') + '"'
 
 
 def _rows_in(path: Path) -> int:
-    """Count the rows of a Parquet file, -1 if it is none."""
+    """Count the rows of a Parquet file; -1 if it is not one."""
     quoted = str(path).replace("'", "''")
     try:
         with duckdb.connect() as database:

@@ -33,7 +33,7 @@ class Obstacle(Strict):
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
-        """Refuse a body that is both shapes or neither."""
+        """Reject a body that has both shapes or neither."""
         rectangle = self.length_m is not None and self.width_m is not None
         either = self.length_m is not None or self.width_m is not None
         if (self.radius_m is None) != rectangle or either != rectangle:
@@ -56,7 +56,7 @@ class RandomObstacles(Strict):
 
     @model_validator(mode="after")
     def _ranges_rise(self) -> Self:
-        """Refuse a range that runs downwards."""
+        """Reject a descending range."""
         for key in ("spacing_m", "radius_m"):
             least, most = getattr(self, key)
             if least > most:
@@ -92,7 +92,7 @@ class ObstacleField(Strict):
 
     @model_validator(mode="after")
     def _ranges_rise(self) -> Self:
-        """Refuse a range that runs downwards."""
+        """Reject a descending range."""
         least, most = self.counts
         if least > most:
             raise mismatch(

@@ -98,7 +98,7 @@ class Scenario(Strict):
 
     @model_validator(mode="after")
     def _fits_world(self) -> Self:
-        """Refuse keys of the other world, and things beyond the road."""
+        """Reject keys of the other world, and objects beyond the road."""
         sumo = self.world == "sumo"
         needed, foreign = ("network", "road") if sumo else ("road", "network")
         if getattr(self, needed) is None:
@@ -166,7 +166,7 @@ class Scenario(Strict):
         return ConfigError(f"{where}: {dotted(path)}: {problem}{clash}")
 
     def resolved(self) -> dict[str, Any]:
-        """Give the whole configuration as plain data that reads back the same."""
+        """Return the whole configuration as plain data that reads back the same."""
         data: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
         if self.network is not None and self.network.name is not None:
             data["network"] = self.network.name

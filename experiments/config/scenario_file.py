@@ -205,7 +205,7 @@ def _parse_override(text: str) -> tuple[KeyPath, Plain, str]:
 
 
 def _override(document: Document, path: KeyPath, value: Plain, option: str) -> None:
-    """Put `value` at `path`, making the sections on the way."""
+    """Set `value` at `path`, creating the sections on the way."""
     node: Any = document.data
     for part, following in pairwise(path):
         node = _step_into(node, part, following, option)
@@ -241,7 +241,7 @@ def _step_into(node: Any, part: str | int, following: str | int, option: str) ->
 
 
 def _choose_planner(document: Document, name: str) -> None:
-    """Take another planner; settings of the file stay only with their own planner."""
+    """Replace the planner; settings of the file apply only to their own planner."""
     current = document.data.get("planner") if isinstance(document.data, dict) else None
     if isinstance(current, dict) and current.get("name") == name:
         return

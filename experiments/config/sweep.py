@@ -33,7 +33,7 @@ class SweptPlanner(Strict):
 
     @property
     def shown(self) -> str:
-        """Name in tables."""
+        """Label in tables."""
         return self.label or self.name
 
 
@@ -49,7 +49,7 @@ class Sample(Strict):
 
     @model_validator(mode="after")
     def _fits_method(self) -> Self:
-        """Refuse ranges that do not rise, and counts that spoil a Sobol sequence."""
+        """Reject ranges that do not ascend, and unbalanced Sobol counts."""
         for key, (least, most) in self.ranges.items():
             if not least < most:
                 problem = f"is [{least}, {most}]; allowed: [least, most], rising"
@@ -76,7 +76,7 @@ class Axes(Strict):
 
     @model_validator(mode="after")
     def _keys_once(self) -> Self:
-        """Refuse lists to zip of different length, and a key on two axes."""
+        """Reject zipped lists of different lengths, and a key on two axes."""
         lengths = {key: len(values) for key, values in self.zip.items()}
         if len(set(lengths.values())) > 1:
             shown = ", ".join(f"{key} has {n}" for key, n in lengths.items())
@@ -145,7 +145,7 @@ class Sweep(Strict):
 
     @model_validator(mode="after")
     def _labels_differ(self) -> Self:
-        """Refuse two planners that no table could tell apart."""
+        """Reject two planners with the same label."""
         labels = [planner.shown for planner in self.planners]
         for index, label in enumerate(labels):
             if label in labels[:index]:

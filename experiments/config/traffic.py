@@ -47,7 +47,7 @@ class SlowLeaderConfig(Strict):
 
 
 def _flow(data: dict[str, Any]) -> float | None:
-    """Give the flow where none is written: none beside a density."""
+    """Return the default flow: none beside a density."""
     return USUAL_FLOW if data["density"] is None else None
 
 
@@ -101,7 +101,7 @@ class Traffic(Strict):
 
     @model_validator(mode="after")
     def _shares_fit(self) -> Self:
-        """Refuse shares of more than everything."""
+        """Reject shares that exceed 1 in total."""
         for one, other in (
             ("van_share", "truck_share"),
             ("cautious_share", "aggressive_share"),
@@ -115,7 +115,7 @@ class Traffic(Strict):
 
     @model_validator(mode="after")
     def _said_once(self) -> Self:
-        """Refuse a preset and numbers that say something else, or nothing at all."""
+        """Reject a preset beside numbers, or neither of them."""
         flow = self.own_veh_per_h
         if self.density is None and flow is None:
             raise mismatch("own_veh_per_h", "is null; allowed: a number, or density")

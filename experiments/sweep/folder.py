@@ -1,13 +1,12 @@
-"""The folder of a sweep: who works in it, what is finished, of which code.
+"""The folder of a sweep: lock, finished runs, version of the code.
 
-sweep.yaml       what was asked for
-code.json        what made the runs: hashes of the code and of users' planners,
-                 versions of libraries
-runs/ab/abcd.../ one folder a run, under the first two characters of its id
-results.parquet  one row a run, rebuilt from the run folders
-progress.json    how far it is
-workers.log      what SUMO and planners print
-reruns/abcd...   runs that were done again, with their whole trace
+sweep.yaml       the sweep file
+code.json        hashes of the code and of users' planners, versions of libraries
+runs/ab/abcd.../ one folder per run, under the first two characters of its id
+results.parquet  one row per run, rebuilt from the run folders
+progress.json    progress
+workers.log      output of SUMO and planners
+reruns/abcd...   repeated runs, with their full trace
 report.html      the page of the sweep
 """
 
@@ -35,40 +34,40 @@ SHARD = 2  # characters of the id that name the folder above the run's
 RESULTS = "results.parquet"
 PROGRESS = "progress.json"
 LOG = "workers.log"
-RERUNS = "reruns"  # folder of the runs that were done again
+RERUNS = "reruns"  # folder of repeated runs
 _SWEEP, _CODE, _LOCK = "sweep.yaml", "code.json", ".lock"
 
 
 def run_folder(folder: Path, run_id: str) -> Path:
-    """Say where the folder of a run is."""
+    """Return the folder of a run."""
     return folder / "runs" / run_id[:SHARD] / run_id
 
 
 def run_folders(folder: Path) -> Iterator[Path]:
-    """Find the run folders of a sweep, sorted; a folder that is there is whole."""
+    """Yield the run folders of a sweep, sorted; every folder is complete."""
     runs = folder / "runs"
     for shard in sorted(_folders(runs)):
         yield from sorted(_folders(shard))
 
 
 def finished(folder: Path) -> set[str]:
-    """List the ids of the runs that are there."""
+    """Return the ids of the finished runs."""
     return {run.name for run in run_folders(folder)}
 
 
 def is_sweep(folder: Path) -> bool:
-    """Tell whether a folder is one that a sweep was in."""
+    """Check whether a folder is the folder of a sweep."""
     return (folder / "runs").is_dir() and (folder / _SWEEP).is_file()
 
 
 def require_sweep(folder: Path) -> None:
-    """Refuse a folder that no sweep was in."""
+    """Raise ConfigError unless a folder is the folder of a sweep."""
     if not (folder / "runs").is_dir():
-        raise ConfigError(f"{folder}: is no folder of a sweep: it has no runs")
+        raise ConfigError(f"{folder}: is not the folder of a sweep: it has no runs")
 
 
 def require_place(folder: Path) -> None:
-    """Refuse a place where a sweep would mix with something else.
+    """Reject a folder in which a sweep would mix with something else.
 
     Args:
         folder: Where it is to be; absolute. A folder that is not there, an empty one
@@ -91,7 +90,7 @@ def require_place(folder: Path) -> None:
 
 
 def _contents(folder: Path) -> str:
-    """Say what a folder that no sweep was in is or holds; nothing if it is empty."""
+    """Describe a folder that is not of a sweep; empty text if it is empty."""
     if (folder / MANIFEST).is_file():
         return "is the folder of a single run"
     count = sum((inner / MANIFEST).is_file() for inner in _folders(folder))
@@ -103,7 +102,7 @@ def _contents(folder: Path) -> str:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Keep other sweeps out of a folder; a process that dies lets go of it.
+    """Lock a folder against other sweeps; the lock ends with the process.
 
     Raises:
         ConfigError: If another sweep works in it.
@@ -121,8 +120,8 @@ def locked(folder: Path) -> Iterator[None]:
             lock.seek(0)
             owner = lock.read().strip() or "another process"
             raise ConfigError(
-                f"{folder}: another sweep is at work in it ({owner}); allowed: "
-                "another --out, or wait"
+                f"{folder}: in use by another sweep ({owner}); allowed: another --out, "
+                "or wait"
             ) from None
         except OSError as error:  # a file system without locks
             raise ResultsError(
@@ -135,7 +134,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
-    """Make a folder this sweep's, or go on in it.
+    """Initialise the folder of a sweep, or resume in it.
 
     Args:
         folder: Locked.
@@ -164,7 +163,7 @@ def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
 
 
 def load_sweep_copy(folder: Path) -> Sweep:
-    """Read what was asked for when the folder was last worked in."""
+    """Read the sweep file of the last call."""
     path = folder / _SWEEP
     try:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
@@ -174,7 +173,7 @@ def load_sweep_copy(folder: Path) -> Sweep:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what processes that died left of their run folders.
+    """Remove unfinished run folders of dead processes.
 
     One of them may be alive on another machine: its folder goes out of its hands
     before it is emptied, or it could be put in its place half empty.
@@ -189,7 +188,7 @@ def remove_unfinished(folder: Path) -> None:
 def _check_code(
     folder: Path, before: Mapping[str, Any], now: Mapping[str, Any]
 ) -> None:
-    """Refuse to mix the results of two versions of the code."""
+    """Reject mixing the results of two versions of the code."""
     changed = [key for key in now if key in before and before[key] != now[key]]
     count = len(finished(folder)) if changed else 0
     if count:
@@ -201,7 +200,7 @@ def _check_code(
 
 
 def _folders(parent: Path) -> list[Path]:
-    """List the folders in a folder, without those that are being filled."""
+    """List the folders in a folder, without unfinished ones."""
     try:
         with os.scandir(parent) as entries:
             return [

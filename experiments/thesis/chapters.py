@@ -32,7 +32,7 @@ INPUTS = (
 
 
 def identity(effort: Effort) -> Data:
-    """Say what a chapter is made from: with another identity it is computed anew."""
+    """Return the inputs of a chapter: with other inputs it is computed again."""
     return {
         "code": code_hash(),
         "layouts": inputs_hash(ROOT),
@@ -53,7 +53,7 @@ def inputs_hash(root: Path) -> str:
 
 
 def chapter_data(name: str, effort: Effort, work: Work, out: Path) -> tuple[Data, bool]:
-    """Give a chapter as plain data.
+    """Return a chapter as plain data.
 
     Args:
         name: Of `CHAPTERS`.
@@ -85,7 +85,7 @@ def chapter_data(name: str, effort: Effort, work: Work, out: Path) -> tuple[Data
 
 
 def kept_chapter(name: str, effort: Effort, out: Path) -> Data | None:
-    """Give a finished chapter, if it is of this code, these layouts, this effort."""
+    """Return a finished chapter if code, layouts and effort are the same."""
     try:
         whole = json.loads((out / FOLDER / f"{name}.json").read_text(encoding="utf-8"))
         same = whole["identity"] == json.loads(json.dumps(identity(effort)))
@@ -107,6 +107,6 @@ def as_data(chapter: Chapter) -> Data:
 
 
 def kept_chapters(names: Sequence[str], effort: Effort, out: Path) -> list[Data]:
-    """Give all finished chapters of these names."""
+    """Return all finished chapters of these names."""
     found = (kept_chapter(name, effort, out) for name in names)
     return [chapter for chapter in found if chapter is not None]

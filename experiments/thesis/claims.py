@@ -67,7 +67,7 @@ class Claim:
     on: str = "picked layout"  # where `measured` and `picked` are from
 
     def __post_init__(self) -> None:
-        """Refuse a claim that fails without a reason."""
+        """Reject a claim that fails without a reason."""
         if self.verdict is not Verdict.HOLDS and not self.reason:
             raise ValueError(f"{self.id}: {self.verdict}, and no reason is given")
 
@@ -155,7 +155,7 @@ def numbers(**values: float) -> dict[str, Number]:
 
 
 def printed(**values: float) -> dict[str, Number]:
-    """Name published numbers, which stay as printed."""
+    """Collect published numbers, which stay as printed."""
     return {
         name.replace("_", " "): int(value) if value == int(value) else value
         for name, value in values.items()

@@ -31,5 +31,5 @@ class Work(Protocol):
     def map(
         self, words: str, function: Callable[[Item], Result], items: Iterable[Item]
     ) -> list[Result]:
-        """Give the results in the order of the items; `words` say what is going on."""
+        """Return the results in the order of the items; `words` describe the work."""
         ...

@@ -61,7 +61,7 @@ def thesis_page(numbers: Data, pictures: Mapping[int, Sequence[Data]]) -> str:
 
 
 def _claims(claims: Sequence[Data]) -> list[dict[str, str]]:
-    """Put claims into words."""
+    """Format claims."""
     return [
         {
             "words": claim["words"],

@@ -28,7 +28,7 @@ class PublishedTable:
 
     @property
     def place(self) -> str:
-        """Say where it stands."""
+        """Place in the thesis."""
         return f"Table {self.number}"
 
     def value(self, row: str, column: str) -> float:

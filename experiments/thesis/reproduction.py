@@ -66,7 +66,7 @@ def write_reproduction(chapters: Sequence[Data], out: Path, *, quick: bool) -> P
 
 
 def machine() -> dict[str, Any]:
-    """Say what the times were measured on."""
+    """Describe the machine of the measured times."""
     return {
         "processor": _processor(),
         "system": platform.system(),
@@ -75,7 +75,7 @@ def machine() -> dict[str, Any]:
 
 
 def _processor() -> str:
-    """Name the processor."""
+    """Return the name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -186,7 +186,7 @@ def test_type_of_a_slow_leader_is_written(tmp_path):
 @pytest.mark.parametrize(
     ("kind", "speed", "message"),
     [
-        ("tractor", 8.0, 'leader kind "tractor" is none of car, van, truck'),
+        ("tractor", 8.0, 'leader kind "tractor" is unknown; allowed: car, van, truck'),
         ("car", 0.0, "leader max_speed = 0 must be > 0"),
         ("car", nan, "leader max_speed = nan must be > 0"),
     ],
@@ -218,7 +218,10 @@ def test_drivers_differ_in_speed_as_their_tempers_say():
         ({"truck_share": 1.5}, r"truck_share = 1.5 must be in \[0, 1\]"),
         ({"van_share": 0.6, "truck_share": 0.6}, r"van_share \+ truck_share = 1.2"),
         ({"cautious_share": 0.9}, r"cautious_share \+ aggressive_share = 1.1"),
-        ({"models": (("SmartSK", 1.0),)}, '"SmartSK" is none of Krauss, IDM, EIDM, A'),
+        (
+            {"models": (("SmartSK", 1.0),)},
+            '"SmartSK" is unknown; allowed: Krauss, IDM, EIDM, A',
+        ),
         ({"models": (("IDM", -1.0),)}, "share -1 of IDM must be >= 0"),
         ({"models": ()}, "must name some"),
         ({"models": (("IDM", 1.0), ("IDM", 1.0))}, "each once"),

@@ -1,4 +1,4 @@
-"""The picture of a run or a sweep: `rearview figure FOLDER`."""
+"""The figure of a run or a sweep: `rearview figure FOLDER`."""
 
 import os
 import tempfile
@@ -95,7 +95,7 @@ def draw_run(run: RunRecord) -> "Figure":
 
 
 def _title(figure: "Figure", page: Page, run: RunRecord) -> None:
-    """Say which run this is and how it ended."""
+    """Write the title: the run and how it ended."""
     fact = run.trace.fact
     status = fact("status")
     words = (
@@ -148,12 +148,12 @@ def _legend(figure: "Figure", page: Page, run: RunRecord) -> None:
 
 
 def _moment_name(run: RunRecord, number: int) -> str:
-    """Name a moment as in `2: t = 3.6 s`."""
+    """Format a moment as in `2: t = 3.6 s`."""
     return f"{number + 1}: t = {run.time[run.moments[number]]:.1f} s"
 
 
 def require_matplotlib(command: str) -> None:
-    """Say how to get matplotlib where it is missing."""
+    """Raise ResultsError with the command that installs matplotlib if it is missing."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
@@ -164,7 +164,7 @@ def require_matplotlib(command: str) -> None:
 
 
 def _save(figure: "Figure", target: Path, kind: str) -> None:
-    """Write the picture aside and rename it, so that it is whole or not there."""
+    """Write the figure to a temporary file and rename it."""
     try:
         descriptor, name = tempfile.mkstemp(
             prefix=".unfinished-", suffix=f".{kind}", dir=target.parent

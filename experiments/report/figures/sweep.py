@@ -80,7 +80,7 @@ def _groups(found: Sequence[Row]) -> Groups:
 
 
 def _label(row: Row) -> str:
-    """Name the planner of a row."""
+    """Return the label of the planner of a row."""
     return str(row[LABEL] or row[columns.PLANNER])
 
 
@@ -129,7 +129,7 @@ def _values(own: Sequence[Row], metric: str) -> FloatArray:
 
 
 def _colours(groups: Groups) -> list[str]:
-    """Give each planner a colour; the names beside the rows say the same."""
+    """Assign a colour to each planner, in addition to the names beside the rows."""
     labels = [_label(own[0]) for own in groups.values()]
     order = list(dict.fromkeys(labels))
     return [palette.MOMENTS[order.index(one) % len(palette.MOMENTS)] for one in labels]

@@ -20,7 +20,7 @@ DASHES = (0.0, (6.0, 7.0))  # of lane lines, in line widths
 
 
 def extent(run: RunRecord) -> tuple[float, float, float, float]:
-    """Give (x_min, x_max, y_min, y_max) of what is shown [m]."""
+    """Return (x_min, x_max, y_min, y_max) of the view [m]."""
     x, y = numbers(run.trace.steps["x_m"]), numbers(run.trace.steps["y_m"])
     return (
         float(x.min()) - MARGIN,
@@ -180,7 +180,7 @@ def _write_number(
 
 
 def ego_centre(run: RunRecord, step: int) -> tuple[float, float, float]:
-    """Give centre [m] and heading [rad] of the ego, recorded at its rear axle."""
+    """Return centre [m] and heading [rad] of the ego, recorded at its rear axle."""
     steps, fact = run.trace.steps, run.trace.fact
     heading = float(steps["heading_rad"][step])
     reach = fact("length_m") / 2.0 - fact("rear_overhang_m")
@@ -190,7 +190,7 @@ def ego_centre(run: RunRecord, step: int) -> tuple[float, float, float]:
 
 
 def _free_side(x: FloatArray, y: FloatArray, ego: tuple[float, float, float]) -> float:
-    """Give the side of the ego without the nearest body: 1 left, -1 right."""
+    """Return the side of the ego away from the nearest body: 1 left, -1 right."""
     if x.size == 0:
         return -1.0
     ego_x, ego_y, heading = ego

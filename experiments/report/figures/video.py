@@ -64,7 +64,7 @@ def save_film(folder: Path, file: Path, speed: float = 1.0) -> Path:
 
 
 def _frame_rate(run: RunRecord, speed: float) -> tuple[float, int]:
-    """Give frames a second, and of how many steps one is shown."""
+    """Return the frame rate, and the number of steps per frame."""
     rate = speed / float(run.trace.fact("step_s"))
     every = max(int(np.ceil(rate / FRAME_RATE)), 1)
     return rate / every, every
@@ -153,7 +153,7 @@ def _ffmpeg() -> str:
 
 @contextmanager
 def _aside(file: Path) -> Iterator[Path]:
-    """Give a file to write to, which takes its place when it is whole."""
+    """Yield a temporary file that is renamed to the target when complete."""
     try:
         descriptor, name = tempfile.mkstemp(
             prefix=".unfinished-", suffix=file.suffix.lower(), dir=file.parent

@@ -1,4 +1,4 @@
-"""What a run page shows over time: which curves, of which columns, in which unit."""
+"""Curves over time of a run page."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ TO_MS = 1e3  # from seconds
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimeSeries:
-    """One line of a curve; NaN where there is nothing."""
+    """One line of a chart; NaN where undefined."""
 
     name: str
     values: FloatArray  # (n_steps,)
@@ -29,7 +29,7 @@ class TimeSeries:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimeCurve:
-    """One chart over time; the first series is the one that the words are about."""
+    """One chart over time; the summary describes the first series."""
 
     title: str
     unit: str
@@ -40,7 +40,7 @@ class TimeCurve:
     high: float | None = None
 
     def words(self, time: FloatArray) -> str:
-        """Say in a sentence what the chart shows, for those who do not see it."""
+        """Summarise the chart in a sentence for screen readers."""
         values = self.series[0].values
         there = np.isfinite(values)
         if not there.any():
@@ -56,7 +56,7 @@ class TimeCurve:
 
 
 def curves(trace: Trace) -> list[TimeCurve]:
-    """Give all curves of a run, in the order shown.
+    """Return all curves of a run in display order.
 
     Args:
         trace: With at least one step.
@@ -68,7 +68,7 @@ def curves(trace: Trace) -> list[TimeCurve]:
 
 
 def time_to_collision(trace: Trace) -> FloatArray:
-    """Least time to collision with any vehicle in each step, (n_steps,) [s].
+    """Compute the smallest time to collision in each step, (n_steps,) [s].
 
     As `min_ttc_s` of the results row; NaN where it is above 10 s.
     """
@@ -80,7 +80,7 @@ def time_to_collision(trace: Trace) -> FloatArray:
 
 
 def jerk(trace: Trace) -> tuple[FloatArray, FloatArray]:
-    """Give (tangential, lateral) jerk from each step to the next, (n_steps,) [m/s³].
+    """Return (tangential, lateral) jerk from each step to the next, (n_steps,) [m/s³].
 
     As `rms_jerk_mps3` of the results row; NaN in the last step.
     """
@@ -181,7 +181,7 @@ def _planning(trace: Trace) -> TimeCurve:
 
 
 def _top(values: FloatArray, most: float) -> float:
-    """Choose the end of an axis: what is there, but no more than matters."""
+    """Choose the upper end of an axis: the maximum, limited to what matters."""
     there = values[np.isfinite(values)]
     return min(max(float(there.max()), 1.0), most) if there.size else most
 

@@ -57,5 +57,5 @@ def pack_exact(values: FloatArray) -> Packed:
 
 
 def _base64(data: bytes) -> str:
-    """Write bytes as text."""
+    """Encode bytes as base64."""
     return base64.b64encode(data).decode("ascii")

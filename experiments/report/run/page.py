@@ -34,7 +34,7 @@ _NEEDED = ("scenario", "planner", "seed", "status")  # in a manifest
 
 @dataclass(frozen=True, slots=True)
 class RunFacts:
-    """What a run folder says about the run as a whole."""
+    """Manifest, metrics and configuration of a run."""
 
     manifest: Mapping[str, Any]
     metrics: Mapping[str, Any]
@@ -42,7 +42,7 @@ class RunFacts:
 
 
 def is_run(folder: Path) -> bool:
-    """Tell whether a folder is one that a run left."""
+    """Check whether a folder is a run folder."""
     return (folder / run_files.MANIFEST).is_file()
 
 
@@ -63,7 +63,7 @@ def save_run_page(folder: Path, file: Path | None = None) -> Path:
 
 
 def run_page(folder: Path) -> str:
-    """Make the page of a run.
+    """Render the page of a run.
 
     A run without a trace, or without a single step, gets a page that says so.
 
@@ -81,11 +81,11 @@ def run_page(folder: Path) -> str:
 
 
 def _facts(folder: Path) -> RunFacts:
-    """Read what is not the trace."""
+    """Read manifest, metrics and configuration."""
     if not is_run(folder):
         raise ResultsError(
-            f"{folder}: is no run folder and no folder of a sweep; allowed: what "
-            "rearview run or rearview sweep left"
+            f"{folder}: is neither a run folder nor the folder of a sweep; allowed: a "
+            "folder written by rearview run or rearview sweep"
         )
     config = folder / CONFIG_FILE
     try:
@@ -102,7 +102,7 @@ def _facts(folder: Path) -> RunFacts:
 
 
 def _trace(folder: Path, facts: RunFacts) -> tuple[Trace | None, str]:
-    """Read the trace; where there is none to show, say why."""
+    """Read the trace; if there is none to show, return the reason."""
     if not (folder / file_name("steps")).is_file() and not _kept(facts):
         return None, (
             "The trace of this run was not kept. "
@@ -118,14 +118,14 @@ def _trace(folder: Path, facts: RunFacts) -> tuple[Trace | None, str]:
 
 
 def _kept(facts: RunFacts) -> bool:
-    """Tell whether there should be a trace."""
+    """Check whether the trace was to be kept."""
     return bool(facts.manifest.get("trace_kept", True))
 
 
 def _words(
     facts: RunFacts, data: dict[str, Any] | None, missing: str
 ) -> dict[str, Any]:
-    """Gather what the template writes."""
+    """Collect the values of the template."""
     about = facts.manifest
     status = str(about.get("status", "unknown"))
     reason = str(about.get("reason") or "")

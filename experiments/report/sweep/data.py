@@ -1,4 +1,4 @@
-"""What the scripts of a sweep page draw: one value a run in each column."""
+"""Data of the scripts of a sweep page: one value per run in each column."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -19,7 +19,7 @@ def sweep_data(
     places: Sequence[str],
     deadlines: Sequence[float],
 ) -> dict[str, Any]:
-    """Gather the columns of all runs.
+    """Collect the columns of all runs.
 
     Args:
         rows: Of the results, at least one.
@@ -49,7 +49,7 @@ def sweep_data(
 
 
 def _metrics(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """Give every column with numbers, the usual ones first."""
+    """Return every numeric column in the order of the catalogue."""
     found = []
     for name, metric in METRICS.items():
         values = [row.get(name) for row in rows]
@@ -71,7 +71,7 @@ def _metrics(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def _axis(name: str, values: Sequence[Any]) -> dict[str, Any]:
-    """Give one axis: numbers as numbers, everything else as text."""
+    """Pack one axis: numbers as numbers, everything else as text."""
     numeric = all(
         isinstance(value, int | float) and not isinstance(value, bool)
         for value in values
@@ -82,7 +82,7 @@ def _axis(name: str, values: Sequence[Any]) -> dict[str, Any]:
 
 
 def _texts(values: Sequence[str]) -> dict[str, Any]:
-    """Write texts as codes into a list of the different ones, in their order."""
+    """Encode texts as indices into the distinct ones in order of appearance."""
     numbers: dict[str, int] = {}
     codes = [numbers.setdefault(value, len(numbers)) for value in values]
     return {"texts": list(numbers), "codes": pack_counts(codes)}

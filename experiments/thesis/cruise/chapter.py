@@ -114,7 +114,7 @@ def _random(road: str, effort: Effort, work: Work) -> dict[str, Sequence[Driven]
 
 
 def _picked_table(picked: dict[tuple[str, str], Driven]) -> ResultTable:
-    """Lay out the picked drives."""
+    """Tabulate the picked drives."""
     rows = tuple(
         (
             road,
@@ -163,7 +163,7 @@ def _random_table(roads: Sequence[RoadDrives]) -> ResultTable:
 
 
 def _growing_table(grown: dict[str, list[Driven]]) -> ResultTable:
-    """Lay out the clearance kept from an obstacle that grows."""
+    """Tabulate the clearance kept from an obstacle that grows."""
     rows = tuple(
         (radius, *(shown(grown[name][k].clearance) for name in GROWING))
         for k, radius in enumerate(RADII)

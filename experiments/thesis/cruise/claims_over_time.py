@@ -33,7 +33,7 @@ class RoadDrives:
     def pairs(
         self, first: str = PROPOSED, second: str = CONVENTIONAL
     ) -> list[tuple[Driven, Driven]]:
-        """Give the random layouts on which both methods arrived."""
+        """Return the random layouts on which both methods arrived."""
         both = zip(self.random[first], self.random[second], strict=True)
         return [(a, b) for a, b in both if a.arrived and b.arrived]
 
@@ -134,7 +134,7 @@ def _mean(values: FloatArray, first: int, last: int) -> float:
 
 
 def _begins(one: Driven) -> float:
-    """Say where the ego leaves the centre line [m]."""
+    """Return where the ego leaves the centre line [m]."""
     aside = np.flatnonzero(np.abs(one.l) > BEGINS)
     return float(one.s[aside[0]]) if aside.size else float(one.s[-1])
 

@@ -98,7 +98,7 @@ class Driven:
 
     @property
     def arrived(self) -> bool:
-        """Tell whether it reached its goal without a collision."""
+        """Whether the ego reached its goal without a collision."""
         return self.status is EpisodeStatus.ARRIVED
 
     @property
@@ -113,7 +113,7 @@ class Driven:
 
 
 def random_drive(road: str, method: str, seed: int) -> Drive:
-    """Ask for a drive among random obstacles, as published."""
+    """Describe a drive among random obstacles, as published."""
     return Drive(road, method, seed, (RANDOM,))
 
 
@@ -128,7 +128,7 @@ def standing(  # noqa: PLR0913, PLR0917 - the signature of predictors
     step: float,
     n_steps: int,
 ) -> Prediction:
-    """Take every vehicle for an obstacle that stands, as [Thesis] ch. 4 does."""
+    """Predict every vehicle as a static obstacle, as [Thesis] ch. 4 does."""
     none = np.zeros_like(speed)
     return constant_speed(path, x, y, heading, none, none, none, step, n_steps)
 
@@ -200,7 +200,7 @@ def car_clearance(ego: CartesianState, discs: Obstacles) -> float:
 def farthest_return(
     s: FloatArray, l: FloatArray, obstacles: list[float], goal: float
 ) -> float:
-    """Say how near the ego comes to the centre line after each obstacle, at worst [m].
+    """Return the largest of the smallest offsets after each obstacle [m].
 
     For each obstacle the least |l| from it to the next one or the goal; where less
     than 20 m are left, there is no room to come back.

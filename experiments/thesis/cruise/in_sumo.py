@@ -55,7 +55,7 @@ class SumoOutcome:
 
     @property
     def arrived(self) -> bool:
-        """Tell whether it arrived."""
+        """Whether the ego arrived."""
         return self.status == EpisodeStatus.ARRIVED
 
 
@@ -148,7 +148,7 @@ def _table(
     planners: Sequence[str],
     seeds: Sequence[int],
 ) -> ResultTable:
-    """Lay out how the episodes ended."""
+    """Tabulate how the episodes ended."""
     rows = tuple(
         (road, NAMES[planner], *_summary([found[road, planner, s] for s in seeds]))
         for road in ROADS

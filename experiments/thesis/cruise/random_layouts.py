@@ -81,7 +81,7 @@ def drive(road: str, planner: str, seed: int, obstacles: str) -> RandomDrive:
 
 
 def growing(radius: float) -> str:
-    """Put one obstacle of `radius` [m] on the road."""
+    """Place one obstacle of `radius` [m] on the road."""
     s, l = GROWS_AT
     return f"obstacles=[{{s_m: {s}, l_m: {l}, radius_m: {radius}}}]"
 
@@ -89,7 +89,7 @@ def growing(radius: float) -> str:
 def layouts_table(
     planner: str, results: Iterable[tuple[str, Sequence[RandomDrive]]]
 ) -> Table:
-    """Lay out the random layouts, a road a row."""
+    """Tabulate the random layouts, a road a row."""
     table = Table(title=f"Random obstacles without traffic, {planner}")
     table.add_column("road")
     columns = ("layouts", "arrived", "collisions", "off-road steps", "fallback cycles")
@@ -111,7 +111,7 @@ def layouts_table(
 
 
 def growing_table(planner: str, drives: Sequence[RandomDrive]) -> Table:
-    """Lay out what is kept from the growing obstacle."""
+    """Tabulate what is kept from the growing obstacle."""
     s, l = GROWS_AT
     table = Table(title=f"One obstacle at s = {s:g} m, l = {l:g} m grows, {planner}")
     table.add_column("radius m", justify="right")

@@ -46,7 +46,7 @@ class PublishedLayout:
     published: dict[str, PublishedResult]
 
     def array(self) -> FloatArray:
-        """Give the obstacles in rows, (n, 3) [m]."""
+        """Return the obstacles in rows, (n, 3) [m]."""
         return np.array(self.obstacles)
 
 

@@ -241,7 +241,7 @@ def share_better(
 def layout_table(
     layout: PublishedLayout, methods: Mapping[str, Method] = METHODS
 ) -> Table:
-    """Put the measured beside the published numbers of one layout."""
+    """Tabulate measured and published numbers of one layout."""
     table = Table(title=f"{layout.name}: measured (published)")
     for heading in ("method", "length m", "max heading rad", "max curvature 1/m"):
         table.add_column(heading)
@@ -309,7 +309,7 @@ def _middle(values: Sequence[float], digits: int) -> str:
 
 
 def sides_verdict(rows: Mapping[str, Sequence[Measured]]) -> str:
-    """Say in how many layouts the side sequences hold what they promise."""
+    """Count the layouts on which the side sequences keep their guarantees."""
     sides, printed, adaptive = (
         rows[name] for name in (SIDES, SIDES_PRINTED, "adaptive")
     )

@@ -106,7 +106,7 @@ def path_clearance(path: FrenetPath, obstacles: FloatArray) -> float:
 
 
 def side_changes(name: str, field: ObstacleField, obstacles: FloatArray) -> bool | None:
-    """Tell whether one more waypoint a layer changes a side; None if one has no path.
+    """Check whether one more waypoint per layer changes a side; None without a path.
 
     Args:
         name: Of `LATTICES`.
@@ -126,6 +126,6 @@ def lattice_with(name: str, points: int) -> Callable[[ObstacleField], MethodPath
 
 
 def passed_left(path: FrenetPath, obstacles: FloatArray) -> tuple[bool, ...]:
-    """Say of each obstacle whether a path passes to its left."""
+    """Return for each obstacle whether a path passes to its left."""
     l = np.interp(obstacles[:, 0], path.s, path.l)
     return tuple((l > obstacles[:, 1]).tolist())

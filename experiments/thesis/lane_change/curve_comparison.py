@@ -130,7 +130,7 @@ def compare_curves(
 
 
 def _spread(curves: Mapping[str, Curve], length: float) -> float:
-    """Give the largest difference in y at one x [m]."""
+    """Return the largest difference in y at one x [m]."""
     x = np.linspace(0.0, length, 601)
     y = np.array([np.interp(x, c.x, c.y) for c in curves.values()])
     return float((y.max(axis=0) - y.min(axis=0)).max())

@@ -48,7 +48,7 @@ def sine_ramp(length: float, shift: float) -> tuple[Piece, ...]:
 
 
 def _graph(length: float, u: FloatArray, y: tuple[FloatArray, ...]) -> FloatArray:
-    """Lay y and its derivatives over x = length u, (4, 2, n)."""
+    """Combine y and its derivatives with x = length u, (4, 2, n)."""
     none = np.zeros_like(u)
     return np.stack([[length * u, np.full_like(u, length), none, none], y], axis=1)
 
@@ -73,7 +73,7 @@ def bezier(points: ArrayLike) -> tuple[Piece, ...]:
 
 
 def bernstein(degree: int, u: FloatArray) -> FloatArray:
-    """Give the Bernstein polynomials of one degree, eq. 6.2, (n_u, degree + 1)."""
+    """Return the Bernstein polynomials of one degree, eq. 6.2, (n_u, degree + 1)."""
     basis = np.ones((u.size, 1))
     for k in range(1, degree + 1):  # by de Casteljau's recursion, without factorials
         higher = np.zeros((u.size, k + 1))

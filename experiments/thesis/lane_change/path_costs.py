@@ -19,14 +19,14 @@ class PathCostWeights:
 def bending_cost(
     distance: FloatArray, curvature: FloatArray, weights: PathCostWeights
 ) -> float:
-    """Give w1 ∫k² ds + w2 L, trapezoids; the corrected eq. 6.11."""
+    """Return w1 ∫k² ds + w2 L, trapezoids; the corrected eq. 6.11."""
     square = curvature * curvature
     bent = 0.5 * float((square[1:] + square[:-1]) @ np.diff(distance))
     return weights.bending * bent + weights.length * float(distance[-1] - distance[0])
 
 
 def turning_cost(x: FloatArray, y: FloatArray, weights: PathCostWeights) -> float:
-    """Give w1 Σ|Δheading|/ds · ds + w2 L; eq. 6.11 made independent of n.
+    """Return w1 Σ|Δheading|/ds · ds + w2 L; eq. 6.11 made independent of n.
 
     Headings are those of the chords between the points. Points that repeat the one
     before are left out.
@@ -40,7 +40,7 @@ def turning_cost(x: FloatArray, y: FloatArray, weights: PathCostWeights) -> floa
 
 
 def printed_cost(x: FloatArray, y: FloatArray, weights: PathCostWeights) -> float:
-    """Give w1 Σ|Δheading / ds| + w2 L; eq. 6.11 without ds: it grows with n.
+    """Return w1 Σ|Δheading / ds| + w2 L; eq. 6.11 without ds: it grows with n.
 
     Only the zero denominator is repaired.
     """

@@ -72,7 +72,7 @@ def sample_curve(pieces: Sequence[Piece], spacing: float) -> Curve:
 
 
 def _shape(derivatives: FloatArray) -> FloatArray:
-    """Give (x, y, heading, curvature, curvature rate), (5, n)."""
+    """Return (x, y, heading, curvature, curvature rate), (5, n)."""
     (x, y), (x1, y1), (x2, y2), (x3, y3) = derivatives
     square = x1 * x1 + y1 * y1
     speed = np.sqrt(square)

@@ -66,11 +66,11 @@ class SpeedCase:
 
     @property
     def region(self) -> str:
-        """Name the region of the plan: A ahead of the car, B behind it."""
+        """Region of the plan: A ahead of the car, B behind it."""
         return "A" if self.plan.order[0][1] is Side.BEFORE else "B"
 
     def _contact(self) -> tuple[FloatArray, float, float]:
-        """Give the times up to first contact, and the distances of the car there."""
+        """Return the times up to first contact, and the distances of the car there."""
         graph = self.plan.graph
         first = int(np.argmax(graph.hit[0]))
         times = knot_times(self.settings)[: first + 1]

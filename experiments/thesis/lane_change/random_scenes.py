@@ -48,7 +48,7 @@ SAME = 1e-6  # relative difference of costs that solvers leave
 
 
 def dp_name(grid: str) -> str:
-    """Name the search on one grid."""
+    """Return the name of the search on one grid."""
     return f"DP {grid}"
 
 
@@ -123,7 +123,7 @@ def study_scene(asked: Asked) -> Found:
 
 
 def change_path(speed: float) -> Path:
-    """Lay the path of the published cases, the ego being at `speed` [m/s]."""
+    """Build the path of the published cases at the ego's `speed` [m/s]."""
     road = ReferencePath.from_segments([line(2.0 * PATH_LENGTH)])
     ego = FrenetState(START, speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     change, refused = best_change(road, ego, LANE, 0.0, PATH_LENGTH, EGO, SHAPE)
@@ -186,7 +186,7 @@ def brute_force(scene: SpeedScene) -> float:
 
 
 def same_cost(one: float, other: float) -> bool:
-    """Tell whether two costs are the same up to what solvers leave."""
+    """Check whether two costs agree within solver tolerance."""
     if not (math.isfinite(one) and math.isfinite(other)):
         return one == other
     return abs(one - other) <= SAME * max(one, other, 1.0)

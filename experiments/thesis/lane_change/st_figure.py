@@ -113,7 +113,7 @@ def draw_courses(rows: Sequence["Axes"], case: SpeedCase) -> None:
 
 
 def extremes(case: SpeedCase) -> tuple[np.ndarray, np.ndarray]:
-    """Give the least and greatest distance at uniform acceleration, eq. 6.13, 6.16."""
+    """Return the extreme distances at uniform acceleration, eq. 6.13, 6.16."""
     times = knot_times(case.settings)
     limits, v0 = EGO.limits, case.start_speed
 

@@ -201,7 +201,7 @@ def test_a_mistake_of_ours_has_its_own_exit_status(capfd):
     def episode() -> int:
         raise LookupError("never foreseen")
 
-    assert crash_guard.guarded(episode, lambda *_: 1) == crash_guard.MISTAKE_OF_OURS
+    assert crash_guard.guarded(episode, lambda *_: 1) == crash_guard.INTERNAL_ERROR
     assert "LookupError: never foreseen" in capfd.readouterr().err
 
 
@@ -293,7 +293,7 @@ def test_ctrl_c_leaves_nothing(road, tmp_path):
         ),
         (
             ["run", "straight", "--set", "traffic={models: {Crauss: 1}}"],
-            'traffic: models: "Crauss" is none of Krauss',
+            'traffic: models: "Crauss" is unknown; allowed: Krauss',
         ),
         (["run", "straight", "--set", "ego.goal_m"], "allowed: key.path=value"),
         (["run", "straight", "--out", "/dev/null/runs"], "/dev/null"),

@@ -139,7 +139,7 @@ def test_sweep_resume_rerun(tmp_path):
     assert "light: 5 runs\n" in done.stdout
     assert len(finished(out)) == 2
     done = rearview("sweep", sweep, "--out", out, "--workers", "2")
-    assert "5 runs, 2 of them are there" in done.stdout
+    assert "5 runs, 2 of them finished" in done.stdout
     assert "2 arrived, 1 planner_failed" in done.stdout
     found = rows(out)
     assert [row["status"] for row in found] == [
@@ -212,7 +212,7 @@ def test_two_sweeps_in_one_folder(tmp_path, refusal):
         lock.flush()
         fcntl.flock(lock, fcntl.LOCK_EX)
         message = refusal("sweep", write_sweep(tmp_path, 2), "--out", out)
-    assert "another sweep is at work in it (process 7 on there)" in message
+    assert "in use by another sweep (process 7 on there)" in message
     assert list(run_folders(out)) == []
 
 
@@ -264,9 +264,9 @@ def test_other_code_and_other_sweep_are_refused(tmp_path, refusal):
     [
         (("sweep", "smok"), "smok: no such sweep; did you mean smoke?"),
         (("sweep", "smoke", "--workers", "2", "--cluster", "tcp://x:1"), "--workers"),
-        (("results", "nowhere"), "nowhere: is no folder of a sweep"),
-        (("compare", "nowhere", "--baseline", "a"), "is no folder of a sweep"),
-        (("rerun", "nowhere", "a"), "is no folder of a sweep"),
+        (("results", "nowhere"), "nowhere: is not the folder of a sweep"),
+        (("compare", "nowhere", "--baseline", "a"), "is not the folder of a sweep"),
+        (("rerun", "nowhere", "a"), "is not the folder of a sweep"),
     ],
 )
 def test_bad_words_are_one_line(arguments, message, refusal):
@@ -287,9 +287,9 @@ def test_faults_cost_one_run_each(tmp_path):
     assert "SIGSEGV" in failed["segfault"]["reason"]
     assert failed["segfault"]["exit_code"] == -signal.SIGSEGV
     assert failed["hang"]["failure"] == "wall_clock"
-    assert failed["hang"]["reason"] == f"took longer than {TIMEOUT} s of wall clock"
+    assert failed["hang"]["reason"] == f"exceeded {TIMEOUT} s of wall clock"
     assert failed["memory"]["failure"] == "memory"
-    assert failed["memory"]["reason"] == "took more than 900 MB of memory"
+    assert failed["memory"]["reason"] == "exceeded 900 MB of memory"
     assert failed["raise"]["failure"] is None
     assert failed["raise"]["status"] == "planner_failed"
     assert failed["hang"]["collisions"] is None  # unknown, not 0
@@ -357,7 +357,7 @@ def test_interrupt_stops_cleanly_and_says_how_to_go_on(tmp_path, number, workers
     _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     again = f"rearview sweep {tmp_path}/light.yaml --out {out} --workers {workers}"
-    assert last_words(err).endswith(f"go on with: {again}")
+    assert last_words(err).endswith(f"resume with: {again}")
     assert len(rows(out)) == len(finished(out)) >= 10
     assert all(row["arrived"] for row in rows(out))
     assert not list((out / "runs").glob("*/.unfinished-*"))
@@ -372,7 +372,7 @@ def test_full_disk_is_a_clear_stop(tmp_path, tiny_disk):
     assert done.returncode == 2
     message = last_words(done.stderr)
     assert "No space left on device" in message
-    assert message.endswith("the same command goes on")
+    assert message.endswith("the same command resumes")
     there = list(run_folders(out))
     assert 0 < len(there) < 200
     for run in there:
@@ -447,7 +447,7 @@ def test_lost_scheduler_is_a_clear_stop(tmp_path):
     _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 2
     assert err.splitlines()[-1].endswith(
-        "the scheduler is lost; the same command goes on with what is missing"
+        "the scheduler is lost; the same command resumes the sweep"
     )
     assert len(rows(out)) == len(finished(out)) >= 10
 
@@ -479,9 +479,9 @@ def test_dask_gives_the_same_rows(tmp_path):
     [
         ("tcp://127.0.0.1:1", "no dask scheduler answers there"),
         ("tcp://no.such.host:8786", "no dask scheduler answers there"),
-        ("nonsense", "is no address"),
-        ("tcp://", "is no address"),
-        ("tcp://127.0.0.1:99999", "is no address"),
+        ("nonsense", "is not an address"),
+        ("tcp://", "is not an address"),
+        ("tcp://127.0.0.1:99999", "is not an address"),
     ],
 )
 def test_wrong_cluster_address_is_one_line(tmp_path, address, words):
@@ -531,7 +531,7 @@ def test_nothing_to_do_is_quick(tmp_path, monkeypatch):
     pretend(sweep, out)
     done = rearview("sweep", sweep, "--out", out)  # compiles byte code, draws the page
     assert done.returncode == 0, done.stderr
-    assert "light: 1000 runs, 1000 of them are there" in done.stdout
+    assert "light: 1000 runs, 1000 of them finished" in done.stdout
     taken = []
     for _ in range(3):
         before = os.times()
@@ -564,7 +564,7 @@ def test_runs_that_are_not_asked_for_are_said(tmp_path, monkeypatch, capsys):
     pretend(write_sweep(tmp_path, 3), out)
     sweep = write_sweep(tmp_path, 2)
     app(["sweep", sweep, "--out", str(out)], standalone_mode=False)
-    words = "light: 2 runs, 2 of them are there; 1 others stay in its results"
+    words = "light: 2 runs, 2 of them finished; 1 other runs stay in its results"
     assert words in capsys.readouterr().out
 
 

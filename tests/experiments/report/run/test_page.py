@@ -206,7 +206,7 @@ def other_schema(folder):
         (lambda f: (f / "map.json").unlink(), "map.json: is missing"),
         (lambda f: (f / "metrics.json").write_text("{"), "metrics.json: cannot be"),
         (lambda f: (f / "metrics.json").write_text("[]"), "metrics.json: is damaged"),
-        (lambda f: (f / "manifest.json").unlink(), "is no run folder and no folder"),
+        (lambda f: (f / "manifest.json").unlink(), "is neither a run folder nor"),
         (
             lambda f: (f / "manifest.json").write_text('{"seed": 3}'),
             "manifest.json: is damaged: missing scenario, planner, status",
@@ -222,8 +222,8 @@ def test_damaged_runs_are_one_line(tmp_path, capsys, damage, message):
 
 
 def test_other_mistakes_are_one_line(run, tmp_path, capsys):
-    assert "is no run folder" in refusal(capsys, tmp_path)
-    assert "is no run folder" in refusal(capsys, tmp_path / "nowhere")
+    assert "is neither a run folder" in refusal(capsys, tmp_path)
+    assert "is neither a run folder" in refusal(capsys, tmp_path / "nowhere")
     nowhere = tmp_path / "nowhere" / "a.html"
     assert "cannot be written" in refusal(capsys, run, "-o", nowhere)
 
