@@ -20,7 +20,7 @@ from sumo_nets.errors import NetworkError
 # The class of vehicle whose lanes count as road.
 VEHICLE_CLASS = "passenger"
 
-# Edges that a message lists when none resembles the one asked for.
+# Number of edges that a message lists when none resembles the requested one.
 LISTED = 8
 
 

@@ -185,7 +185,7 @@ def _stop_lines(
     uses: Sequence[LaneUse], spans: Sequence[LaneSpan]
 ) -> tuple[StopLine, ...]:
     """Find the stop lines: ends of lanes whose connection has a signal."""
-    # A route may come back to a lane, so that lanes are told apart by their order.
+    # A route may return to a lane, so lanes are distinguished by their order.
     ends = [span.end for span in spans if not span.lane.startswith(":")]
     links = [(use.link, end) for use, end in zip(uses, ends, strict=True) if use.link]
     return tuple(

@@ -121,7 +121,7 @@ def speed_factor(vehicle_type: VehicleType, rng: np.random.Generator) -> float:
 
 @dataclass(frozen=True, slots=True)
 class LeaderType:
-    """A steady driver who goes no faster than so; its vType has the id "leader"."""
+    """A steady leader with a maximum speed; its vType has the id "leader"."""
 
     kind: str
     max_speed: float  # [m/s]

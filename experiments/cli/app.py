@@ -57,7 +57,7 @@ def main() -> None:
     """Run the command line; report usage errors in one line."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # no ³ on a terminal of ASCII
+            stream.reconfigure(errors="replace")  # ASCII terminals cannot show ³
     try:
         status = app(prog_name="rearview", standalone_mode=False)
     except _UsageError as error:

@@ -12,11 +12,10 @@ from time import monotonic, sleep
 
 import typer
 
-INTERNAL_ERROR = 3  # exit status after an internal error
-INTERRUPTED = 130  # exit status after Ctrl-C
-TERMINATED = 143  # exit status after SIGTERM
+from experiments.cli.user_errors import INTERNAL_ERROR, INTERRUPTED, TERMINATED
+
 NOTICE_AFTER = 1.0  # the step still runs after Ctrl-C: tell the user [s]
-PATIENCE = 5.0  # for an episode to end after SIGTERM, before SIGKILL [s]
+TERMINATION_GRACE = 5.0  # between SIGTERM and SIGKILL [s]
 
 
 class _TerminatedError(KeyboardInterrupt):
@@ -48,7 +47,7 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
     os.close(writing)
     try:
         _, state = os.waitpid(child, 0)
-    except _TerminatedError:  # sent to the parent alone, perhaps
+    except _TerminatedError:  # possibly sent to the parent only
         _stop(child, crashed)
         return TERMINATED
     except KeyboardInterrupt:  # from the terminal, which sends it to both
@@ -77,9 +76,9 @@ def _wait_for_the_step(child: int, crashed: Callable[[int, str], int]) -> None:
 
 def _stop(child: int, crashed: Callable[[int, str], int]) -> None:
     """Stop a process; if it does not end in time, kill it and report a crash."""
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # this one is being obeyed
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # already being handled
     os.kill(child, signal.SIGTERM)
-    if not _has_ended(child, PATIENCE):
+    if not _has_ended(child, TERMINATION_GRACE):
         os.kill(child, signal.SIGKILL)
         _, state = os.waitpid(child, 0)
         crashed(child, _death(state, ended=False) or "")
@@ -99,7 +98,7 @@ def _death(state: int, *, ended: bool) -> str | None:
     """Describe how a process died before its episode ended; None if it did not."""
     if os.WIFSIGNALED(state):
         return f"died of {signal.Signals(os.WTERMSIG(state)).name}"
-    if not ended:  # someone's code called os._exit
+    if not ended:  # a user's code called os._exit
         return f"left with exit status {os.WEXITSTATUS(state)} before the end"
     return None
 
@@ -123,7 +122,7 @@ def _status(episode: Callable[[], int]) -> int:
         status = leave.exit_code
     except KeyboardInterrupt:
         status = INTERRUPTED
-    except BaseException:  # noqa: BLE001, an error of ours: show it, never hang
+    except BaseException:  # noqa: BLE001, internal error: show it, never hang
         sys.excepthook(*sys.exc_info())
         status = INTERNAL_ERROR
     sys.stdout.flush()

@@ -8,7 +8,13 @@ import typer
 
 from experiments.errors import ExperimentError
 
-ARRIVED, OTHER_OUTCOME, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130  # exit status
+# exit statuses
+ARRIVED = 0  # or done
+OTHER_OUTCOME = 1
+BAD_INPUT = 2
+INTERNAL_ERROR = 3
+INTERRUPTED = 130  # by Ctrl-C
+TERMINATED = 143  # by SIGTERM
 
 
 @contextmanager

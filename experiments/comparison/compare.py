@@ -31,7 +31,7 @@ class Line:
     p_value: float | None = None
     p_holm: float | None = None
     seeds_needed: int | None = None  # for a power of 0.8
-    rate: bool = False  # how often something happened, not how much
+    rate: bool = False  # a share of runs, not a mean
 
 
 def compare(

@@ -25,13 +25,13 @@ CONFIDENCE = 0.95
 RESAMPLES = 9999
 SEED = 0  # of the resampling: the same runs give the same interval
 # Relative efficiency of Wilcoxon's signed ranks against the t test on normal
-# differences, 3 / pi (Hodges and Lehmann 1956): it needs so many more pairs.
+# differences, 3 / pi (Hodges and Lehmann 1956): it needs correspondingly more pairs.
 WILCOXON_EFFICIENCY = 3.0 / math.pi
 LEAST_PAIRS = 2
-# From here on the normal approximation of the power is exact to a pair in thousands.
+# From here on the normal approximation of the power is accurate to about 0.1 %.
 MANY_PAIRS = 10_000
-# From here on the percentile interval: BCa would look at n² numbers for a correction
-# that goes with 1 / sqrt(n).
+# From here on the percentile interval: BCa needs n² numbers for a correction of order
+# 1 / sqrt(n).
 MANY = 5000
 BATCH = 10_000_000  # numbers resampled at a time: 80 MB
 
@@ -61,7 +61,7 @@ class PairedRates:
 
     pairs: int
     difference: Interval  # second minus first
-    only_first: int  # pairs in which it happened to the first only
+    only_first: int  # pairs in which the event occurred for the first only
     only_second: int
     p_value: float  # McNemar, exact, two-sided
 

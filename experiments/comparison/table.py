@@ -52,12 +52,12 @@ def export(lines: Sequence[Line], path: Path) -> None:
     """Write a comparison to a file in the format of its suffix.
 
     Raises:
-        ConfigError: If the ending is none of .csv, .md, .tex.
+        ConfigError: If the suffix is not .csv, .md or .tex.
         ResultsError: If the file cannot be written.
     """
     if path.suffix not in EXPORTS:
         allowed = ", ".join(EXPORTS)
-        raise ConfigError(f"{path}: allowed endings: {allowed}")
+        raise ConfigError(f"{path}: unknown suffix; allowed: {allowed}")
     try:
         path.write_text(EXPORTS[path.suffix](lines), encoding="utf-8")
     except OSError as error:

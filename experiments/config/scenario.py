@@ -32,25 +32,26 @@ class Simulation(Strict):
 
     step_s: Annotated[float, Field(ge=0.01, le=1.0)] = 0.1
     warmup_s: Annotated[float, Field(ge=0.0, le=3600.0)] = Field(
-        default=60.0, description="traffic runs alone before the ego enters"
+        default=60.0, description="duration of traffic before the ego enters"
     )
     duration_s: Annotated[float, Field(gt=0.0, le=3600.0)] = 90.0
     horizon_s: Annotated[float, Field(gt=0.0, le=20.0)] = Field(
-        default=5.0, description="how far vehicles are predicted"
+        default=5.0, description="prediction horizon of vehicles"
     )
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     blocked_after_s: Annotated[float, Field(gt=0.0, le=3600.0)] = Field(
-        default=20.0, description="standing this long without a way on ends the episode"
+        default=20.0,
+        description="the episode ends after standing this long without a way on",
     )
     predictor: Literal["constant_speed", "held_braking"] = Field(
         default="constant_speed",
-        description="where vehicles are expected: on at their speed, or who brakes "
-        "goes on braking until it stands",
+        description="constant_speed: vehicles keep their speed; held_braking: braking "
+        "vehicles are predicted to brake to a stop",
     )
     without_ego: bool = Field(
         default=False,
-        description="world sumo: drive the same seed without the ego too, to measure "
-        "what it costs those behind",
+        description="world sumo: also drive the same seed without the ego, to measure "
+        "its cost to the vehicles behind",
     )
 
 
@@ -71,7 +72,9 @@ class Scenario(Strict):
             ),
         ]
         | None
-    ) = Field(default=None, description="world sumo: a name of the catalogue or a file")
+    ) = Field(
+        default=None, description="world sumo: a network of the catalogue or a file"
+    )
     road: Road | None = Field(default=None, description="world kinematic")
     ego: Ego
     obstacles: Annotated[

@@ -178,7 +178,7 @@ def tuples(value: Any) -> Any:
 
 
 def parse_key(text: str) -> KeyPath | None:
-    """Split `a.b[0]` into a key path; None if it is none."""
+    """Split `a.b[0]` into a key path; None if invalid."""
     path: list[str | int] = []
     position = 0
     while position < len(text):

@@ -28,7 +28,9 @@ class SweptPlanner(Strict):
     name: str = Field(min_length=1)
     settings: dict[str, Any] = Field(default_factory=dict)
     label: str | None = Field(
-        default=None, min_length=1, description="name in tables; the planner's if none"
+        default=None,
+        min_length=1,
+        description="label in tables; default: the planner's name",
     )
 
     @property
@@ -44,7 +46,7 @@ class Sample(Strict):
     count: Annotated[int, Field(ge=1, le=1_000_000)]
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 0
     ranges: dict[str, tuple[Number, Number]] = Field(
-        min_length=1, description="scenario key: [least, most]"
+        min_length=1, description="scenario key: [minimum, maximum]"
     )
 
     @model_validator(mode="after")
@@ -136,10 +138,10 @@ class Sweep(Strict):
         default=300.0, description="wall clock of one run"
     )
     memory_mb: Annotated[float, Field(ge=100.0, le=1e6)] = Field(
-        default=4000.0, description="resident memory of the process of a run"
+        default=4000.0, description="resident memory of the process of a run [MB]"
     )
     retries: Annotated[int, Field(ge=0, le=10)] = Field(
-        default=1, description="of a run whose process was lost"
+        default=1, description="further attempts for a run whose process was lost"
     )
     keep_traces: Annotated[KeepTraces, Field(strict=False)] = KeepTraces.FAILURES
 

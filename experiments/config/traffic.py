@@ -38,10 +38,11 @@ class SlowLeaderConfig(Strict):
     """A vehicle ahead in the ego's lane that enters together with the ego."""
 
     gap_m: Annotated[float, Field(ge=5.0, le=500.0)] = Field(
-        default=60.0, description="from the ego's front to its rear when both enter"
+        default=60.0,
+        description="gap from the ego's front to the leader's rear at entry",
     )
     speed_mps: Annotated[float, Field(gt=0.0, le=70.0)] = Field(
-        description="its highest speed"
+        description="maximum speed of the leader"
     )
     kind: Literal["car", "van", "truck"] = "truck"
 
@@ -61,15 +62,15 @@ class Traffic(Strict):
 
     density: Literal["light", "medium", "dense"] | None = Field(
         default=None,
-        description="in place of own_veh_per_h: 350, 700 or 1200 vehicles an hour in "
-        "each lane that is fed",
+        description="replaces own_veh_per_h: 350, 700 or 1200 vehicles per hour and "
+        "fed lane",
     )
     own_veh_per_h: Flow | None = Field(
         default_factory=_flow,
         description="on the ego's carriageway; 900 unless density is given",
     )
     ego_lane_veh_per_h: Flow = Field(
-        default=0.0, description="more of them, in the ego's lane"
+        default=0.0, description="additional flow in the ego's lane"
     )
     slow_leader: SlowLeaderConfig | None = None
     oncoming_veh_per_h: Flow = 600.0
@@ -78,8 +79,7 @@ class Traffic(Strict):
     truck_share: Share = 0.08
     temper: Literal["cautious", "normal", "aggressive", "mixed"] | None = Field(
         default=None,
-        description="of the drivers: all of one temper, or a mix; in place of the two "
-        "shares below",
+        description="temper of the drivers, or a mix; replaces the two shares below",
     )
     cautious_share: Share = Field(
         default_factory=_share(0), description="0.25 unless temper is given"
@@ -88,10 +88,10 @@ class Traffic(Strict):
         default_factory=_share(1), description="0.2 unless temper is given"
     )
     own_lane: Annotated[int, Field(ge=0, le=20)] | None = Field(
-        default=None, description="lane that feeds the ego's carriageway; any if none"
+        default=None, description="lane that feeds the ego's carriageway; default: any"
     )
     keep_right: bool = Field(
-        default=True, description="drivers go back to the right lane when they can"
+        default=True, description="drivers return to the right lane when possible"
     )
     models: dict[str, Annotated[float, Field(gt=0.0, le=1000.0)]] | None = Field(
         default=None,

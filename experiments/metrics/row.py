@@ -25,7 +25,7 @@ def metric_row(trace: Trace, without_ego: Table | None = None) -> dict[str, Cell
 def row_without_episode(
     scenario: str, planner: str, seed: int, status: str
 ) -> dict[str, Cell]:
-    """Return the row of a run whose process was lost before anything was measured.
+    """Return the row of a run that was lost before anything was measured.
 
     Args:
         scenario: Name.

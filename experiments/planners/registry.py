@@ -134,7 +134,7 @@ def _call(
     except (TypeError, ValueError, PlannerError) as error:
         problem = f"{name} refuses its settings: {error}"
         raise ConfigError(f"planner.settings: {problem}") from error
-    except (Exception, SystemExit) as error:  # a factory may be anyone's code
+    except (Exception, SystemExit) as error:  # a user's factory may raise anything
         raise ConfigError(f"planner: {name} raises {_shown(error)}") from error
     if not callable(getattr(made, "plan", None)):
         raise ConfigError(
@@ -182,7 +182,7 @@ def _import(address: str, module_name: str) -> ModuleType:
         raise ConfigError(
             f"planner: {address}: cannot import {module_name}: {error}"
         ) from error
-    except (Exception, SystemExit) as error:  # a module may be anyone's code
+    except (Exception, SystemExit) as error:  # a user's module may raise anything
         raise ConfigError(
             f"planner: {address}: importing {module_name} raises {_shown(error)}"
         ) from error

@@ -37,7 +37,7 @@ def read_run(folder: Path) -> RunRecord:
     """Read a run folder.
 
     Raises:
-        ResultsError: If it is none, is damaged, or holds no steps.
+        ResultsError: If it is not a run folder, is damaged, or holds no steps.
     """
     if not (folder / file_name("steps")).is_file():
         raise ResultsError(

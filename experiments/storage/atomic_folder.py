@@ -47,7 +47,7 @@ def atomic_folder(target: Path) -> Iterator[Path]:
 
 
 def write_atomically(file: Path, text: str) -> None:
-    """Write a file aside and rename it, so that it is never there by half.
+    """Write a temporary file and rename it, so that the target is never partial.
 
     Raises:
         ResultsError: If it cannot be written, for example on a full disk.

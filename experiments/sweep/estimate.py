@@ -23,13 +23,12 @@ from experiments.episode.run import run_episode
 from experiments.errors import ExperimentError
 from experiments.interrupts import interrupts_between_steps
 from experiments.planners.registry import PLANNERS
-from experiments.sweep.executors.executor import WorkerSettings
+from experiments.sweep.executors.executor import POLL_INTERVAL, WorkerSettings
 from experiments.sweep.executors.isolation import IsolatedWorkers
 from experiments.sweep.executors.worker import drive_shortly
 from experiments.sweep.schedule import Survey
 
 COMPILE_TIMEOUT = 600.0  # of the first run of a planner with an empty cache [s]
-POLL = 0.2  # between two checks for Ctrl-C [s]
 STAND_IN = "cruise"  # compiles the loops outside the planner for users' planners
 MAX_KINDS = 12  # kinds of runs that are timed
 
@@ -127,7 +126,7 @@ def _call_each(
 
 def _outcome(future: Future[T], check_interrupt: Callable[[], None]) -> T | None:
     """Wait for a result; None if the process dies, hangs or raises."""
-    while not wait((future,), POLL).done:
+    while not wait((future,), POLL_INTERVAL).done:
         check_interrupt()
     try:
         return future.result()

@@ -74,7 +74,7 @@ def require_place(folder: Path) -> None:
             and one that a sweep was in are fine.
 
     Raises:
-        ConfigError: Says what is there.
+        ConfigError: If the folder holds something else.
     """
     file = file_in_place_of(folder)
     if file is not None:
@@ -138,7 +138,7 @@ def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
 
     Args:
         folder: Locked.
-        sweep: What is asked for; it may ask for more or other runs than before.
+        sweep: The sweep; it may have more or other runs than before.
         code: Hashes of the code and of the users' planners, versions of libraries.
 
     Raises:
@@ -180,7 +180,7 @@ def remove_unfinished(folder: Path) -> None:
     """
     for left in (folder / "runs").glob("*/.unfinished-*"):
         doomed = left.with_name(f".unfinished-{uuid.uuid4().hex}")
-        with suppress(FileNotFoundError):  # it has just been put in its place
+        with suppress(FileNotFoundError):  # it has just been renamed to its target
             left.rename(doomed)
         shutil.rmtree(doomed, ignore_errors=True)
 

@@ -23,7 +23,7 @@ from experiments.planners.registry import PLANNERS, make_planner
 from sumo_nets import catalogue
 from sumo_nets.errors import NetworkError
 
-ID_LENGTH = 16  # characters of the run's hash: 64 bits tell a million runs apart
+ID_LENGTH = 16  # characters of the run's hash: 64 bits, enough for a million runs
 
 Point = dict[str, Plain]  # scenario key -> value
 
@@ -61,7 +61,7 @@ class Plan:
         """Yield the runs; the seed varies fastest.
 
         Raises:
-            ConfigError: If a scenario with these values is none, or two runs are the
+            ConfigError: If a scenario with these values is invalid, or two runs are the
                 same.
         """
         seen: set[str] = set()

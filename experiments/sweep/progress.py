@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 FILE_INTERVAL = 1.0  # between two writes of the file [s]
-TABLE_INTERVAL = 0.5  # between two drawings on a terminal [s]
+TABLE_INTERVAL = 0.5  # between two updates of a terminal [s]
 LINE_INTERVAL = 10.0  # between plain lines [s]
 N_SLOWEST = 3
 MINUTE, HOUR = 60.0, 3600.0  # [s]
@@ -28,8 +28,8 @@ MINUTE, HOUR = 60.0, 3600.0  # [s]
 class Counts:
     """Numbers of finished runs."""
 
-    missing: int  # at the start
-    there: int  # before the start
+    missing: int  # before the start
+    there: int  # finished before the start
     done: int = 0
     by_status: dict[str, int] = field(default_factory=dict)
     by_failure: dict[str, int] = field(default_factory=dict)

@@ -11,7 +11,7 @@ from experiments.episode.identity import run_hashes
 from experiments.errors import ConfigError, ResultsError
 from experiments.interrupts import interrupts_between_steps
 from experiments.storage.run_files import MANIFEST, read_manifest
-from experiments.sweep.executors.executor import WorkerSettings
+from experiments.sweep.executors.executor import POLL_INTERVAL, WorkerSettings
 from experiments.sweep.executors.local import LocalExecutor
 from experiments.sweep.folder import (
     LOG,
@@ -22,8 +22,6 @@ from experiments.sweep.folder import (
 )
 from experiments.sweep.plan import net_file_of
 from experiments.sweep.task import RunReport, RunTask, record_failure
-
-PATIENCE = 0.5  # between two looks whether it was interrupted [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +57,7 @@ def repeat(folder: Path, run_id: str) -> Repeated:
         executor = LocalExecutor(settings, workers=1)
         try:
             executor.submit(task)
-            while (report := executor.next_report(PATIENCE)) is None:
+            while (report := executor.next_report(POLL_INTERVAL)) is None:
                 check_interrupt()
         finally:
             executor.stop()

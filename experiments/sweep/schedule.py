@@ -9,13 +9,12 @@ from experiments.config.sweep import Sweep
 from experiments.episode.identity import shaping_versions
 from experiments.errors import ResultsError
 from experiments.interrupts import interrupts_between_steps
-from experiments.sweep.executors.executor import Executor
+from experiments.sweep.executors.executor import POLL_INTERVAL, Executor
 from experiments.sweep.folder import finished, remove_unfinished, run_folder
 from experiments.sweep.plan import Plan, PlannedRun
 from experiments.sweep.task import RunReport, RunTask, record_failure
 
-QUEUED_PER_WORKER = 2  # runs handed over at a time: none waits for work
-PATIENCE = 0.5  # between two looks at the clock [s]
+QUEUED_PER_WORKER = 2  # submitted runs: no worker waits for work
 
 
 Kind = tuple[str, str]  # label of the planner, scenario
@@ -39,7 +38,7 @@ class Survey:
 
     planned: int
     there: int
-    others: int = 0  # runs in the folder that the plan does not ask for
+    others: int = 0  # runs in the folder that are not in the plan
     code: dict[str, str] = field(default_factory=dict)  # what -> hash or version
     kinds: dict[Kind, "Missing"] = field(default_factory=dict)
 
@@ -100,23 +99,23 @@ def drive_missing(
         plan: All runs.
         sweep: Time-out, retries and traces.
         folder: Of the sweep, locked; absolute.
-        make_executor: Starts those who drive.
+        make_executor: Starts the executor.
         show: Gets every report.
-        limit: Drive no more than so many.
+        limit: Largest number of runs to execute.
 
     Raises:
         ResultsError: If a disk is full, or a worker has other code; what is there
             is whole and stays.
-        ExecutorError: If all who drive are lost.
+        ExecutorError: If all workers are lost.
         KeyboardInterrupt: After Ctrl-C or SIGTERM, between two reports.
     """
     work = _Work(_tasks(plan, sweep, folder, limit))
-    # an interrupt inside an executor could leave its locks and queues in pieces
+    # an interrupt inside an executor could corrupt its locks and queues
     with interrupts_between_steps() as check_interrupt:
         executor = make_executor()
         try:
             while _feed(executor, work):
-                report = executor.next_report(PATIENCE)
+                report = executor.next_report(POLL_INTERVAL)
                 # A signal to all processes ends workers too: their runs did not fail.
                 check_interrupt()
                 if report is not None:

@@ -23,7 +23,7 @@ class Failure(StrEnum):
     MEMORY = "memory"
     LOST_WORKER = "lost_worker"
     INVALID = "invalid_configuration"
-    ERROR = "error"  # a mistake of ours
+    ERROR = "error"  # internal
     # no row, the sweep stops:
     DISK = "disk"  # nothing could be written
     OTHER_CODE = "other_code"  # the worker has another version than the sweep

@@ -1,4 +1,4 @@
-"""The chapters by name, computed or taken from what an earlier run left."""
+"""The chapters by name, computed or loaded from an earlier run."""
 
 import hashlib
 import json
@@ -95,7 +95,7 @@ def kept_chapter(name: str, effort: Effort, out: Path) -> Data | None:
 
 
 def as_data(chapter: Chapter) -> Data:
-    """Turn a chapter into plain data; every claim says its verdict."""
+    """Convert a chapter to plain data with the verdict of every claim."""
     data = asdict(chapter)
     for key, claims in (
         ("claims", chapter.claims),

@@ -42,7 +42,7 @@ def _summary(numbers: Data) -> str:
 
 
 def _slips(numbers: Data) -> Iterator[str]:
-    """List what the thesis prints and cannot mean."""
+    """Yield the section on misprints of the thesis."""
     yield "## Slips of the thesis"
     rows = [
         (
@@ -93,7 +93,7 @@ def _table(table: Data) -> str:
 
 
 def _beyond(numbers: Data) -> Iterator[str]:
-    """Show what the thesis leaves to future work."""
+    """Yield the section on the thesis's future work."""
     tables = [table for chapter in numbers["chapters"] for table in chapter["beyond"]]
     if tables:
         yield "## Beyond the thesis: its future work (7.1.1)"
@@ -101,7 +101,7 @@ def _beyond(numbers: Data) -> Iterator[str]:
 
 
 def _timing(numbers: Data) -> Iterator[str]:
-    """Show times, apart from all else."""
+    """Yield the section on times."""
     timing = numbers["timing"]
     if not timing["chapters"]:
         return

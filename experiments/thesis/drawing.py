@@ -14,12 +14,6 @@ Data = Mapping[str, Any]
 SIZE = (4.6, 2.7)  # [in]
 COLOURS = (*palette.MOMENTS, palette.SECOND_CURVE, palette.LIMIT)
 DASHES = ("-", "--", ":", "-.")
-_STYLE = {
-    "font.size": palette.FONT_SIZE,
-    "axes.linewidth": 0.6,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "rearview",
-}
 _NO_DATE = {"Date": None, "Creator": None}
 
 
@@ -28,7 +22,7 @@ def svg(picture: Data) -> str:
     from matplotlib import rc_context  # takes half a second to load
     from matplotlib.figure import Figure
 
-    with rc_context(_STYLE):  # type: ignore[arg-type]  # names checked at run time
+    with rc_context(palette.STYLE):
         figure = Figure(figsize=SIZE, layout="constrained")
         axes = figure.subplots()
         _draw(axes, picture)

@@ -1,4 +1,4 @@
-"""How much is computed, and who computes it."""
+"""Amount of computation of a study, and its executor."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ QUICK = Effort(6, 0, 3, 15, 160, 5, 3)
 
 
 class Work(Protocol):
-    """Calls a function on many items, maybe in several processes."""
+    """Maps a function over items, possibly in several processes."""
 
     def map(
         self, words: str, function: Callable[[Item], Result], items: Iterable[Item]

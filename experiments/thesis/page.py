@@ -29,7 +29,7 @@ def save_thesis_page(
 
 
 def thesis_page(numbers: Data, pictures: Mapping[int, Sequence[Data]]) -> str:
-    """Make the page."""
+    """Build the page."""
     chapters = numbers["chapters"]
     timed = numbers["timing"]["chapters"]
     facts = {

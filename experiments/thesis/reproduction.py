@@ -1,4 +1,4 @@
-"""From chapters to `thesis.json`, `thesis.md` and the page."""
+"""Write chapters to `thesis.json`, `thesis.md` and the page."""
 
 import json
 import platform
@@ -18,7 +18,7 @@ APART = ("timing", "timing_claims", "pictures")  # not the same every time, or d
 
 
 def numbers_of(chapters: Sequence[Data], *, quick: bool) -> Data:
-    """Gather every number; what depends on the machine is under `timing` alone.
+    """Collect all numbers; machine-dependent ones only under `timing`.
 
     Args:
         chapters: Of `chapters`, as plain data.

@@ -21,13 +21,8 @@ DEFAULT_NAME = "figure.png"
 RESOLUTION = 200  # of bitmaps [1/in]
 TITLE_WIDTH = 90  # characters that fit beside the colour bar
 
-# Text stays text in vector files, and the same run gives the same bytes.
-_STYLE = {
-    "font.size": palette.FONT_SIZE,
-    "axes.linewidth": 0.6,
+_STYLE = palette.STYLE | {
     "legend.fontsize": palette.FONT_SIZE - 0.5,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "rearview",
     "pdf.fonttype": 42,
 }
 _NO_DATE = {
@@ -49,7 +44,7 @@ def save_figure(folder: Path, file: Path | None = None) -> Path:
         The file written.
 
     Raises:
-        ConfigError: If the suffix is none of the known ones.
+        ConfigError: If the suffix is unknown.
         ResultsError: If the run cannot be read, the picture not be written, or
             matplotlib is missing.
     """
@@ -62,7 +57,7 @@ def save_figure(folder: Path, file: Path | None = None) -> Path:
     require_matplotlib("figure")
     from matplotlib import rc_context
 
-    with rc_context(_STYLE):  # type: ignore[arg-type]  # names checked at run time
+    with rc_context(_STYLE):
         figure = draw_sweep(folder) if run is None else draw_run(run)
         _save(figure, target, kind)
     return target

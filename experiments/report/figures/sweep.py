@@ -12,6 +12,7 @@ from experiments.errors import ResultsError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS
 from experiments.report.figures import palette
+from experiments.report.figures.page_layout import WIDTH
 from planner.states import FloatArray
 
 if TYPE_CHECKING:
@@ -25,9 +26,8 @@ SHOWN = (
     columns.REAR_MAX_DECELERATION,
     columns.PLANNING_P99,
 )
-WIDTH = 7.2  # [in]
 ROW = 0.17  # of a group in a panel [in]
-MOST_GROUPS = 16  # with more, scenarios are put together
+MOST_GROUPS = 16  # with more, scenarios are merged
 
 Groups = dict[str, list[Row]]
 

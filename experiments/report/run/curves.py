@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.metrics.comfort import lateral_acceleration
-from experiments.metrics.computation import deadline_misses
+from experiments.metrics.computation import TO_MS, deadline_misses
 from experiments.metrics.pairs import neighbours
 from experiments.metrics.safety import TTC_HORIZON, time_to_contact
 from experiments.report.run_reader import numbers
@@ -14,8 +14,9 @@ from experiments.trace.schema import Trace
 from planner.states import FloatArray
 
 MAX_SHOWN_CLEARANCE = 15.0  # farther bodies do not matter to the ego [m]
-SHOWN_PLANNING = 1.3  # of the 99 % quantile; one that compiles takes a thousand times
-TO_MS = 1e3  # from seconds
+SHOWN_PLANNING = (
+    1.3  # times the 99 % quantile; a compiling cycle takes a thousand times longer
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +100,7 @@ def jerk(trace: Trace) -> tuple[FloatArray, FloatArray]:
 
 
 def _speed(trace: Trace) -> TimeCurve:
-    """Speed of the ego, and the one it is asked for."""
+    """Build the chart of speed and target speed."""
     speed = numbers(trace.steps["speed_mps"])
     target = np.full(speed.size, float(trace.fact("target_speed_mps")))
     series = TimeSeries("speed", speed), TimeSeries("target", target, "limit")
@@ -107,7 +108,7 @@ def _speed(trace: Trace) -> TimeCurve:
 
 
 def _acceleration(trace: Trace) -> TimeCurve:
-    """Tangential and lateral acceleration."""
+    """Build the chart of tangential and lateral acceleration."""
     series = (
         TimeSeries("along", numbers(trace.steps["acceleration_mps2"])),
         TimeSeries("lateral", numbers(lateral_acceleration(trace.steps)), "second"),
@@ -116,14 +117,14 @@ def _acceleration(trace: Trace) -> TimeCurve:
 
 
 def _jerk(trace: Trace) -> TimeCurve:
-    """Tangential and lateral jerk."""
+    """Build the chart of tangential and lateral jerk."""
     along, lateral = jerk(trace)
     series = TimeSeries("along", along), TimeSeries("lateral", lateral, "second")
     return TimeCurve("jerk", "m/s³", 2, series, "dotted: lateral")
 
 
 def _offset(trace: Trace) -> TimeCurve:
-    """Lateral offset between the edges of the road."""
+    """Build the chart of the lateral offset between the road edges."""
     steps, road = trace.steps, trace.road
     s = numbers(steps["s_m"])
     edges = [
@@ -139,7 +140,7 @@ def _offset(trace: Trace) -> TimeCurve:
 
 
 def _curvature(trace: Trace) -> TimeCurve:
-    """Curvature of the driven path and of the reference path."""
+    """Build the chart of the curvature of driven path and reference path."""
     steps, road = trace.steps, trace.road
     s = numbers(steps["s_m"])
     path = np.interp(s, numbers(road["s_m"]), numbers(road["curvature_1pm"]))
@@ -151,14 +152,14 @@ def _curvature(trace: Trace) -> TimeCurve:
 
 
 def _clearance(trace: Trace) -> TimeCurve:
-    """Distance to the nearest body."""
+    """Build the chart of the distance to the nearest body."""
     own = TimeSeries("clearance", numbers(trace.steps["clearance_m"]))
     high = _top(own.values, MAX_SHOWN_CLEARANCE)
     return TimeCurve("clearance", "m", 2, (own,), "to any body", low=0.0, high=high)
 
 
 def _ttc(trace: Trace) -> TimeCurve:
-    """Time to collision."""
+    """Build the chart of the time to collision."""
     own = TimeSeries("TTC", time_to_collision(trace))
     note = f"below {TTC_HORIZON:g} s"
     return TimeCurve(
@@ -167,12 +168,12 @@ def _ttc(trace: Trace) -> TimeCurve:
 
 
 def _planning(trace: Trace) -> TimeCurve:
-    """Wall clock of each cycle, and the step that it should fit into."""
+    """Build the chart of the planning time, with the step as its deadline."""
     times = numbers(trace.timing["planning_ms"])
     deadline = float(trace.fact("step_s")) * TO_MS
     series = [TimeSeries("planning", times)]
     there = times[np.isfinite(times)]
-    note = f"late: {deadline_misses(trace)}, first aside"
+    note = f"deadline misses: {deadline_misses(trace)}"
     high = float(SHOWN_PLANNING * np.percentile(there, 99)) if there.size else None
     if high is not None and high > deadline / 2.0:
         series.append(TimeSeries("step", np.full(times.size, deadline), "limit"))

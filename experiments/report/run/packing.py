@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.states import FloatArray
 
-NOTHING = 65535  # code of a value that is not there
+NOTHING = 65535  # code of a missing value
 CODES = 65534  # steps between the least and the largest value
 
 Packed = dict[str, Any]
@@ -32,7 +32,7 @@ def pack(values: FloatArray, resolution: float) -> Packed:
     low, high = (float(there.min()), float(there.max())) if there.size else (0.0, 0.0)
     if high - low > resolution * CODES:
         return pack_exact(values)
-    step = (high - low) / CODES or 1.0  # any will do where all values are one
+    step = (high - low) / CODES or 1.0  # any step if all values are equal
     with np.errstate(invalid="ignore"):
         codes = np.where(np.isfinite(values), np.rint((values - low) / step), NOTHING)
     return {

@@ -57,7 +57,8 @@ def save_run_page(folder: Path, file: Path | None = None) -> Path:
         The page's file.
 
     Raises:
-        ResultsError: If the folder is none, is damaged, or the disk refuses.
+        ResultsError: If it is not a run folder, is damaged, or the page cannot be
+            written.
     """
     return save(run_page(folder), file or folder / PAGE_FILE)
 
@@ -68,7 +69,7 @@ def run_page(folder: Path) -> str:
     A run without a trace, or without a single step, gets a page that says so.
 
     Raises:
-        ResultsError: If the folder is none or is damaged.
+        ResultsError: If it is not a run folder or is damaged.
     """
     facts = _facts(folder)
     trace, missing = _trace(folder, facts)
@@ -106,8 +107,8 @@ def _trace(folder: Path, facts: RunFacts) -> tuple[Trace | None, str]:
     if not (folder / file_name("steps")).is_file() and not _kept(facts):
         return None, (
             "The trace of this run was not kept. "
-            f"{facts.manifest.get('command') or 'rearview rerun'} repeats it with its "
-            "trace."
+            f"{facts.manifest.get('command') or 'rearview rerun'} repeats it with "
+            "its trace."
         )
     trace = read_trace(folder)
     if len(trace.steps["index"]) == 0:

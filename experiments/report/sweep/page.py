@@ -16,6 +16,7 @@ from experiments.config.sweep import Sweep
 from experiments.errors import ResultsError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS, RATES
+from experiments.metrics.computation import TO_MS
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.page import save_run_page
 from experiments.report.sweep.data import sweep_data
@@ -29,7 +30,6 @@ from experiments.sweep.folder import (
 from experiments.trace.files import file_name
 
 STEP_KEY = "simulation.step_s"
-TO_MS = 1e3  # from seconds
 _SCRIPTS = ("unpack.js", "theme.js", "plot.js", "plots.js", "sweep.js")
 
 

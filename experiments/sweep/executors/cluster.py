@@ -41,13 +41,13 @@ ALLOWED_ADDRESS = (
 )
 CONNECT_PATIENCE = 10.0  # [s]
 COUNT_INTERVAL = 1.0  # between two queries of the workers [s]
-NO_WORKER_PATIENCE = 60.0  # without a single worker before the sweep gives up [s]
+NO_WORKER_PATIENCE = 60.0  # without any worker, before the sweep stops [s]
 DAEMON = "distributed.worker.daemon"
-# the processes of daemons may not have processes of their own, and a run needs one
+# daemonic processes cannot have children, and a run needs one
 DAEMON_HINT = "DASK_DISTRIBUTED__WORKER__DAEMON=false"
 
-STOP_PATIENCE = 1.0  # between two looks whether the sweep was stopped [s]
-IDLE_PATIENCE = 300.0  # after which the processes of a sweep that is gone end [s]
+STOP_PATIENCE = 1.0  # between two checks whether the sweep was stopped [s]
+IDLE_PATIENCE = 300.0  # after which the processes of an ended sweep are stopped [s]
 
 
 @dataclass(slots=True)
@@ -55,7 +55,7 @@ class _Kept:
     """Processes that a dask worker keeps for a sweep."""
 
     pool: IsolatedWorkers
-    busy: int = 0  # runs that are being driven
+    busy: int = 0  # running episodes
     used: float = field(default_factory=monotonic)  # when last [s]
 
 

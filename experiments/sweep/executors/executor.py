@@ -7,14 +7,16 @@ from typing import Any, Protocol
 
 from experiments.sweep.task import RunReport, RunTask
 
+POLL_INTERVAL = 0.5  # longest wait for a report between two checks for Ctrl-C [s]
+
 
 @dataclass(frozen=True, slots=True)
 class WorkerSettings:
     """Settings of every worker process."""
 
     memory_mb: float  # resident memory that ends a run
-    log: Path  # gets what SUMO and planners print, absolute
-    directory: Path  # where users' planners are looked for
+    log: Path  # output of SUMO and planners; absolute
+    directory: Path  # searched for users' planners
     warm_up: tuple[Mapping[str, Any], ...] = ()  # scenarios, driven before any run
 
 

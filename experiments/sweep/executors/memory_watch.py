@@ -13,7 +13,7 @@ from pathlib import Path
 
 import psutil
 
-INTERVAL = 0.1  # between two looks [s]
+INTERVAL = 0.1  # between two checks [s]
 MB = 1e6  # bytes
 
 
@@ -43,7 +43,7 @@ class MemoryWatch:
     def _watch(self) -> None:
         """Check all processes until stopped."""
         while not self._stopped.wait(INTERVAL):
-            with suppress(FileNotFoundError):  # someone tidied the temporary files
+            with suppress(FileNotFoundError):  # temporary files were removed
                 for mark in self._register.iterdir():
                     self._look_at(int(mark.name))
 
@@ -51,7 +51,7 @@ class MemoryWatch:
         """End a process that exceeds the limit."""
         try:
             taken = psutil.Process(process).memory_info().rss
-        except psutil.Error:  # it is gone
+        except psutil.Error:  # the process has ended
             (self._register / str(process)).unlink(missing_ok=True)
             return
         if taken > self._limit and process not in self._ended:

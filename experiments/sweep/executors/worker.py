@@ -42,7 +42,7 @@ class _WarmError(Exception):
 def start_worker(settings: WorkerSettings) -> None:
     """Initialise a worker process."""
     _die_with_parent()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the sweep's business
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the sweep handles Ctrl-C
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _send_output_to(settings.log)
     if settings.directory.is_dir():
@@ -79,7 +79,7 @@ def warm_up(scenarios: Iterable[Mapping[str, Any]]) -> None:
         scenario = check_scenario(Document("warm-up", dict(config)))
         try:
             drive_shortly(scenario)
-        except Exception:  # the run itself will say what is wrong
+        except Exception:  # the run itself reports it
             log.exception("warm-up")
 
 
@@ -115,7 +115,7 @@ def _send_output_to(file: Path) -> None:
     """Append stdout and stderr, also of libraries, to a file."""
     sys.stdout.flush()
     sys.stderr.flush()
-    with suppress(OSError):  # a full disk is the run's to report
+    with suppress(OSError):  # a full disk is reported by the run
         descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         os.dup2(descriptor, 1)
         os.dup2(descriptor, 2)

@@ -178,7 +178,7 @@ def _growing_table(grown: dict[str, list[Driven]]) -> ResultTable:
 
 
 def _pictures(picked: dict[tuple[str, str], Driven]) -> tuple[Picture, ...]:
-    """Make Figures 4.3 to 4.15."""
+    """Build Figures 4.3 to 4.15."""
     made = [
         _course(f"Fig. 4.3 ({part}), {road}: terms of the cost", road, picked, terms)
         for part, road in (("a", "straight"), ("b", "curved"))

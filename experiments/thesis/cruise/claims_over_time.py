@@ -1,4 +1,4 @@
-"""The claims of [Thesis] 4.7.2 about how the drives go."""
+"""The claims of [Thesis] 4.7.2 about the course of the drives."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class RoadDrives:
 
 
 class DriveClaim(NamedTuple):
-    """A claim about how one drive goes."""
+    """A claim about the course of one drive."""
 
     id: str
     road: str
@@ -142,7 +142,7 @@ def _begins(one: Driven) -> float:
 def _window_means(
     field: str, first: int, last: int
 ) -> Callable[[Driven, Driven], Mapping[str, Number]]:
-    """Make a measure: the mean of both methods over some cycles."""
+    """Build a measure: the mean of both methods over some cycles."""
 
     def measure(ours: Driven, theirs: Driven) -> Mapping[str, Number]:
         return numbers(
@@ -156,7 +156,7 @@ def _window_means(
 def _compared(
     field: str, first: int, last: int, judge: Callable[[float, float], bool]
 ) -> Test:
-    """Make a test of the same means."""
+    """Build a test of the same means."""
 
     def test(ours: Driven, theirs: Driven) -> bool:
         return judge(

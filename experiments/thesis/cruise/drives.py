@@ -1,4 +1,4 @@
-"""Drives of chapter 4: its planners on its roads, and what a claim asks of a drive.
+"""Drives of chapter 4: its planners on its roads, and measures for its claims.
 
 The printed planner takes the ego for a disc of 1 m about its rear axle, and as
 published it has collided when that disc has. So its world holds a body that lies in the
@@ -52,7 +52,7 @@ LEAST_WAY = 20.0  # that is left after an obstacle to come back [m]
 
 
 def _with_weights(jerk: float, safety: float, offset: float) -> Callable[[], Planner]:
-    """Make the printed planner with other weights of jerk, safety and offset."""
+    """Build the printed planner with other weights of jerk, safety and offset."""
 
     def make() -> Planner:
         weights = Weights(jerk, safety, offset, *ONLY_PRINTED)
@@ -72,7 +72,7 @@ METHODS: Mapping[str, Callable[[], Planner]] = {
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One drive to be done: the published layout, or what `overrides` say."""
+    """Definition of one drive: the published layout, or `overrides`."""
 
     road: str
     method: str
@@ -84,7 +84,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Driven:
-    """What came of a drive; the arrays have one number a cycle."""
+    """Result of a drive; arrays have one element per cycle."""
 
     status: EpisodeStatus
     clearance: float  # least, of the driven body to any obstacle [m]
@@ -187,7 +187,7 @@ def _driven(
 
 
 def car_clearance(ego: CartesianState, discs: Obstacles) -> float:
-    """Distance of a car's rectangle to the nearest disc, negative inside it [m]."""
+    """Return the distance of a car's rectangle to the nearest disc, < 0 inside [m]."""
     dx, dy = discs.x - ego.x, discs.y - ego.y
     cos, sin = np.cos(ego.heading), np.sin(ego.heading)
     ahead = np.abs(dx * cos + dy * sin - CAR.centre_offset) - 0.5 * CAR.length

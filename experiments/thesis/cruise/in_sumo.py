@@ -36,7 +36,7 @@ SUMO = "seeds in SUMO with traffic"
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """One episode to be driven."""
+    """Definition of one episode."""
 
     scenario: str
     planner: str
@@ -46,7 +46,7 @@ class Episode:
 
 @dataclass(frozen=True, slots=True)
 class SumoOutcome:
-    """What came of an episode."""
+    """Result of an episode."""
 
     status: str
     contacts: int
@@ -61,7 +61,7 @@ class SumoOutcome:
 
 @dataclass(frozen=True, slots=True)
 class TrafficPart:
-    """What the chapter takes over."""
+    """Results for the chapter."""
 
     claims: tuple[Claim, ...]
     tables: tuple[ResultTable, ...]
@@ -69,7 +69,7 @@ class TrafficPart:
 
 
 def episode(asked: Episode) -> SumoOutcome:
-    """Drive one episode; nothing of it stays on the disk."""
+    """Drive one episode without leaving files."""
     scenario = load_scenario(
         asked.scenario,
         planner=asked.planner,

@@ -37,7 +37,7 @@ GROWS_AT = (60.0, -1.0)  # s and l of it [m]
 
 @dataclass(frozen=True, slots=True)
 class RandomDrive:
-    """What came of one layout."""
+    """Result of one layout."""
 
     status: EpisodeStatus
     clearance: float  # least distance of the rectangle from any obstacle [m]
@@ -123,7 +123,7 @@ def growing_table(planner: str, drives: Sequence[RandomDrive]) -> Table:
 
 
 def largest_drop(clearances: Sequence[float]) -> float:
-    """How far the clearance falls below what was kept from a smaller obstacle [m]."""
+    """Return by how much the clearance falls below that of a smaller obstacle [m]."""
     drop, most = 0.0, clearances[0]
     for clearance in clearances:
         most = max(most, clearance)

@@ -1,4 +1,4 @@
-"""Layouts of [Thesis] ch. 5 and what it publishes about them.
+"""Layouts of [Thesis] ch. 5 and their published results.
 
 Obstacles are (s, l, r_ob) [m] in the frame of a straight road. The two layouts are
 picked among random ones so that the outcome lies near that of [Thesis] fig. 5.9 and
@@ -39,7 +39,7 @@ class PublishedResult:
 
 @dataclass(frozen=True, slots=True)
 class PublishedLayout:
-    """Obstacles and what is published about them, by method."""
+    """Obstacles and published results by method."""
 
     name: str
     obstacles: tuple[tuple[float, float, float], ...]

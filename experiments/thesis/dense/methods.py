@@ -48,7 +48,7 @@ START = (0.0, 0.0, 0.0, 0.0)  # s [m], l [m], l' [-], l'' [1/m]
 
 @dataclass(frozen=True, slots=True)
 class MethodPath:
-    """What a method returns; a method without a lattice has no edges."""
+    """Result of a method; without a lattice there are no edges."""
 
     path: FrenetPath | None
     status: str
@@ -86,7 +86,7 @@ def lattice_method(
     lattice: LatticeSettings | None = None,
     smoothing: SmoothingSettings | None = None,
 ) -> Method:
-    """Make a method of the study from a lattice planner; all its edges are checked."""
+    """Build a method of the study from a lattice planner; all its edges are checked."""
     lattice = replace(lattice or LatticeSettings(), edge_checks=EdgeChecks.ALL)
     smoothing = smoothing or SmoothingSettings()
 
@@ -103,7 +103,7 @@ def lattice_method(
 
 
 def sides_method(settings: SideSettings) -> Method:
-    """Make a method of the study from the side sequences.
+    """Build a method of the study from the side sequences.
 
     They have no edges: what is collision-free by construction has nothing to throw
     away.
@@ -181,7 +181,7 @@ def measure(name: str, method: Method, obstacles: FloatArray) -> Measured:
 def timed(
     method: Method, field: ObstacleField, repetitions: int
 ) -> tuple[MethodPath, float]:
-    """Run a method some times: (its result, the shortest time [ms])."""
+    """Run a method several times and return (result, shortest time [ms])."""
     took = math.inf
     for _ in range(repetitions):
         start = time.perf_counter()
@@ -191,7 +191,7 @@ def timed(
 
 
 def measured(name: str, result: MethodPath, run_time: float) -> Measured:
-    """Measure what a method returned."""
+    """Measure the result of a method."""
     metrics = (math.nan,) * 5 if result.path is None else path_metrics(result.path)
     return Measured(
         name,

@@ -1,4 +1,4 @@
-"""What chapter 5 asks of one layout: all methods, waypoints, and the sensitivity."""
+"""Study of one layout of chapter 5: all methods, waypoints, sensitivity."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -53,7 +53,7 @@ class RandomLayout:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Studied:
-    """What came of one layout."""
+    """Result of one layout."""
 
     layout: RandomLayout
     methods: Mapping[str, Measured]
@@ -99,7 +99,7 @@ def occupied_waypoints(waypoints: Waypoints, obstacles: FloatArray) -> int:
 
 
 def path_clearance(path: FrenetPath, obstacles: FloatArray) -> float:
-    """Least distance between the ego's disc on a path and an obstacle's [m]."""
+    """Return the minimum distance between the ego's disc and obstacles [m]."""
     fine = path.subdivided(FINE)
     away = np.hypot(fine.s - obstacles[:, :1], fine.l - obstacles[:, 1:2])
     return float((away - obstacles[:, 2:] - EGO_RADIUS).min())
@@ -120,7 +120,7 @@ def side_changes(name: str, field: ObstacleField, obstacles: FloatArray) -> bool
 
 
 def lattice_with(name: str, points: int) -> Callable[[ObstacleField], MethodPath]:
-    """Make a lattice method with other free layers."""
+    """Build a lattice method with other free layers."""
     settings = replace(LatticeSettings(), free_points=points)
     return lattice_method(LATTICES[name], settings)
 

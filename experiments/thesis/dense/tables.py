@@ -227,7 +227,7 @@ def kind(same: bool) -> str:  # noqa: FBT001 - a key of the groups
 
 
 def median(values: Iterable[float]) -> Number | str:
-    """Median, a dash of nothing."""
+    """Return the median, or a dash without values."""
     found = list(values)
     return shown(float(np.median(found))) if found else "-"
 

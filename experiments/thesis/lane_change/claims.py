@@ -112,7 +112,7 @@ def curve_claims() -> Iterator[Claim]:
 
 
 def candidate_paths() -> list[CandidatePath]:
-    """Make the candidate set of 6.3.5: splines of different length and place of C."""
+    """Build the candidate set of 6.3.5: splines of varied length and position of C."""
     weights = PathCostWeights()
     made = []
     for length in LENGTHS:

@@ -1,4 +1,4 @@
-"""Curve models for a lane change, measured alike; [Thesis] 6.3.4."""
+"""Comparison of curve models for a lane change; [Thesis] 6.3.4."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ STEADY = 1e-9  # a smaller change of curvature is rounding [1/m]
 
 @dataclass(frozen=True, slots=True)
 class LaneShift:
-    """One lane change, and what the models leave open."""
+    """One lane change, and the free parameters of the models."""
 
     length: float = 60.0  # along the road [m]
     shift: float = 3.5  # across it [m]
@@ -38,7 +38,7 @@ class LaneShift:
 
 @dataclass(frozen=True, slots=True)
 class CurveMeasures:
-    """What a curve asks of the vehicle that drives it."""
+    """Demands of a curve on the vehicle."""
 
     length: float  # [m]
     jumps: int  # of the curvature between its ends
@@ -54,7 +54,7 @@ class CurveMeasures:
 
 @dataclass(frozen=True, slots=True)
 class CurveClaim:
-    """A statement of [Thesis] 6.3.4 and what was measured."""
+    """A statement of [Thesis] 6.3.4 and its evidence."""
 
     text: str
     holds: bool
@@ -63,7 +63,7 @@ class CurveClaim:
 
 @dataclass(frozen=True, slots=True)
 class CurveComparison:
-    """The table, the claims, and how far the curves lie apart."""
+    """Measures, claims, and the distance between the curves."""
 
     measures: Mapping[str, CurveMeasures]
     claims: tuple[CurveClaim, ...]
@@ -75,7 +75,7 @@ CUBIC, QUINTIC, SPLINE = "Bézier, cubic", "Bézier, quintic", "B-spline"
 
 
 def lane_change_curves(task: LaneShift) -> dict[str, Curve]:
-    """Make the same lane change by every model."""
+    """Build the same lane change with every model."""
     length, shift = task.length, task.shift
     end = (length, shift, 0.0)
     dubins = shortest_dubins((0.0, 0.0, 0.0), end, task.dubins_radius)
@@ -112,7 +112,7 @@ def measure(curve: Curve, weights: PathCostWeights) -> CurveMeasures:
 def compare_curves(
     task: LaneShift | None = None, weights: PathCostWeights | None = None
 ) -> CurveComparison:
-    """Measure all models on one lane change and check what 6.3.4 says of them."""
+    """Measure all models on one lane change and check the statements of 6.3.4."""
     task = task or LaneShift()
     weights = weights or PathCostWeights()
     curves = lane_change_curves(task)

@@ -54,7 +54,7 @@ def _graph(length: float, u: FloatArray, y: tuple[FloatArray, ...]) -> FloatArra
 
 
 def bezier(points: ArrayLike) -> tuple[Piece, ...]:
-    """Make a Bézier curve; [Thesis] eq. 6.1 and 6.2.
+    """Build a Bézier curve; [Thesis] eq. 6.1 and 6.2.
 
     Args:
         points: Control points, (n, 2) [m].
@@ -84,7 +84,7 @@ def bernstein(degree: int, u: FloatArray) -> FloatArray:
 
 
 def cubic_bezier(length: float, shift: float, handle: float) -> tuple[Piece, ...]:
-    """Make the Bézier curve of four points, the fewest that fix both headings.
+    """Build the Bézier curve of four points, the fewest that fix both headings.
 
     Args:
         length: Along x [m].
@@ -96,7 +96,7 @@ def cubic_bezier(length: float, shift: float, handle: float) -> tuple[Piece, ...
 
 
 def quintic_bezier(length: float, shift: float) -> tuple[Piece, ...]:
-    """Make the Bézier curve of six points, even along x, three in line at each end.
+    """Build the Bézier curve of six points, even along x, three in line at each end.
 
     Three end points in line take the curvature to zero there.
     """
@@ -105,7 +105,7 @@ def quintic_bezier(length: float, shift: float) -> tuple[Piece, ...]:
 
 
 def lane_change_b_spline(length: float, shift: float, c: float) -> tuple[Piece, ...]:
-    """Make the clamped cubic B-spline A, B, C, O, D, E, F; [Thesis] 6.3.5.
+    """Build the clamped cubic B-spline A, B, C, O, D, E, F; [Thesis] 6.3.5.
 
     B is the middle of A and C, both halves are symmetric about O.
 

@@ -171,7 +171,7 @@ def _followed(pose: Pose, length: float, curvature: float) -> Pose:
 
 
 def _segment(pose: Pose, length: float, curvature: float) -> Piece:
-    """Make the piece of a line or an arc."""
+    """Build the piece of a line or an arc."""
     x, y, heading = pose
 
     def piece(u: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Price of a line in the plane; [Thesis] eq. 6.11, corrected and as printed."""
+"""Cost of a plane curve; [Thesis] eq. 6.11, corrected and as printed."""
 
 from dataclasses import dataclass
 

@@ -102,7 +102,7 @@ def solve_case(start_speed: float, settings: SpeedSettings = SPEED) -> SpeedCase
 
 
 def _rear_car(centre: float, times: FloatArray) -> Vehicles:
-    """Make the car that comes from behind and keeps its speed."""
+    """Build the car that approaches from behind at constant speed."""
     s = (centre + CAR_SPEED * times)[None]
     across, none = np.full_like(s, LANE), np.zeros(1)
     ahead = Prediction(float(times[1]), s, across, np.zeros_like(s), s, across)

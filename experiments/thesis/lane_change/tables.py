@@ -22,7 +22,7 @@ from experiments.thesis.lane_change.random_scenes import (
 
 
 def solvable(scenes: Iterable[Found]) -> list[Found]:
-    """Keep scenes that leave a choice between orders, one of which can be driven."""
+    """Select scenes with a choice between orders, at least one of them feasible."""
     return [
         one for one in scenes if one.orders > 1 and math.isfinite(one.cost[ALL_ORDERS])
     ]

@@ -1,4 +1,4 @@
-"""What chapter 6 takes in time: Table 6.1 and the random scenes."""
+"""Computation times of chapter 6: Table 6.1 and the random scenes."""
 
 from collections.abc import Mapping, Sequence
 
@@ -56,7 +56,7 @@ def time_claim(timed: list[Timed]) -> Claim:
 
 
 def totals(timed: list[Timed], grid: str, solver: str) -> tuple[float, float]:
-    """Time of the direct method and of DP&QP, mean of both cases [ms]."""
+    """Return the times of the direct method and of DP&QP, mean of both cases [ms]."""
     qp = mean_over(timed, lambda case: case.qp[solver])
     direct = mean_over(timed, lambda case: case.direct)
     return direct + qp, mean_over(timed, lambda case: case.search[grid]) + qp

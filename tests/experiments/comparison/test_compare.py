@@ -191,7 +191,9 @@ def test_exports(sweep, tmp_path):
     for name in ("t.csv", "t.md", "t.tex"):
         export(lines, tmp_path / name)
         assert (tmp_path / name).read_text()
-    with pytest.raises(ConfigError, match=r"allowed endings: \.csv, \.md, \.tex"):
+    with pytest.raises(
+        ConfigError, match=r"unknown suffix; allowed: \.csv, \.md, \.tex"
+    ):
         export(lines, tmp_path / "t.xlsx")
 
 

@@ -88,4 +88,4 @@ def test_one_cycle_that_compiles_does_not_flatten_the_others():
     object.__setattr__(trace, "timing", slow)
     curve = curves(trace)[-1]
     assert curve.high < 10.0
-    assert curve.note == "late: 1, first aside"
+    assert curve.note == "deadline misses: 1"
