@@ -447,8 +447,8 @@ RATES: Final[Mapping[str, str]] = {m.rate: m.column for m in METRICS.values() if
 MEANS: Final = tuple(m.column for m in METRICS.values() if m.compared and not m.rate)
 
 
-def reference() -> str:
-    """Write the reference of all metrics as a Markdown table."""
+def markdown_table() -> str:
+    """Return the reference of all metrics as a Markdown table."""
     lines = [
         "| column | label | unit | better | default in | definition |",
         "|---|---|---|---|---|---|",
@@ -471,4 +471,4 @@ def reference() -> str:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(reference())
+    sys.stdout.write(markdown_table())
