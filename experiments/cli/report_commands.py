@@ -34,7 +34,7 @@ def report(
         ),
     ] = False,
 ) -> None:
-    """Write the HTML page of a run or a sweep, one file that works offline."""
+    """Write the self-contained HTML page of a run or a sweep."""
     with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.run.page import is_run, save_run_page
@@ -60,7 +60,7 @@ def figure(
         typer.Option("-o", "--output", help=".png, .svg or .pdf  [FOLDER/figure.png]"),
     ] = None,
 ) -> None:
-    """Draw a run in top view and over time, or the metrics of a sweep by planner."""
+    """Draw a figure of a run or a sweep for a paper."""
     with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.figures.save import save_figure

@@ -87,7 +87,7 @@ def compare(
         Path | None, typer.Option("-o", "--output", help="A .csv, .md or .tex file.")
     ] = None,
 ) -> None:
-    """Compare planners with a baseline on common seeds, with intervals and tests."""
+    """Compare planners with a baseline on common seeds."""
     with report_user_errors():
         import numpy as np
 

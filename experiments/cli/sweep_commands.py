@@ -57,7 +57,7 @@ def sweep(
         bool, typer.Option("--yes", help=f"Allow more than {WITHOUT_YES} runs.")
     ] = False,
 ) -> None:
-    """Execute the missing runs of a sweep, and collect the results."""
+    """Execute the missing runs of a sweep and collect the results."""
     with report_user_errors():
         from experiments.cli.sweep_session import SweepSession
         from experiments.config.sweep_file import load_sweep
@@ -88,7 +88,7 @@ def rerun(
         bool, typer.Option("--open", help="Open the new folder in the file manager.")
     ] = False,
 ) -> None:
-    """Repeat one run of a sweep with its full trace, and compare the trace hash."""
+    """Repeat one run of a sweep and compare the traces."""
     with report_user_errors():
         from experiments.sweep.rerun import repeat
 

@@ -28,7 +28,7 @@ def add_to(app: typer.Typer) -> None:
 def thesis(
     chapters: Annotated[
         list[ChapterName] | None,
-        typer.Argument(metavar="[CHAPTER]...", help="cruise, dense, lane_change."),
+        typer.Argument(metavar="[CHAPTER]...", help="Chapters to recompute.  [all]"),
     ] = None,
     *,
     quick: Annotated[
@@ -42,7 +42,7 @@ def thesis(
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
 ) -> None:
-    """Recompute the claims of the thesis; resumes after an interruption."""
+    """Recompute the published claims of the thesis."""
     with report_user_errors():
         from experiments.report.figures.save import require_matplotlib
         from experiments.thesis.chapters import CHAPTERS, chapter_data, kept_chapters
