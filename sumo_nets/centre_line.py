@@ -27,17 +27,17 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 def line(length: float) -> Segment:
-    """Make a straight segment of `length` [m]."""
+    """Build a straight segment of `length` [m]."""
     return ("line", float(length), 0.0, 0.0)
 
 
 def arc(length: float, curvature: float) -> Segment:
-    """Make a circular arc; `curvature` [1/m] is positive to the left."""
+    """Build a circular arc; `curvature` [1/m] is positive to the left."""
     return ("arc", float(length), float(curvature), float(curvature))
 
 
 def clothoid(length: float, begin: float, end: float) -> Segment:
-    """Make a segment whose curvature [1/m] grows linearly from `begin` to `end`."""
+    """Build a segment whose curvature [1/m] grows linearly from `begin` to `end`."""
     return ("clothoid", float(length), float(begin), float(end))
 
 

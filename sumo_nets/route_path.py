@@ -106,7 +106,7 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
 
 
 def _pieces(net: Any, uses: Sequence[LaneUse]) -> list[Piece]:
-    """Turn the uses of edges and the junctions between them into pieces."""
+    """Convert the uses of edges and the junctions between them into pieces."""
     pieces: list[Piece] = []
     for place, use in enumerate(uses):
         pieces.append(_edge_piece(use))

@@ -152,7 +152,7 @@ class Scenario(Strict):
     def error(
         self, path: KeyPath, problem: str, written: KeyPath | None = None
     ) -> ConfigError:
-        """Make the error about a key, naming the place where it was written.
+        """Build the error about a key, naming the place where it was written.
 
         Args:
             path: The key.

@@ -38,7 +38,7 @@ def scenario_names() -> list[str]:
 
 
 def find_scenario(name: str) -> Path:
-    """Turn a shipped name or a path into the path of the file.
+    """Resolve a shipped name or a path to the path of the file.
 
     Raises:
         ConfigError: If there is neither a file nor a shipped scenario of that name.
@@ -136,7 +136,7 @@ def check_scenario(document: Document) -> Scenario:
 
 
 def scenario_schema() -> dict[str, Any]:
-    """Make the JSON Schema of a scenario file."""
+    """Build the JSON Schema of a scenario file."""
     schema = Scenario.model_json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
@@ -169,7 +169,7 @@ def config_hash(resolved: dict[str, Any]) -> str:
 
 
 def tuples(value: Any) -> Any:
-    """Turn lists into tuples, which is what strict, frozen sections hold."""
+    """Convert lists to the tuples of strict, frozen sections."""
     if isinstance(value, list):
         return tuple(tuples(item) for item in value)
     if isinstance(value, dict):
@@ -249,7 +249,7 @@ def _choose_planner(document: Document, name: str) -> None:
 
 
 def _anchor_network(document: Document) -> None:
-    """Make a network file's path absolute; it is written relative to the scenario."""
+    """Resolve a network file's path, which is relative to the scenario file."""
     folder = Path(document.name).parent
     network = document.data.get("network") if isinstance(document.data, dict) else None
     if isinstance(network, dict):

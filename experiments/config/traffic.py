@@ -53,7 +53,7 @@ def _flow(data: dict[str, Any]) -> float | None:
 
 
 def _share(place: int) -> Callable[[dict[str, Any]], float]:
-    """Make the default of a share of drivers, which follows from their temper."""
+    """Build the default of a share of drivers, which follows from their temper."""
     return lambda data: TEMPERS[data["temper"] or USUAL_TEMPER][place]
 
 

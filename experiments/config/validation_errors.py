@@ -31,7 +31,7 @@ _BOUNDS = {
 
 
 def describe(error: ValidationError, document: Document, schema: Schema) -> str:
-    """Turn the first mistake into `FILE:LINE: key.path: what; allowed: ...`.
+    """Format the first mistake as `FILE:LINE: key.path: what; allowed: ...`.
 
     Args:
         error: What pydantic found.

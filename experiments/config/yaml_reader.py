@@ -185,7 +185,7 @@ class _Converter:
             raise self.error(node, path, f"is not a valid {kind}: {text!r}") from None
 
     def error(self, node: yaml.Node, path: KeyPath, problem: str) -> ConfigError:
-        """Make the error about `node`."""
+        """Build the error about `node`."""
         key = dotted(path) or "the file"
         return ConfigError(f"{self.place(node)}: {key}: {problem}")
 

@@ -18,7 +18,7 @@ from planner.states import FloatArray
 
 
 def half_cosine(length: float, shift: float) -> tuple[Piece, ...]:
-    """Make y = shift/2 (1 - cos(pi x / length)); bent at both ends."""
+    """Build y = shift/2 (1 - cos(pi x / length)); bent at both ends."""
 
     def piece(u: FloatArray) -> FloatArray:
         w, c, s = np.pi, np.cos(np.pi * u), np.sin(np.pi * u)
@@ -33,7 +33,7 @@ def half_cosine(length: float, shift: float) -> tuple[Piece, ...]:
 
 
 def sine_ramp(length: float, shift: float) -> tuple[Piece, ...]:
-    """Make y = shift (u - sin(2 pi u) / 2 pi), u = x / length; ends straight."""
+    """Build y = shift (u - sin(2 pi u) / 2 pi), u = x / length; ends straight."""
 
     def piece(u: FloatArray) -> FloatArray:
         w = 2.0 * np.pi
