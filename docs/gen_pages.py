@@ -5,7 +5,6 @@ come from the JSON Schemas that `rearview schema` prints, columns from the schem
 trace, metrics from their catalogue, so that the site cannot differ from the code.
 """
 
-import importlib
 import json
 import re
 from collections.abc import Callable, Mapping
@@ -14,6 +13,7 @@ from typing import Any
 
 from experiments.config.scenario_file import schema_text
 from experiments.config.sweep_file import sweep_schema
+from experiments.metrics import catalogue
 from experiments.trace.schema import TABLES
 
 HERE = Path(__file__).parent
@@ -47,12 +47,8 @@ def sweep_keys() -> str:
 
 
 def metric_table() -> str:
-    """Return the table of metrics, from the catalogue where there is one."""
-    try:
-        catalogue = importlib.import_module("experiments.metrics.catalogue")
-    except ModuleNotFoundError:
-        return (HERE / "reference" / "_metric_table.md").read_text(encoding="utf-8")
-    return str(catalogue.markdown_table())
+    """Return the table of metrics."""
+    return catalogue.markdown_table()
 
 
 def trace_columns() -> str:

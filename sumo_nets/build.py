@@ -46,7 +46,7 @@ def source_names() -> list[str]:
 
 
 def net_path(name: str) -> Path:
-    """Say where the built network `name` lies."""
+    """Return the file of the built network `name`."""
     return ROOT / name / f"{name}.net.xml"
 
 
@@ -85,7 +85,7 @@ def convert(name: str) -> str:
 
 
 def is_stale(name: str) -> bool:
-    """Say whether the committed network differs from its sources."""
+    """Check whether the committed network differs from its sources."""
     built = net_path(name)
     return not built.is_file() or built.read_text(encoding="utf-8") != convert(name)
 

@@ -20,7 +20,7 @@ from sumo_nets.errors import NetworkError
 # The class of vehicle whose lanes count as road.
 VEHICLE_CLASS = "passenger"
 
-# Edges that a message lists when none resembles the one asked for.
+# Number of edges that a message lists when none resembles the requested one.
 LISTED = 8
 
 
@@ -103,13 +103,13 @@ def check_route(net: Any, net_file: Path, route: Sequence[str], lane: int) -> No
 
 
 def _open_to_cars(link: Any) -> bool:
-    """Say whether a connection leads from a lane for cars to a lane for cars."""
+    """Check whether a connection leads from a lane for cars to a lane for cars."""
     lanes = (link.getFromLane(), link.getToLane())
     return all(lane.allows(VEHICLE_CLASS) for lane in lanes)
 
 
 def _close_edges(net: Any, edge_id: str) -> str:
-    """Name the edges whose ids resemble `edge_id`, or a few of all."""
+    """List the edges whose ids resemble `edge_id`, or a few of all."""
     ids = sorted(edge.getID() for edge in net.getEdges(withInternal=False))
     close = get_close_matches(edge_id, ids, n=3, cutoff=0.5)
     if close:

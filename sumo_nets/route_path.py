@@ -106,7 +106,7 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
 
 
 def _pieces(net: Any, uses: Sequence[LaneUse]) -> list[Piece]:
-    """Turn the uses of edges and the junctions between them into pieces."""
+    """Convert the uses of edges and the junctions between them into pieces."""
     pieces: list[Piece] = []
     for place, use in enumerate(uses):
         pieces.append(_edge_piece(use))
@@ -130,7 +130,7 @@ def _pieces(net: Any, uses: Sequence[LaneUse]) -> list[Piece]:
 
 
 def _edge_piece(use: LaneUse) -> Piece:
-    """Give the line on one edge, moving over where the lane is changed."""
+    """Return the line on one edge, blended where the lane is changed."""
     ends = []
     for lane in (use.entered, use.left):
         left, right, lines = _carriageway(lane)
@@ -170,12 +170,12 @@ def _carriageway(lane: Any) -> tuple[float, float, tuple[float, ...]]:
 
 
 def _shape(lane: Any) -> FloatArray:
-    """Give the centre line of a lane, (n, 2), without its height."""
+    """Return the centre line of a lane, (n, 2), without its height."""
     return np.array([point[:2] for point in lane.getShape()], dtype=np.float64)
 
 
 def _fractions(points: FloatArray) -> FloatArray:
-    """Give the share of the length that lies behind each point, (n,)."""
+    """Return the share of the length behind each point, (n,)."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     done = np.concatenate(([0.0], np.cumsum(lengths)))
     return np.asarray(done / max(float(done[-1]), 1e-9))
@@ -185,7 +185,7 @@ def _stop_lines(
     uses: Sequence[LaneUse], spans: Sequence[LaneSpan]
 ) -> tuple[StopLine, ...]:
     """Find the stop lines: ends of lanes whose connection has a signal."""
-    # A route may come back to a lane, so that lanes are told apart by their order.
+    # A route may return to a lane, so lanes are distinguished by their order.
     ends = [span.end for span in spans if not span.lane.startswith(":")]
     links = [(use.link, end) for use, end in zip(uses, ends, strict=True) if use.link]
     return tuple(

@@ -10,7 +10,7 @@ import shutil
 import pytest
 
 from experiments.cli.compile_notice import NOTICE
-from experiments.cli.outcome_table import SHOWN
+from experiments.metrics.catalogue import IN_TERMINAL
 from sumo_nets.build import net_path
 from tests.docs.documents import ROOT, TEXTS, blocks, commands, make, rearview
 
@@ -60,8 +60,8 @@ def test_an_episode_needs_no_development_tools():
 def test_outcome_table_is_the_one_that_is_printed():
     table = TEXTS["docs/quick_start.md"].partition("<!-- outcome -->")[2]
     shown = re.findall(r"^│ (.*?) +│ +([-0-9.]+) │ (\S*) +│$", table, re.MULTILINE)
-    assert [(words, unit) for words, _, unit in shown] == [
-        (words, unit) for words, unit, _ in SHOWN.values()
+    assert [(label, unit) for label, _, unit in shown] == [
+        (metric.label, metric.unit) for metric in IN_TERMINAL
     ]
 
 

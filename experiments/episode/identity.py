@@ -6,7 +6,7 @@ from typing import Any
 
 from experiments.config import Scenario
 from experiments.config.scenario_file import config_hash
-from experiments.planners.registry import own_module
+from experiments.planners.registry import user_module
 from experiments.planners.source_files import planner_sources
 from experiments.storage import provenance as manifest
 
@@ -37,7 +37,7 @@ def run_hashes(scenario: Scenario, net_file: Path | None) -> dict[str, str | Non
     """Hash configuration, network, code and a user's planner, and all in one."""
     configuration = config_hash(scenario.resolved())
     network = _file_hash(*_stamp(net_file)) if net_file else None
-    planner = _planner_hash(own_module(scenario.planner.name))
+    planner = _planner_hash(user_module(scenario.planner.name))
     code = code_hash()
     return {
         "run_hash": manifest.text_hash(f"{configuration} {network} {code} {planner}"),

@@ -21,7 +21,7 @@ from experiments.episode.without_ego import vehicles_without_ego
 from experiments.errors import ConfigError
 from experiments.metrics.row import Cell, metric_row
 from experiments.planners.registry import make_planner
-from experiments.storage.atomic_folder import whole_folder
+from experiments.storage.atomic_folder import atomic_folder
 from experiments.storage.run_files import MANIFEST, METRICS, write_json
 from experiments.trace.candidates import CandidateLog, write_candidates
 from experiments.trace.files import write_tables, write_trace
@@ -149,7 +149,7 @@ def run_episode(
     recorder = _Recorder(on_step, log)
     identity = run_identity(scenario, _net_file(layout))
     target = choice.target or out / _folder_name(scenario, identity["run_hash"])
-    with whole_folder(target) as folder:
+    with atomic_folder(target) as folder:
         world = make_world(scenario, layout, folder, gui=gui)
         if gui and isinstance(world, PlanDisplay):
             recorder.show_plan = world.show_plan
@@ -191,7 +191,7 @@ def record_crash(scenario: Scenario, reason: str, out: Path = RUNS) -> Outcome:
     target = out / _folder_name(scenario, identity["run_hash"])
     trace = build_trace(_setting(scenario, layout), [], ending, [])
     road_map = _road_map(layout)
-    with whole_folder(target) as folder:
+    with atomic_folder(target) as folder:
         write_map(road_map, folder)
         place = Place(folder, target, RunFolder(), started)
         return _leave(scenario, identity, ending, trace, place)

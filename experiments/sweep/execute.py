@@ -1,4 +1,4 @@
-"""Drives one run of a sweep: a scenario in, a run folder out."""
+"""Execute one run of a sweep: a scenario in, a run folder out."""
 
 import logging
 from time import perf_counter
@@ -23,10 +23,10 @@ from experiments.sweep.task import (
 log = logging.getLogger(__name__)
 
 
-def drive(task: RunTask) -> RunReport:
-    """Drive a run and leave its run folder; whatever goes wrong is a report.
+def execute_run(task: RunTask) -> RunReport:
+    """Execute a run and write its run folder; every failure becomes a report.
 
-    A process that dies, hangs or eats the memory is its executor's business.
+    A process that dies, hangs or exceeds the memory limit is handled by its executor.
     """
     started = perf_counter()
     if code_hash() != task.facts["code_hash"]:
@@ -53,7 +53,7 @@ def drive(task: RunTask) -> RunReport:
 
 
 def since(started: float) -> float:
-    """Give the wall clock since a time of perf_counter [s]."""
+    """Return the wall-clock time since a reading of perf_counter [s]."""
     return perf_counter() - started
 
 
@@ -63,7 +63,7 @@ def scenario_of(task: RunTask) -> Scenario:
 
 
 def _run_folder(task: RunTask) -> RunFolder:
-    """Say where the run folder is and what is in it."""
+    """Choose the run folder and whether it keeps the trace."""
 
     def keeps(ending: Ending) -> bool:
         arrived = ending.status is EpisodeStatus.ARRIVED

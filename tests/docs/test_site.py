@@ -12,7 +12,7 @@ import pytest
 
 from experiments.config.scenario_file import schema_text
 from experiments.config.sweep_file import sweep_schema
-from experiments.metrics.columns import ALL_COLUMNS
+from experiments.metrics.catalogue import ALL_COLUMNS
 from tests.docs.documents import ROOT, TEXTS
 
 NO_MKDOCS = importlib.util.find_spec("mkdocs") is None

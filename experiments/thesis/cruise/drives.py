@@ -1,4 +1,4 @@
-"""Drives of chapter 4: its planners on its roads, and what a claim asks of a drive.
+"""Drives of chapter 4: its planners on its roads, and measures for its claims.
 
 The printed planner takes the ego for a disc of 1 m about its rear axle, and as
 published it has collided when that disc has. So its world holds a body that lies in the
@@ -52,7 +52,7 @@ LEAST_WAY = 20.0  # that is left after an obstacle to come back [m]
 
 
 def _with_weights(jerk: float, safety: float, offset: float) -> Callable[[], Planner]:
-    """Make the printed planner with other weights of jerk, safety and offset."""
+    """Build the printed planner with other weights of jerk, safety and offset."""
 
     def make() -> Planner:
         weights = Weights(jerk, safety, offset, *ONLY_PRINTED)
@@ -72,7 +72,7 @@ METHODS: Mapping[str, Callable[[], Planner]] = {
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One drive to be done: the published layout, or what `overrides` say."""
+    """Definition of one drive: the published layout, or `overrides`."""
 
     road: str
     method: str
@@ -84,7 +84,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Driven:
-    """What came of a drive; the arrays have one number a cycle."""
+    """Result of a drive; arrays have one element per cycle."""
 
     status: EpisodeStatus
     clearance: float  # least, of the driven body to any obstacle [m]
@@ -98,7 +98,7 @@ class Driven:
 
     @property
     def arrived(self) -> bool:
-        """Tell whether it reached its goal without a collision."""
+        """Whether the ego reached its goal without a collision."""
         return self.status is EpisodeStatus.ARRIVED
 
     @property
@@ -113,7 +113,7 @@ class Driven:
 
 
 def random_drive(road: str, method: str, seed: int) -> Drive:
-    """Ask for a drive among random obstacles, as published."""
+    """Describe a drive among random obstacles, as published."""
     return Drive(road, method, seed, (RANDOM,))
 
 
@@ -128,7 +128,7 @@ def standing(  # noqa: PLR0913, PLR0917 - the signature of predictors
     step: float,
     n_steps: int,
 ) -> Prediction:
-    """Take every vehicle for an obstacle that stands, as [Thesis] ch. 4 does."""
+    """Predict every vehicle as a static obstacle, as [Thesis] ch. 4 does."""
     none = np.zeros_like(speed)
     return constant_speed(path, x, y, heading, none, none, none, step, n_steps)
 
@@ -187,7 +187,7 @@ def _driven(
 
 
 def car_clearance(ego: CartesianState, discs: Obstacles) -> float:
-    """Distance of a car's rectangle to the nearest disc, negative inside it [m]."""
+    """Return the distance of a car's rectangle to the nearest disc, < 0 inside [m]."""
     dx, dy = discs.x - ego.x, discs.y - ego.y
     cos, sin = np.cos(ego.heading), np.sin(ego.heading)
     ahead = np.abs(dx * cos + dy * sin - CAR.centre_offset) - 0.5 * CAR.length
@@ -200,7 +200,7 @@ def car_clearance(ego: CartesianState, discs: Obstacles) -> float:
 def farthest_return(
     s: FloatArray, l: FloatArray, obstacles: list[float], goal: float
 ) -> float:
-    """Say how near the ego comes to the centre line after each obstacle, at worst [m].
+    """Return the largest of the smallest offsets after each obstacle [m].
 
     For each obstacle the least |l| from it to the next one or the goal; where less
     than 20 m are left, there is no room to come back.

@@ -36,8 +36,8 @@ GROWS_AT = (60.0, -1.0)  # s and l of it [m]
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
-    """What came of one layout."""
+class RandomDrive:
+    """Result of one layout."""
 
     status: EpisodeStatus
     clearance: float  # least distance of the rectangle from any obstacle [m]
@@ -45,7 +45,7 @@ class Drive:
     off_road: int  # steps over the road's edge
 
 
-def drive(road: str, planner: str, seed: int, obstacles: str) -> Drive:
+def drive(road: str, planner: str, seed: int, obstacles: str) -> RandomDrive:
     """Drive one layout on a road of the thesis, in the world without a simulator.
 
     Args:
@@ -72,7 +72,7 @@ def drive(road: str, planner: str, seed: int, obstacles: str) -> Drive:
         records.append,
     )
     plans = [record.plan for record in records if record.plan is not None]
-    return Drive(
+    return RandomDrive(
         ending.status,
         min(record.clearance for record in records),
         sum(plan.status is not PlanStatus.OK for plan in plans),
@@ -81,15 +81,15 @@ def drive(road: str, planner: str, seed: int, obstacles: str) -> Drive:
 
 
 def growing(radius: float) -> str:
-    """Put one obstacle of `radius` [m] on the road."""
+    """Place one obstacle of `radius` [m] on the road."""
     s, l = GROWS_AT
     return f"obstacles=[{{s_m: {s}, l_m: {l}, radius_m: {radius}}}]"
 
 
 def layouts_table(
-    planner: str, results: Iterable[tuple[str, Sequence[Drive]]]
+    planner: str, results: Iterable[tuple[str, Sequence[RandomDrive]]]
 ) -> Table:
-    """Lay out the random layouts, a road a row."""
+    """Tabulate the random layouts, a road a row."""
     table = Table(title=f"Random obstacles without traffic, {planner}")
     table.add_column("road")
     columns = ("layouts", "arrived", "collisions", "off-road steps", "fallback cycles")
@@ -110,8 +110,8 @@ def layouts_table(
     return table
 
 
-def growing_table(planner: str, drives: Sequence[Drive]) -> Table:
-    """Lay out what is kept from the growing obstacle."""
+def growing_table(planner: str, drives: Sequence[RandomDrive]) -> Table:
+    """Tabulate what is kept from the growing obstacle."""
     s, l = GROWS_AT
     table = Table(title=f"One obstacle at s = {s:g} m, l = {l:g} m grows, {planner}")
     table.add_column("radius m", justify="right")
@@ -123,7 +123,7 @@ def growing_table(planner: str, drives: Sequence[Drive]) -> Table:
 
 
 def largest_drop(clearances: Sequence[float]) -> float:
-    """How far the clearance falls below what was kept from a smaller obstacle [m]."""
+    """Return by how much the clearance falls below that of a smaller obstacle [m]."""
     drop, most = 0.0, clearances[0]
     for clearance in clearances:
         most = max(most, clearance)

@@ -66,11 +66,11 @@ class SpeedCase:
 
     @property
     def region(self) -> str:
-        """Name the region of the plan: A ahead of the car, B behind it."""
+        """Region of the plan: A ahead of the car, B behind it."""
         return "A" if self.plan.order[0][1] is Side.BEFORE else "B"
 
     def _contact(self) -> tuple[FloatArray, float, float]:
-        """Give the times up to first contact, and the distances of the car there."""
+        """Return the times up to first contact, and the distances of the car there."""
         graph = self.plan.graph
         first = int(np.argmax(graph.hit[0]))
         times = knot_times(self.settings)[: first + 1]
@@ -102,7 +102,7 @@ def solve_case(start_speed: float, settings: SpeedSettings = SPEED) -> SpeedCase
 
 
 def _rear_car(centre: float, times: FloatArray) -> Vehicles:
-    """Make the car that comes from behind and keeps its speed."""
+    """Build the car that approaches from behind at constant speed."""
     s = (centre + CAR_SPEED * times)[None]
     across, none = np.full_like(s, LANE), np.zeros(1)
     ahead = Prediction(float(times[1]), s, across, np.zeros_like(s), s, across)

@@ -1,4 +1,4 @@
-"""Random scenes of chapter 6 and what each way to a passing order makes of them."""
+"""Random scenes of chapter 6, planned with every rule for the passing order."""
 
 import itertools
 import math
@@ -48,7 +48,7 @@ SAME = 1e-6  # relative difference of costs that solvers leave
 
 
 def dp_name(grid: str) -> str:
-    """Name the search on one grid."""
+    """Return the name of the search on one grid."""
     return f"DP {grid}"
 
 
@@ -66,14 +66,14 @@ RULES: Mapping[str, SpeedSettings] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpeedScene:
-    """A path and who moves about it."""
+    """A path and the vehicles around it."""
 
     path: Path
     users: Vehicles
     task: SpeedTask
 
     def plan(self, settings: SpeedSettings) -> SpeedPlan:
-        """Plan the speed among all of them."""
+        """Plan the speed among all vehicles."""
         everyone = np.ones(len(self.users.ids), np.bool_)
         users = in_time(self.users, knot_times(settings))
         return plan_speed(self.path, EGO, users, everyone, self.task, settings)
@@ -91,7 +91,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What came of a scene, by rule."""
+    """Results of a scene by rule."""
 
     cost: Mapping[str, float]  # inf without a solution
     time_ms: Mapping[str, float]
@@ -123,7 +123,7 @@ def study_scene(asked: Asked) -> Found:
 
 
 def change_path(speed: float) -> Path:
-    """Lay the path of the published cases, the ego being at `speed` [m/s]."""
+    """Build the path of the published cases at the ego's `speed` [m/s]."""
     road = ReferencePath.from_segments([line(2.0 * PATH_LENGTH)])
     ego = FrenetState(START, speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     change, refused = best_change(road, ego, LANE, 0.0, PATH_LENGTH, EGO, SHAPE)
@@ -147,7 +147,7 @@ def random_scene(seed: int, n: int) -> SpeedScene:
 
 
 def vehicles(cars: list[tuple[float, float, float]]) -> Vehicles:
-    """Make vehicles that keep their speeds; rows are centre s, l [m], speed [m/s]."""
+    """Build vehicles at constant speed; rows are centre s, l [m], speed [m/s]."""
     times = knot_times(SETTINGS)
     s0, l, v = np.array(cars).T
     s = s0[:, None] + v[:, None] * times
@@ -166,7 +166,7 @@ def vehicles(cars: list[tuple[float, float, float]]) -> Vehicles:
 
 
 def brute_force(scene: SpeedScene) -> float:
-    """Least cost over all 2^m orders, each solved by itself and nothing pruned."""
+    """Return the minimum cost over all 2^m orders, solved without pruning."""
     times = knot_times(SETTINGS)
     graph = scene.plan(SETTINGS).graph
     start = start_state(scene.task, EGO, SETTINGS)
@@ -186,7 +186,7 @@ def brute_force(scene: SpeedScene) -> float:
 
 
 def same_cost(one: float, other: float) -> bool:
-    """Tell whether two costs are the same up to what solvers leave."""
+    """Check whether two costs agree within solver tolerance."""
     if not (math.isfinite(one) and math.isfinite(other)):
         return one == other
     return abs(one - other) <= SAME * max(one, other, 1.0)

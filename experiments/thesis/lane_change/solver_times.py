@@ -97,7 +97,7 @@ def mean_over(cases: list[Timed], part: Callable[[Timed], float]) -> float:
 
 
 def _fastest(call: Callable[[], object], repeats: int) -> float:
-    """Give the shortest of some calls [ms]; the first one is not counted."""
+    """Return the shortest of some calls [ms]; the first one is not counted."""
     call()
     took = math.inf
     for _ in range(repeats):

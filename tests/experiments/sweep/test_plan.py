@@ -142,7 +142,7 @@ def test_scenario_files_are_relative_to_the_sweep(tmp_path):
         ("axes: {grid: {ego.goal_m: [many]}}", "ego.goal_m: is the text 'many'"),
         ("axes: {grid: {simulation.seed: [1]}}", "is not for axes; allowed: seeds"),
         ("axes: {grid: {planner.name: [sumo]}}", "is not for axes; allowed: seeds"),
-        ("axes: {grid: {'a..b': [1]}}", "is no key; allowed: key.path"),
+        ("axes: {grid: {'a..b': [1]}}", "is not a key; allowed: key.path"),
         (
             "axes: {grid: {planner.settings.margn: [1.0]}}",
             "planner.settings.margn: unknown key; did you mean margin",

@@ -248,7 +248,7 @@ def test_same_seed_same_traffic_in_this_process_and_another(tmp_path):
         "m = importlib.util.module_from_spec(spec); spec.loader.exec_module(m);"
         f"print(json.dumps(m.drive_straight(m.busy(pathlib.Path({str(tmp_path)!r})))))"
     )
-    root = Path(__file__).parents[3]
+    root = Path(__file__).parents[4]
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=root,

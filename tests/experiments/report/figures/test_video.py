@@ -66,7 +66,7 @@ def test_mistakes_are_one_line(run, tmp_path, capsys, monkeypatch):
     assert "allowed: .mp4, .gif" in refusal(capsys, run, "-o", tmp_path / "a.avi")
     bad_speed = refusal(capsys, run, "-o", tmp_path / "a.gif", "--speed", "0")
     assert "--speed: is 0; allowed: above 0" in bad_speed
-    assert "is no run folder" in refusal(capsys, tmp_path, "-o", tmp_path / "a.gif")
+    assert "is not a run folder" in refusal(capsys, tmp_path, "-o", tmp_path / "a.gif")
     nowhere = tmp_path / "nowhere" / "a.gif"
     assert "cannot be written" in refusal(capsys, run, "-o", nowhere)
     monkeypatch.setattr(shutil, "which", lambda _: None)

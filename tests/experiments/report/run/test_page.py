@@ -14,7 +14,6 @@ from experiments.cli.app import app
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.records import EpisodeStatus
 from experiments.episode.run import RunFolder, record_crash, run_episode
-from experiments.report.run.packing import unpack
 from experiments.report.run.page import run_page, save_run_page
 from experiments.report.run_reader import numbers
 from experiments.trace.candidates import CandidateLog, write_candidates
@@ -22,6 +21,7 @@ from experiments.trace.files import read_trace
 from planner.interface import KEPT, Alternative, PlanStats
 from planner.scene import Obstacles
 from tests.experiments.report.run_folders import HOSTILE, driven_trace, write_run
+from tests.experiments.report.unpacking import unpack
 from tests.experiments.traces import trace_of
 
 MEGABYTE = 1e6
@@ -77,7 +77,7 @@ def test_page_shows_outcome_metrics_versions_and_the_command(run):
         "made_up",
         "seed 3",
         "at t = 9.0 s",
-        "least clearance",
+        "min clearance",
         "rearview run runs/made_up/config.yaml --out runs",
         "3.11",
         "0123abc, changed",
@@ -206,10 +206,10 @@ def other_schema(folder):
         (lambda f: (f / "map.json").unlink(), "map.json: is missing"),
         (lambda f: (f / "metrics.json").write_text("{"), "metrics.json: cannot be"),
         (lambda f: (f / "metrics.json").write_text("[]"), "metrics.json: is damaged"),
-        (lambda f: (f / "manifest.json").unlink(), "is no run folder and no folder"),
+        (lambda f: (f / "manifest.json").unlink(), "is neither a run folder nor"),
         (
             lambda f: (f / "manifest.json").write_text('{"seed": 3}'),
-            "manifest.json: is damaged: does not say scenario, planner, status",
+            "manifest.json: is damaged: missing scenario, planner, status",
         ),
         (lambda f: (f / "config.yaml").unlink(), "config.yaml: cannot be read"),
     ],
@@ -222,8 +222,8 @@ def test_damaged_runs_are_one_line(tmp_path, capsys, damage, message):
 
 
 def test_other_mistakes_are_one_line(run, tmp_path, capsys):
-    assert "is no run folder" in refusal(capsys, tmp_path)
-    assert "is no run folder" in refusal(capsys, tmp_path / "nowhere")
+    assert "is neither a run folder" in refusal(capsys, tmp_path)
+    assert "is neither a run folder" in refusal(capsys, tmp_path / "nowhere")
     nowhere = tmp_path / "nowhere" / "a.html"
     assert "cannot be written" in refusal(capsys, run, "-o", nowhere)
 

@@ -11,7 +11,7 @@ from experiments.thesis.cruise.random_layouts import (
     RADII,
     RANDOM,
     ROADS,
-    Drive,
+    RandomDrive,
     drive,
     growing,
     growing_table,
@@ -57,9 +57,9 @@ def test_the_largest_drop_is_seen_from_the_highest_before():
 
 def test_the_tables_count_what_happened():
     drives = [
-        Drive(EpisodeStatus.ARRIVED, 0.8, 0, 0),
-        Drive(EpisodeStatus.COLLISION, 0.0, 3, 2),
-        Drive(EpisodeStatus.BLOCKED, 0.5, 1, 0),
+        RandomDrive(EpisodeStatus.ARRIVED, 0.8, 0, 0),
+        RandomDrive(EpisodeStatus.COLLISION, 0.0, 3, 2),
+        RandomDrive(EpisodeStatus.BLOCKED, 0.5, 1, 0),
     ]
     console = Console(width=120, record=True, file=io.StringIO())
     console.print(layouts_table("cruise", [("curved", drives)]))
