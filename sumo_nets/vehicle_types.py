@@ -201,14 +201,3 @@ class EgoType:
             "sigma": "0",
             "color": "red",
         }
-
-
-def ego_type(
-    length: float,
-    width: float,
-    decel: float,
-    emergency_decel: float,
-    max_speed: float,
-) -> EgoType:
-    """Describe the ego to the traffic, see `EgoType`."""
-    return EgoType(length, width, decel, emergency_decel, max_speed)

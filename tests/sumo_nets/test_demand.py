@@ -17,10 +17,10 @@ from scipy import stats
 from sumo_nets.catalogue import Stream, network
 from sumo_nets.demand import Demand, vehicles_for, write_demand
 from sumo_nets.errors import NetworkError
-from sumo_nets.vehicle_types import KINDS, MODELS, TEMPERS, LeaderType, ego_type
+from sumo_nets.vehicle_types import KINDS, MODELS, TEMPERS, EgoType, LeaderType
 
 BUSY = Demand(own_veh_per_h=700.0, oncoming_veh_per_h=500.0, cross_veh_per_h=300.0)
-EGO = ego_type(4.8, 1.9, 4.0, 8.0, 20.0)
+EGO = EgoType(4.8, 1.9, 4.0, 8.0, 20.0)
 
 WRITE = """
 import sys
@@ -245,9 +245,9 @@ def test_times_and_seeds_outside_their_range_are_named(seed, begin, end, message
 
 def test_ego_outside_its_range_is_named():
     with pytest.raises(NetworkError, match="ego width = 0 must be > 0"):
-        ego_type(4.8, 0.0, 4.0, 8.0, 20.0)
+        EgoType(4.8, 0.0, 4.0, 8.0, 20.0)
     with pytest.raises(NetworkError, match="decel = 9 must be <= emergency_decel = 8"):
-        ego_type(4.8, 1.9, 9.0, 8.0, 20.0)
+        EgoType(4.8, 1.9, 9.0, 8.0, 20.0)
 
 
 def test_stream_without_a_flow_is_named():
