@@ -1,8 +1,8 @@
 """A field of obstacles with a way through, or with none, drawn from a seed.
 
 First a course for the ego's body is drawn, then discs are set beside it, so near that
-nobody gets through who does not follow something like it. A field without a way through
-also has a row of discs across the road, with gaps too narrow for the body.
+only similar courses get through. A field without a way through also has a row of discs
+across the road, with gaps too narrow for the body.
 """
 
 import math
@@ -83,7 +83,7 @@ def _draw(
 
 
 def _full(section: ObstacleField, count: int, placed: int) -> FieldError:
-    """Say that there is no place for all discs, or for none."""
+    """Make the error that there is no place for all discs, or for any."""
     kept = f"course_margin_m = {section.course_margin_m:g}, gap_m = {section.gap_m:g}"
     length = section.last_m - section.first_m
     if placed:
@@ -107,14 +107,14 @@ class _Placed:
             self.add(disc)
 
     def add(self, disc: Obstacle) -> None:
-        """Put one more disc down."""
+        """Add a disc."""
         self.discs.append(disc)
         self._rows.append((*_place(self._layout, disc), _radius(disc)))
 
     def add_first(
         self, proposed: Iterable[Obstacle], section: ObstacleField, course: Course
     ) -> bool:
-        """Put the first disc down that keeps all distances; say whether one does."""
+        """Add the first disc that keeps all distances; return whether one does."""
         for disc in proposed:
             margin = _margin(self._layout, course, disc)
             if margin >= section.course_margin_m and self.gap(disc) >= section.gap_m:
@@ -146,7 +146,7 @@ def _draw_course(
 
 
 def _stretches(section: ObstacleField, count: int) -> Iterator[tuple[float, float]]:
-    """Give each disc a stretch of its own that overlaps its neighbours' [m]."""
+    """Yield a stretch for each disc, which overlaps those of its neighbours [m]."""
     length = section.last_m - section.first_m
     for number in range(count):
         low = max(number - 0.5, 0.0) / count
@@ -213,11 +213,11 @@ def _margin(layout: Layout, course: Course, disc: Obstacle) -> float:
 
 
 def _place(layout: Layout, disc: Obstacle) -> tuple[float, float]:
-    """Give the centre of a disc in the plane [m]."""
+    """Return the centre of a disc in the plane [m]."""
     x, y, heading = layout.road.path.pose(disc.s_m)
     return x - disc.l_m * math.sin(heading), y + disc.l_m * math.cos(heading)
 
 
 def _radius(disc: Obstacle) -> float:
-    """Give the radius of a disc [m]."""
+    """Return the radius of a disc [m]."""
     return disc.radius_m or 0.0

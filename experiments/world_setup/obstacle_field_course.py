@@ -1,4 +1,4 @@
-"""A random way for the ego's body along a road, before obstacles crowd it.
+"""A random course for the ego's body along a road without obstacles.
 
 The course belongs to the rear axle: plateaus joined by quintic blends, flat enough for
 the vehicle wherever the road bends.
@@ -93,7 +93,7 @@ def draw_course(
 
 
 def clearance(course: Course, vehicle: Vehicle, x: float, y: float) -> FloatArray:
-    """Give the distance of a point from the body in every pose, 0 inside [m], (n,)."""
+    """Return the distance of a point from the body in each pose, 0 inside [m], (n,)."""
     dx, dy = x - course.x, y - course.y
     cos, sin = np.cos(course.heading), np.sin(course.heading)
     along = np.abs(dx * cos + dy * sin - vehicle.centre_offset) - vehicle.length / 2.0
@@ -102,7 +102,7 @@ def clearance(course: Course, vehicle: Vehicle, x: float, y: float) -> FloatArra
 
 
 def stays_on_road(layout: Layout, course: Course, margin: float) -> bool:
-    """Say whether corners and flanks of the body keep `margin` from the edges [m]."""
+    """Check that corners and flanks of the body keep `margin` from the edges [m]."""
     vehicle = layout.task.vehicle
     cos, sin = np.cos(course.heading), np.sin(course.heading)
     for along in (-vehicle.rear_overhang, vehicle.centre_offset, vehicle.front_reach):
@@ -119,7 +119,7 @@ def stays_on_road(layout: Layout, course: Course, margin: float) -> bool:
 
 
 def _lateral_budget(layout: Layout, stations: FloatArray) -> float:
-    """Say how large l'' may be beside the curvature of the road [1/m]."""
+    """Return how large l'' may be beside the curvature of the road [1/m]."""
     road = float(np.max(np.abs(layout.road.path.at(stations).curvature)))
     limit = layout.task.vehicle.limits.max_curvature
     budget = DRAWN_SHARE * limit - road
@@ -159,7 +159,7 @@ def _draw_offsets(
 
 
 def _room(layout: Layout, s: float, margin: float, swing: float) -> tuple[float, float]:
-    """Give least and most l of a plateau about `s`, `swing` from where it touches."""
+    """Return least and most l of a plateau about `s`, `swing` from where it touches."""
     about = np.arange(s, s + BLEND_LENGTH[1], 1.0)
     left, right = layout.road.bounds.at(about)
     keep = layout.task.vehicle.width / 2.0 + margin
@@ -189,7 +189,7 @@ def _next_plateau(
 def _in_the_plane(
     path: ReferencePath, s: FloatArray, l: FloatArray, slope: FloatArray
 ) -> Course:
-    """Put a course that is given along the road into the plane."""
+    """Return the poses in the plane of a course that is given along the road."""
     foot = path.at(s)
     slant: NDArray[np.float64] = np.arctan2(slope, 1.0 - foot.curvature * l)
     return Course(

@@ -219,7 +219,7 @@ class SumoWorld:
         return self._reader
 
     def _set_up(self) -> tuple[Libsumo, list[Departure]]:
-        """Start SUMO, place the obstacles, run the warm-up, return who is to enter."""
+        """Start SUMO, place the obstacles, run the warm-up, return the departures."""
         settings = self._settings
         sumo = self._start()
         with sumo_errors(sumo, "setting up"):

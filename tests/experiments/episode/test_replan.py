@@ -17,7 +17,7 @@ from experiments.trace.files import file_name, read_trace, write_tables
 from experiments.trace.schema import TABLES
 from planner.scene import COLUMNS, Scene
 
-SHORT = ("simulation.duration_s=4", "simulation.warmup_s=20")
+SHORT = ("simulation.duration_s=2.5", "simulation.warmup_s=20")
 # planner -> scenarios that it can drive
 ROADS = {
     "cruise": ("intersection", "dense_curved"),
@@ -54,7 +54,7 @@ def test_the_same_plan_bit_by_bit(planner, road, tmp_path):
     run = run_episode(scenario, out=tmp_path)
     planned = np.flatnonzero(~np.ma.getmaskarray(run.trace.steps["plan_status"]))
     assert planned.size > 10
-    for step in (0, 1, planned[-1] // 2, planned[-1]):
+    for step in (0, planned[-1] // 2, planned[-1]):
         assert replan(run.folder, int(step)) == ()
 
 
