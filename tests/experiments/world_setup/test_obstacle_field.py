@@ -183,7 +183,7 @@ def test_many_small_obstacles_fit():
         ("count=[20, 10]", "count: is [20, 10]; allowed: [least, most], rising"),
         ("last_m=100", "last_m: is 100; allowed: more than first_m = 140"),
         ("last_m=700", "last_m: is 700; allowed: 0 to 600.0, the road's end"),
-        ("last_m=598", "last_m: is 598; allowed: at most 596"),
+        ("last_m=598", "last_m: is 598; allowed: at most 59"),
         ("first_m=101", "first_m: is 101; allowed: more than 103.8, the ego's"),
         ("radii_m=[]", "radii_m: is a list of 0; allowed: a list, at least 1"),
         ("course_margin_m=4.5", "course_margin_m: is 4.5; the road is 10.00 m wide"),
