@@ -1,4 +1,4 @@
-"""The contract between a planner and whoever calls it."""
+"""The contract between a planner and its caller."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -82,8 +82,8 @@ def _roll_out(
     if times.size < 2:
         raise InvalidInputError(f"a prediction needs two times, not {times.size}")
     step = float(times[1] - times[0])
-    names = (vehicles.x, vehicles.y, vehicles.heading, vehicles.lateral_speed)
-    x, y, heading, lateral_speed = (as_input(column) for column in names)
+    now = (vehicles.x, vehicles.y, vehicles.heading, vehicles.lateral_speed)
+    x, y, heading, lateral_speed = (as_input(column) for column in now)
     table = roll_out(path.table, (x, y, heading, lateral_speed), distance, step)
     return Prediction(step, *table)
 

@@ -1,4 +1,4 @@
-"""What a planner sees in one cycle."""
+"""The scene: the input of a planner in one cycle."""
 
 from dataclasses import dataclass, field
 
@@ -153,8 +153,8 @@ class Prediction:
 class RoadUsers:
     """Other vehicles at one moment; arrays are (n,), (x, y) the rectangle's centre.
 
-    The arrays are the rows of one read-only table in the order of `COLUMNS`; whoever
-    has such a table makes the record with `from_table`, which copies nothing.
+    The arrays are the rows of one read-only table in the order of `COLUMNS`;
+    `from_table` makes the record of such a table without copying it.
     """
 
     ids: tuple[str, ...]
@@ -239,7 +239,7 @@ def _set_rows(record: RoadUsers, table: FloatArray) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """Everything that one planning cycle may know."""
+    """The input of one planning cycle."""
 
     time: float  # since the ego entered [s]
     step: float  # time between planning cycles [s]

@@ -9,7 +9,7 @@ from experiments.metrics import (
     safety,
 )
 from experiments.metrics import followers as traffic_impact
-from experiments.metrics import without_ego as ego_costs
+from experiments.metrics import without_ego as counterfactual
 from experiments.trace.schema import Table, Trace
 
 Cell = str | int | float | bool | None
@@ -91,7 +91,7 @@ def _computation(trace: Trace) -> dict[str, Cell]:
 
 def _costs(trace: Trace, without_ego: Table | None) -> dict[str, Cell]:
     """Measure what the ego cost those behind; None without anyone to compare."""
-    found = None if without_ego is None else ego_costs.costs(trace, without_ego)
+    found = None if without_ego is None else counterfactual.costs(trace, without_ego)
     if not found:
         return {
             columns.BEHIND_COMPARED: None if found is None else 0,
