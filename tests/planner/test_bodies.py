@@ -145,7 +145,7 @@ def test_who_has_no_place_on_the_path_is_neither_leader_nor_follower(path):
     )
     scene = scene_at(path, vehicles=replace(vehicles, prediction=nowhere))
     assert leader(scene) is None
-    assert not bodies_of(scene, N).follower.any()
+    assert not bodies_of(scene, N).table.follower.any()
 
 
 def test_in_a_bend_places_are_along_the_road():
