@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from experiments.cli import (
+    replan_command,
     report_commands,
     results_commands,
     sweep_commands,
@@ -36,7 +37,7 @@ from experiments.errors import ConfigError
 if TYPE_CHECKING:
     from experiments.config import Scenario
     from experiments.cosim.records import StepRecord
-    from experiments.episode.run import Outcome
+    from experiments.episode.run_folder import Outcome
 
 # typer bundles click and exports only some of its exceptions
 _UsageError: type[Exception] = typer.BadParameter.__bases__[0]
@@ -51,6 +52,7 @@ app = typer.Typer(
 sweep_commands.add_to(app)
 results_commands.add_to(app)
 report_commands.add_to(app)
+replan_command.add_to(app)
 thesis_command.add_to(app)
 
 
@@ -194,7 +196,8 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
     with report_user_errors():
         from experiments.cli.compile_notice import compilation_announced
         from experiments.cli.episode_progress import progress
-        from experiments.episode.run import RunFolder, run_episode
+        from experiments.episode.run import run_episode
+        from experiments.episode.run_folder import OutputOptions
         from experiments.interrupts import interrupts_between_steps
 
         with (
@@ -213,7 +216,7 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
                 out=out,
                 gui=gui,
                 on_step=on_step,
-                choice=RunFolder(keeps_candidates=True),
+                output=OutputOptions(keeps_candidates=True),
             )
         return _report(outcome, as_json=as_json)
 

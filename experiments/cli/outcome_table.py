@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from experiments.episode.run import Outcome
+from experiments.episode.run_folder import Outcome
 from experiments.metrics import columns
 from experiments.metrics.catalogue import IN_TERMINAL
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from experiments.metrics.pairs import Neighbours, neighbours
 from experiments.trace.schema import Trace
+from planner.scene import OFF_ROAD_TOLERANCE
 from planner.states import FloatArray
 
 TTC_HORIZON = 10.0  # later contacts do not count [s]
 MIN_HEADWAY_SPEED = 1.0  # below it a time headway is meaningless [m/s]
-OFF_ROAD_TOLERANCE = 0.01  # of the loop: up to here the ego is on the road [m]
 STILL = 1e-9  # bodies approaching more slowly never meet [m/s]
 LEADER_RANGE = 100.0  # front bumper to rear bumper [m]
 

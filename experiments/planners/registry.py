@@ -76,7 +76,7 @@ PLANNERS: Mapping[str, RegisteredPlanner] = {
         "dense obstacles by the conventional, uniform lattice",
     ),
     "sumo": RegisteredPlanner(
-        "experiments.cosim.sumo.sumo_driver:passenger",
+        "experiments.cosim.sumo.sumo_driver:no_op",
         None,
         "SUMO's own driver (Krauss, LC2013) in the same traffic: a baseline",
     ),

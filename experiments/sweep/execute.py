@@ -9,7 +9,8 @@ from experiments.config.sweep import KeepTraces
 from experiments.config.yaml_reader import Document
 from experiments.cosim.records import Ending, EpisodeStatus
 from experiments.episode.identity import code_hash
-from experiments.episode.run import RunFolder, run_episode
+from experiments.episode.run import run_episode
+from experiments.episode.run_folder import OutputOptions
 from experiments.errors import ConfigError, ExperimentError, ResultsError
 from experiments.sweep.task import (
     Failure,
@@ -34,7 +35,7 @@ def execute_run(task: RunTask) -> RunReport:
         return failed(task, Failure.OTHER_CODE, words)
     try:
         scenario = scenario_of(task)
-        outcome = run_episode(scenario, choice=_run_folder(task))
+        outcome = run_episode(scenario, output=_run_folder(task))
     except ResultsError as error:
         return failed(task, Failure.DISK, str(error))
     except ConfigError as error:
@@ -62,7 +63,7 @@ def scenario_of(task: RunTask) -> Scenario:
     return check_scenario(Document(f"run {task.run_id}", dict(task.config)))
 
 
-def _run_folder(task: RunTask) -> RunFolder:
+def _run_folder(task: RunTask) -> OutputOptions:
     """Choose the run folder and whether it keeps the trace."""
 
     def keeps(ending: Ending) -> bool:
@@ -70,4 +71,4 @@ def _run_folder(task: RunTask) -> RunFolder:
         only_failures = task.keep_traces is KeepTraces.FAILURES
         return not arrived if only_failures else task.keep_traces is KeepTraces.ALL
 
-    return RunFolder(task.folder, keeps, facts_of(task))
+    return OutputOptions(task.folder, keeps, facts_of(task))

@@ -6,13 +6,12 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from experiments.config.scenario_file import CONFIG_FILE, config_text
 from experiments.config.sweep import KeepTraces
 from experiments.cosim.records import EpisodeStatus
+from experiments.episode.run_folder import write_files
 from experiments.errors import ResultsError
 from experiments.metrics.row import row_without_episode
 from experiments.storage.atomic_folder import atomic_folder
-from experiments.storage.run_files import MANIFEST, METRICS, write_json
 
 
 class Failure(StrEnum):
@@ -117,12 +116,9 @@ def record_failure(report: RunReport) -> RunReport:
         "trace_kept": False,
         "wall_s": report.wall,
     }
-    text = config_text(task.config)
     try:
         with atomic_folder(task.folder) as folder:
-            write_json(folder / METRICS, row)
-            write_json(folder / MANIFEST, about)
-            (folder / CONFIG_FILE).write_text(text, encoding="utf-8")
+            write_files(folder, row, about, task.config)
     except ResultsError as error:
         return failed(task, Failure.DISK, str(error))
     return report

@@ -110,7 +110,7 @@ def _fall_back(
         return touched_by(
             trajectory,
             bodies,
-            bodies.follower,
+            bodies.table.follower,
             discs,
             radius,
             threshold,

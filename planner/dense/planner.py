@@ -147,7 +147,7 @@ def touched_body(scene: Scene, bodies: Bodies, trajectory: Trajectory) -> str | 
     return touched_by(
         trajectory,
         bodies,
-        bodies.follower,
+        bodies.table.follower,
         scene.vehicle.disc_offsets,
         scene.vehicle.disc_radius,
         HARD_GAP,

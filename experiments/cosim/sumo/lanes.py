@@ -1,25 +1,27 @@
 """The simulator's lanes as plain geometry: centre lines, widths, projections.
 
 The ghost and the static obstacles have to be put where SUMO's lanes are, whatever the
-ego's reference path does; this is the only thing they need to know about them.
+ego's reference path does.
 """
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from types import ModuleType
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from experiments.cosim.sumo.libsumo_api import Libsumo
 from planner.errors import InvalidInputError
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray, freeze
 
 OVERHANG = 20.0  # how far a lane's ends are carried on straight, for long bodies [m]
 SAME_POINT = 1e-9  # closer points of a centre line are one [m]
-NEXT_LANE, INTERNAL_LANE = 0, 4  # places in a link of `lane.getLinks`
+NEXT_LANE: Final = 0  # places in a link of `lane.getLinks`
+INTERNAL_LANE: Final = 4
 PLANE = 2  # coordinates of a point
 TRAFFIC_CLASS = "passenger"  # of all vehicles in the demand files
 
@@ -48,7 +50,7 @@ class Lane:
         return float(self.stations[-1])
 
     def project(self, x: float, y: float) -> tuple[float, float]:
-        """Give arc length and offset (positive to the left) of a point [m].
+        """Return arc length and offset (positive to the left) of a point [m].
 
         The ends are carried on straight by `OVERHANG`, so that the rear of a body
         whose front is on the lane has an offset too.
@@ -57,7 +59,7 @@ class Lane:
         return float(station), float(offset)
 
     def at(self, station: float) -> tuple[float, float, float]:
-        """Give (x, y) [m] and heading [rad] of the centre line at an arc length."""
+        """Return (x, y) [m] and heading [rad] of the centre line at an arc length."""
         last = self.stations.size - 2
         k = min(max(int(np.searchsorted(self.stations, station)) - 1, 0), last)
         (x0, y0), (x1, y1) = self.points[k], self.points[k + 1]
@@ -71,7 +73,7 @@ class Lane:
 
 
 def without_repeats(points: ArrayLike) -> FloatArray:
-    """Drop points that repeat the one before them; (n, 2) with n >= 2 is left.
+    """Return the points without those that repeat the one before, (n, 2), n >= 2.
 
     Raises:
         InvalidInputError: If fewer than two different points are left.
@@ -86,13 +88,13 @@ def without_repeats(points: ArrayLike) -> FloatArray:
     return array
 
 
-def edge_lanes(sumo: ModuleType, edge: str) -> list[Lane]:
+def edge_lanes(sumo: Libsumo, edge: str) -> list[Lane]:
     """Read all lanes of an edge, from the rightmost to the leftmost."""
     count = sumo.edge.getLaneNumber(edge)
     return [read_lane(sumo, f"{edge}_{index}") for index in range(count)]
 
 
-def route_strips(sumo: ModuleType, route: Sequence[str]) -> list[list[Lane]]:
+def route_strips(sumo: Libsumo, route: Sequence[str]) -> list[list[Lane]]:
     """Read the lanes along a route, edge by edge, also those inside junctions."""
     strips = []
     for edge, following in pairwise([*route, None]):
@@ -103,9 +105,9 @@ def route_strips(sumo: ModuleType, route: Sequence[str]) -> list[list[Lane]]:
 
 
 def _inside_junction(
-    sumo: ModuleType, lanes: Sequence[Lane], following: str | None
+    sumo: Libsumo, lanes: Sequence[Lane], following: str | None
 ) -> list[str]:
-    """Name the edges inside the junction between an edge and the next of the route."""
+    """Return the edges inside the junction before the next edge of the route."""
     ways = [
         link[INTERNAL_LANE]
         for lane in lanes
@@ -120,11 +122,11 @@ def _inside_junction(
 
 
 def edge_of(lane: str) -> str:
-    """Give the id of the edge that a lane belongs to."""
+    """Return the id of the edge that a lane belongs to."""
     return lane.rpartition("_")[0]
 
 
-def all_lanes(sumo: ModuleType) -> Iterator[Lane]:
+def all_lanes(sumo: Libsumo) -> Iterator[Lane]:
     """Read every lane that cars may use, also those inside junctions."""
     for name in sorted(sumo.lane.getIDList()):
         allowed = sumo.lane.getAllowed(name)
@@ -132,7 +134,7 @@ def all_lanes(sumo: ModuleType) -> Iterator[Lane]:
             yield read_lane(sumo, name)
 
 
-def read_lane(sumo: ModuleType, name: str) -> Lane:
+def read_lane(sumo: Libsumo, name: str) -> Lane:
     """Read one lane."""
     points = [point[:2] for point in sumo.lane.getShape(name)]
     width = float(sumo.lane.getWidth(name))

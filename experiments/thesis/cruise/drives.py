@@ -6,23 +6,20 @@ disc; how near the body of a car would have come is measured beside it.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from experiments.config.scenario_file import load_scenario
-from experiments.cosim.loop import LoopSettings, run_loop
+from experiments.cosim.loop import EpisodeOptions, run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.metrics.comfort import JERK_COST, OFFSET_COST
 from experiments.thesis.cruise.random_layouts import RANDOM
-from experiments.world_setup.layout import (
-    Layout,
-    listed_obstacles,
-    make_layout,
-    make_vehicle,
-)
+from experiments.world_setup.layout import make_layout
+from experiments.world_setup.obstacles import listed_obstacles
+from experiments.world_setup.road import Layout
 from experiments.world_setup.world import make_world
 from planner.cruise import (
     ONLY_PRINTED,
@@ -37,7 +34,7 @@ from planner.cruise.settings import thesis_settings
 from planner.interface import Planner
 from planner.prediction import constant_speed
 from planner.reference_path.path import ReferencePath
-from planner.scene import Obstacles, Prediction
+from planner.scene import Obstacles, Prediction, RoadUsers
 from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
 
@@ -117,20 +114,11 @@ def random_drive(road: str, method: str, seed: int) -> Drive:
     return Drive(road, method, seed, (RANDOM,))
 
 
-def standing(  # noqa: PLR0913, PLR0917 - the signature of predictors
-    path: ReferencePath,
-    x: FloatArray,
-    y: FloatArray,
-    heading: FloatArray,
-    speed: FloatArray,
-    acceleration: FloatArray,  # noqa: ARG001 - part of the signature
-    lateral_speed: FloatArray,  # noqa: ARG001
-    step: float,
-    n_steps: int,
-) -> Prediction:
+def standing(path: ReferencePath, vehicles: RoadUsers, times: FloatArray) -> Prediction:
     """Predict every vehicle as a static obstacle, as [Thesis] ch. 4 does."""
-    none = np.zeros_like(speed)
-    return constant_speed(path, x, y, heading, none, none, none, step, n_steps)
+    none = np.zeros(len(vehicles.ids))
+    still = replace(vehicles, speed=none, acceleration=none, lateral_speed=none)
+    return constant_speed(path, still, times)
 
 
 def drive(asked: Drive) -> Driven:
@@ -146,10 +134,8 @@ def drive(asked: Drive) -> Driven:
         make_world(scenario, layout, Path()),
         METHODS[asked.method](),
         PerfectTracking(),
-        LoopSettings(
-            make_vehicle(scenario.ego),
-            scenario.ego.target_speed_mps,
-            scenario.ego.goal_m,
+        layout.task,
+        EpisodeOptions(
             scenario.simulation.duration_s,
             predictor=standing if asked.blind else constant_speed,
         ),
@@ -176,7 +162,7 @@ def _driven(
     return Driven(
         status,
         min(record.clearance for record in records),
-        min(car_clearance(record.ego, layout.obstacles) for record in records),
+        min(car_clearance(record.ego, layout.road.obstacles) for record in records),
         farthest_return(s, l, [o[0] for o in obstacles], goal),
         np.array([c[JERK_COST] for c in costs if JERK_COST in c]),
         np.array([c[OFFSET_COST] for c in costs if OFFSET_COST in c]),

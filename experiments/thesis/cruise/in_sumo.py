@@ -10,8 +10,9 @@ import numpy as np
 
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.records import EpisodeStatus
-from experiments.cosim.sumo.system_libraries import check_simulator
-from experiments.episode.run import RunFolder, run_episode
+from experiments.cosim.sumo.system_libraries import load_libsumo
+from experiments.episode.run import run_episode
+from experiments.episode.run_folder import OutputOptions
 from experiments.errors import SimulationError
 from experiments.metrics import columns
 from experiments.thesis.claims import Claim, Number, ResultTable, Share, shown
@@ -77,8 +78,8 @@ def episode(asked: Episode) -> SumoOutcome:
         overrides=asked.overrides,
     )
     with tempfile.TemporaryDirectory() as folder:
-        choice = RunFolder(Path(folder) / "run", keeps_trace=lambda _: False)
-        row = run_episode(scenario, choice=choice).row
+        output = OutputOptions(Path(folder) / "run", keeps_trace=lambda _: False)
+        row = run_episode(scenario, output=output).row
     jerk, offset = row[columns.MEAN_J_JERK], row[columns.MEAN_J_OFFSET]
     return SumoOutcome(
         str(row[columns.STATUS]),
@@ -93,7 +94,7 @@ def traffic_part(effort: Effort, work: Work) -> TrafficPart:
     if effort.traffic_seeds == 0:
         return TrafficPart((), (), ("SUMO with traffic: left out by --quick",))
     try:
-        check_simulator()
+        load_libsumo()
     except SimulationError as error:
         return TrafficPart((), (), (f"SUMO with traffic: {error}",))
     planners = (*PRINTED, *CLOSED_LOOP)

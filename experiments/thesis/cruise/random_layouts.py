@@ -17,13 +17,14 @@ from rich.progress import track
 from rich.table import Table
 
 from experiments.config.scenario_file import load_scenario
-from experiments.cosim.loop import OFF_ROAD_TOLERANCE, LoopSettings, run_loop
+from experiments.cosim.loop import EpisodeOptions, run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.planners.registry import make_planner
-from experiments.world_setup.layout import make_layout, make_vehicle
+from experiments.world_setup.layout import make_layout
 from experiments.world_setup.world import make_world
 from planner.interface import PlanStatus
+from planner.scene import OFF_ROAD_TOLERANCE
 
 ROADS = ("straight", "curved", "intersection", "u_shaped")
 FIRST = 32.0  # centre of the first obstacle [m]
@@ -63,10 +64,8 @@ def drive(road: str, planner: str, seed: int, obstacles: str) -> RandomDrive:
         make_world(scenario, layout, Path()),
         make_planner(scenario.planner.name, scenario.planner.settings),
         PerfectTracking(),
-        LoopSettings(
-            make_vehicle(scenario.ego),
-            scenario.ego.target_speed_mps,
-            scenario.ego.goal_m,
+        layout.task,
+        EpisodeOptions(
             scenario.simulation.duration_s,
         ),
         records.append,

@@ -113,6 +113,7 @@ def _rear_car(centre: float, times: FloatArray) -> Vehicles:
         none,
         np.full(1, CAR_SPEED),
         none,
+        none,
         np.full(1, EGO.length),
         np.full(1, EGO.width),
         ahead,

@@ -159,6 +159,7 @@ def vehicles(cars: list[tuple[float, float, float]]) -> Vehicles:
         none,
         v,
         none,
+        none,
         np.full(len(cars), EGO.length),
         np.full(len(cars), EGO.width),
         Prediction(float(times[1]), s, across, np.zeros_like(s), s, across),

@@ -18,7 +18,11 @@ from planner.vehicle import Vehicle
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UsersInTime:
-    """Where everyone will be at the knots of a speed plan: the same for every path."""
+    """All bodies at the knots of a speed plan, the same for every path.
+
+    A view of its own: its times are those of the plan, between the columns of
+    predictions, and its rectangles are grown by the radii of static bodies.
+    """
 
     ids: tuple[str, ...]
     poses: FloatArray  # x, y, cosine and sine of the heading, (n, n_knots, 4)
@@ -27,7 +31,7 @@ class UsersInTime:
     speed: FloatArray  # now, (n,) [m/s]
 
     def first(self, n: int) -> "UsersInTime":
-        """Give the first n of them at the first knot only."""
+        """Return the first n of them at the first knot only."""
         return UsersInTime(
             self.ids[:n],
             np.ascontiguousarray(self.poses[:n, :1]),

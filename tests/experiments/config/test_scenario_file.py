@@ -19,7 +19,7 @@ from experiments.config.scenario_file import (
 from experiments.episode.run import make_scenario_planner
 from experiments.errors import ConfigError
 from experiments.world_setup.layout import make_layout
-from experiments.world_setup.world import make_demand
+from experiments.world_setup.traffic import make_demand
 from sumo_nets.net_reader import read_net
 
 SCENARIO = """\

@@ -13,7 +13,8 @@ import pytest
 from experiments.cli.app import app
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.records import EpisodeStatus
-from experiments.episode.run import RunFolder, record_crash, run_episode
+from experiments.episode.run import record_crash, run_episode
+from experiments.episode.run_folder import OutputOptions
 from experiments.report.run.page import run_page, save_run_page
 from experiments.report.run_reader import numbers
 from experiments.trace.candidates import CandidateLog, write_candidates
@@ -201,7 +202,7 @@ def other_schema(folder):
     ("damage", "message"),
     [
         (cut_short, "plans.parquet: cannot be read"),
-        (other_schema, "has trace schema version 0; allowed: 2"),
+        (other_schema, "has trace schema version 0; allowed: 3"),
         (lambda f: (f / "vehicles.parquet").unlink(), "vehicles.parquet: cannot be"),
         (lambda f: (f / "map.json").unlink(), "map.json: is missing"),
         (lambda f: (f / "metrics.json").write_text("{"), "metrics.json: cannot be"),
@@ -230,8 +231,8 @@ def test_other_mistakes_are_one_line(run, tmp_path, capsys):
 
 def test_candidates_of_a_driven_run_are_on_its_page(tmp_path):
     scenario = load_scenario("thesis_straight", overrides=["simulation.duration_s=1"])
-    choice = RunFolder(keeps_candidates=True)
-    outcome = run_episode(scenario, out=tmp_path, choice=choice)
+    output = OutputOptions(keeps_candidates=True)
+    outcome = run_episode(scenario, out=tmp_path, output=output)
     plain = run_episode(scenario, out=tmp_path / "plain")
     assert outcome.trace_hash == plain.trace_hash
     assert not (plain.folder / "candidates.parquet").exists()

@@ -18,7 +18,8 @@ from experiments.thesis.cruise.random_layouts import (
     largest_drop,
     layouts_table,
 )
-from experiments.world_setup.layout import listed_obstacles, make_layout
+from experiments.world_setup.layout import make_layout
+from experiments.world_setup.obstacles import listed_obstacles
 
 
 @pytest.mark.parametrize("road", ROADS)
