@@ -24,7 +24,7 @@ END_ROOM = 0.1  # beyond the end, for what the place of the end moves between cy
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Way:
+class DrivablePath:
     """A path and how far along it the ego may go."""
 
     path: Path
@@ -33,12 +33,14 @@ class Way:
 
 
 def knot_times(settings: DriveSettings) -> FloatArray:
-    """Give the times of the knots [s]."""
+    """Return the times of the knots [s]."""
     n = round(settings.duration / settings.time_step) + 1
     return settings.time_step * np.arange(n, dtype=np.float64)
 
 
-def plan_drive(way: Way, scene: Scene, settings: DriveSettings) -> SpeedProfile | None:
+def plan_drive(
+    way: DrivablePath, scene: Scene, settings: DriveSettings
+) -> SpeedProfile | None:
     """Plan the speed along a way; None if the limits cannot be kept.
 
     The wish is lowered until the drive keeps the limit of lateral acceleration
@@ -80,7 +82,7 @@ def plan_drive(way: Way, scene: Scene, settings: DriveSettings) -> SpeedProfile 
 
 
 def drive_program(
-    way: Way,
+    way: DrivablePath,
     scene: Scene,
     wish: tuple[FloatArray, FloatArray],
     end: float,
@@ -103,7 +105,7 @@ def drive_program(
     lower[:] = -ROUNDING, 0.0, -limits.max_deceleration
     upper[:] = max(end, 0.0) + END_ROOM, np.inf, limits.max_acceleration
     upper[:, 1] = max(limits.max_speed, speed + 1.0)
-    # Who brakes harder than allowed, or stops this very moment, is let finish it.
+    # An ego that brakes harder than allowed, or is just stopping, may finish it.
     lowest = max(-limits.max_deceleration, -np.sqrt(2.0 * settings.max_jerk * speed))
     start = min(max(scene.ego.acceleration, lowest), limits.max_acceleration)
     row = np.zeros((n, 1, 3))

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from experiments.thesis.dense.layouts import EGO_RADIUS, random_layout
 from planner.dense.field import Cover, ObstacleField, path_curvature, straight_field
 from planner.dense.frenet_path import FrenetPath, check_path
+from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice_methods import (
     LatticeStatus,
     plan_adaptive,
@@ -26,7 +27,7 @@ from planner.vehicle import Vehicle
 DISC = Cover.single(EGO_RADIUS)
 VEHICLE = Vehicle()
 BODY = Cover.of(VEHICLE)
-STILL = (0.0, 0.0, 0.0, 0.0)
+STILL = PathStart(0.0, 0.0, 0.0, 0.0)
 METHODS = {"uniform": plan_uniform, "adaptive": plan_adaptive}
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.lane_change.path import best_change, lane_keeping_path
+from planner.lane_change.path import ChangeTarget, best_change, lane_keeping_path
 from planner.lane_change.settings import PathSettings, SpeedSettings
 from planner.lane_change.speed.program import knot_times
 from planner.lane_change.speed.st_graph import in_time, st_graph
@@ -22,7 +22,11 @@ TIMES = knot_times(SpeedSettings())
 
 def changing(scene: Scene) -> Path:
     found, _ = best_change(
-        scene.path, scene.ego_frenet, 1.75, 0.0, 200.0, CAR, PathSettings()
+        scene.path,
+        scene.ego_frenet,
+        ChangeTarget(1.75, 0.0, 200.0),
+        CAR,
+        PathSettings(),
     )
     assert found is not None
     return found.path
