@@ -248,11 +248,10 @@ def test_what_is_planned_touches_nobody():
 def test_the_extreme_motions_bound_every_program():
     rng = np.random.default_rng(4)
     times = knot_times(SETTINGS)
-    limits = (-4.5, 3.0, 20.0)
     for _ in range(20):
         v0, a0 = rng.uniform(0.0, 19.0), rng.uniform(-2.0, 2.0)
         a0 = max(a0, -math.sqrt(10.0 * v0))
-        least, greatest = reachable(v0, a0, limits, 5.0, times)
+        least, greatest = reachable(v0, a0, LIMITS, 5.0, times)
         a, v, s = a0, v0, 0.0
         for k in range(1, 101):
             jerk = rng.uniform(-5.0, 5.0)
