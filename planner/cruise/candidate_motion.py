@@ -50,7 +50,7 @@ class Lateral(NamedTuple):
 
 
 class RoadTables(NamedTuple):
-    """What lies under the profiles."""
+    """Tables of the path, the road and the last plan under the profiles."""
 
     knots: FloatArray  # of the path, see `ReferencePath.table`
     bins: IntArray
@@ -72,7 +72,7 @@ def sample_road(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
         rows: (n_profiles, 13, n_steps); s is given, LAST_L ... RIGHT are filled.
         p: Which profile.
         count: Its valid steps.
-        road: What lies under it.
+        road: Its tables.
     """
     trace(road.knots, road.bins, rows[p, S, :count], rows[p, X : KAPPA_RATE + 1])
     s, left, right = rows[p, S, :count], rows[p, LEFT], rows[p, RIGHT]
@@ -96,7 +96,7 @@ def sample_road(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
 def lateral_length(
     rows: FloatArray, p: int, duration: float, lateral: Lateral
 ) -> float:
-    """Extent of the lateral motion in its own variable [s] or [m]."""
+    """Return the extent of the lateral motion in its own variable [s] or [m]."""
     if lateral.over_time:
         return duration
     at = min(int(duration / lateral.step + 0.5), rows.shape[2] - 1)
@@ -142,7 +142,7 @@ def fill_basis(
 def candidate_motion(
     p: int, offset: float, tracks: Tracks, lateral: Lateral
 ) -> FloatArray:
-    """All points of one candidate.
+    """Compute all points of one candidate.
 
     Returns:
         (9, n): rows in the order of the fields of `Trajectory`; n is the profile's

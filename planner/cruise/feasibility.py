@@ -15,7 +15,7 @@ STRAIGHT = 1e-6  # a smaller curvature bends nothing within a body's length [1/m
 
 
 class Check(IntEnum):
-    """What removed a candidate; the order is that of the checks."""
+    """The check that removed a candidate, in the order of the checks."""
 
     PASSED = 0
     REVERSING = 1  # the profile would drive backwards

@@ -15,8 +15,8 @@ def lack_of_room(s: float, s_dot: float, b: int, i: int, around: Surroundings) -
     """Squared share of the gap to a vehicle ahead or behind that is missing [-].
 
     Ahead the ego keeps standstill_gap + time_headway · its speed; behind it leaves
-    MIN_REAR_GAP + rear_time_headway · the other's speed. What stands ahead is nobody to
-    follow: its price is the dead end.
+    MIN_REAR_GAP + rear_time_headway · the other's speed. What stands ahead is not
+    followed: its price is the dead end.
 
     Args:
         s: Of the ego's rear axle at step i [m].

@@ -47,7 +47,7 @@ class FrenetPath:
         return FrenetPath(*subdivide(self.s, self.l, self.slope, self.second, parts))
 
 
-class PathColumns(NamedTuple):
+class FrenetColumns(NamedTuple):
     """A path as compiled code takes it; arrays are (n,)."""
 
     s: FloatArray  # [m]
@@ -70,7 +70,7 @@ def check_path(path: FrenetPath, field: ObstacleField, cover: Cover) -> PathChec
     fine = path.subdivided(SUBDIVISION)
     discs = cover.discs()
     road = road_along(fine.s, field.road_columns(), discs.offset)
-    columns = PathColumns(fine.s, fine.l, fine.slope, fine.second)
+    columns = FrenetColumns(fine.s, fine.l, fine.slope, fine.second)
     return PathCheck(*worst_of(columns, road, field.obstacle_columns(), discs))
 
 
@@ -97,7 +97,7 @@ def subdivide(
 
 @compiled
 def worst_of(
-    path: PathColumns, road: RoadAlong, obstacles: ObstacleColumns, discs: Discs
+    path: FrenetColumns, road: RoadAlong, obstacles: ObstacleColumns, discs: Discs
 ) -> tuple[float, float, float]:
     """Find the smallest clearance and road room and the largest curvature.
 

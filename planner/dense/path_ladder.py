@@ -30,7 +30,7 @@ from planner.states import FloatArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChosenPath:
-    """What a method chose."""
+    """The path that a method chose."""
 
     path: FrenetPath
     end_s: float  # of the ego's point; the path's end where nothing blocks it [m]

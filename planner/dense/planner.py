@@ -25,7 +25,7 @@ AT_THE_END = 1.0  # within it of the bound, a vehicle is what holds the ego up [
 
 
 @dataclass(frozen=True, slots=True)
-class Memory:
+class DenseMemory:
     """State handed from one cycle to the next."""
 
     trajectory: Trajectory | None = None
@@ -34,7 +34,7 @@ class Memory:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DensePlanner:
-    """Plans a path through static obstacles and the speed along it; `plan` is pure."""
+    """Plan a path through static obstacles and the speed along it; `plan` is pure."""
 
     settings: DenseSettings
 
@@ -44,7 +44,7 @@ class DensePlanner:
         if reason is not None:
             stats = PlanStats(reason=reason)
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
-        last = memory if isinstance(memory, Memory) else Memory()
+        last = memory if isinstance(memory, DenseMemory) else DenseMemory()
         chosen = choose_path(self._task(scene), last.sides, self.settings)
         if chosen is None:
             return _fall_back(scene, last, "no path from here", self.settings)
@@ -53,11 +53,11 @@ class DensePlanner:
             return _fall_back(
                 scene, last, "the path leaves the road's frame", self.settings
             )
-        way, who = self._drivable(scene, chosen, path)
+        way, blockers = self._drivable(scene, chosen, path)
         profile = plan_drive(way, scene, self.settings.drive)
         if profile is None:
             return _fall_back(scene, last, "no speed along the path", self.settings)
-        blocker = chosen.blocked_by or _holding(profile, way, who)
+        blocker = chosen.blocked_by or _holding(profile, way, blockers)
         return _result(chosen, trajectory_on(path, profile), blocker)
 
     def _task(self, scene: Scene) -> PathTask:
@@ -90,19 +90,19 @@ class DensePlanner:
         end_s = min([chosen.end_s, *lines])
         end = float(np.interp(end_s, path.s, path.distance))
         times = knot_times(self.settings.drive)
-        bound, who = bound_by_vehicles(
+        bound, blockers = bound_by_vehicles(
             path, scene, times, self.settings.drive.vehicle_gap
         )
-        return DrivablePath(path, end, bound), who
+        return DrivablePath(path, end, bound), blockers
 
 
 def _holding(
-    profile: SpeedProfile, way: DrivablePath, who: list[str | None]
+    profile: SpeedProfile, way: DrivablePath, blockers: list[str | None]
 ) -> str | None:
     """Name the vehicle that the drive comes nearest to, if it is held up by one."""
     rooms = way.ahead - profile.distance
     nearest = int(np.argmin(rooms))
-    return who[nearest] if rooms[nearest] < AT_THE_END else None
+    return blockers[nearest] if rooms[nearest] < AT_THE_END else None
 
 
 def _result(
@@ -122,12 +122,12 @@ def _result(
         blocker=blocker,
         explanation=f"sides {passed or '-'}, margin {chosen.margin:g} m",
     )
-    memory = Memory(trajectory, chosen.sides)
+    memory = DenseMemory(trajectory, chosen.sides)
     return PlanResult(PlanStatus.OK, trajectory, memory, stats)
 
 
 def _fall_back(
-    scene: Scene, last: Memory, reason: str, settings: DenseSettings
+    scene: Scene, last: DenseMemory, reason: str, settings: DenseSettings
 ) -> PlanResult:
     """Fall back where nothing can be planned, with the reason."""
     duration = settings.drive.duration
@@ -137,7 +137,7 @@ def _fall_back(
         return touched_body(scene, bodies, trajectory)
 
     status, trajectory = fallback(scene, last.trajectory, blocker, duration)
-    memory = Memory(trajectory, last.sides)
+    memory = DenseMemory(trajectory, last.sides)
     stats = PlanStats(reason=reason, blocker=blocker(trajectory))
     return PlanResult(status, trajectory, memory, stats)
 

@@ -15,7 +15,7 @@ class LayerRule(StrEnum):
 
 
 class GateReach(StrEnum):
-    """What of an obstacle closes a region; [Thesis] eq. 5.6 says "in"."""
+    """Part of an obstacle that closes a region; "in" in [Thesis] eq. 5.6."""
 
     INFLATED = "inflated"  # its disc grown by the ego's
     BODY = "body"  # its disc

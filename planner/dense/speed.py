@@ -1,8 +1,8 @@
 """The speed along a path through obstacles: the piecewise-jerk program in time.
 
-The fastest drive that curvature, braking and the end of the way allow is the wish; the
-program of [Thesis] eq. 6.19, 6.20 (corrected) follows it within the limits of
-acceleration and jerk, and never past the end or into a vehicle ahead.
+The reference is the fastest drive that curvature, braking and the end of the path
+allow; the program of [Thesis] eq. 6.19, 6.20 (corrected) follows it within the limits
+of acceleration and jerk, and never past the end or into a vehicle ahead.
 """
 
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ def plan_drive(
 ) -> SpeedProfile | None:
     """Plan the speed along a way; None if the limits cannot be kept.
 
-    The wish is lowered until the drive keeps the limit of lateral acceleration
+    The reference is lowered until the drive keeps the limit of lateral acceleration
     everywhere: the program smooths it in time and may be late to slow down.
     """
     limits, times = scene.vehicle.limits, knot_times(settings)
@@ -88,13 +88,13 @@ def drive_program(
     end: float,
     settings: DriveSettings,
 ) -> PiecewiseJerkProblem:
-    """Write the program that follows a wish.
+    """Write the program that follows a reference.
 
     Args:
         way: Gives the bound by vehicles.
         scene: Gives start and limits.
         wish: Distance [m] and speed [m/s] at the knots.
-        end: Where the wish stops [m].
+        end: Where the reference stops [m].
         settings: See there.
     """
     limits, n = scene.vehicle.limits, wish[0].size

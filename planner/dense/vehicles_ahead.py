@@ -1,4 +1,4 @@
-"""How far along its path the ego may be at each time because of moving vehicles."""
+"""The bound that moving vehicles set on the ego's place along its path."""
 
 from typing import NamedTuple
 
@@ -30,9 +30,9 @@ def bound_by_vehicles(
     vehicles = scene.vehicles
     ahead = vehicles.prediction
     bound = np.full(times.size, np.inf)
-    who: list[str | None] = [None] * times.size
+    blockers: list[str | None] = [None] * times.size
     if not vehicles.ids:
-        return bound, who
+        return bound, blockers
     counted = _ahead_of_rear(scene)
     if ahead.x.shape[1]:
         column = np.rint(times / ahead.step).astype(np.int64)
@@ -42,7 +42,7 @@ def bound_by_vehicles(
         now = np.stack([vehicles.x, vehicles.y, vehicles.heading], axis=1)
         poses = np.repeat(now[:, :, None], times.size, axis=2)
     index = np.full(times.size, -1, dtype=np.int64)
-    points = PathPoints(
+    points = EgoPoints(
         path.x, path.y, np.cos(path.heading), np.sin(path.heading), path.distance
     )
     others = MovingRectangles(
@@ -64,7 +64,7 @@ def _ahead_of_rear(scene: Scene) -> BoolArray:
     return np.asarray(along > -scene.vehicle.rear_overhang)
 
 
-class PathPoints(NamedTuple):
+class EgoPoints(NamedTuple):
     """Points of the ego's path; arrays are (n_points,)."""
 
     x: FloatArray  # [m]
@@ -84,7 +84,7 @@ class MovingRectangles(NamedTuple):
 
 @compiled
 def first_contacts(
-    path: PathPoints,
+    path: EgoPoints,
     others: MovingRectangles,
     counted: BoolArray,
     offsets: FloatArray,

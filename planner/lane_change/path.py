@@ -182,7 +182,7 @@ def _on_road(
     length: float,
     settings: PathSettings,
 ) -> tuple[Path, FloatArray] | None:
-    """Put one sampled spline on the road and extend it straight on.
+    """Place one sampled spline on the road and extend it straight on.
 
     Returns:
         The path and the distances at which the change begins and ends; None outside

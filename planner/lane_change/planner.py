@@ -57,7 +57,7 @@ def _decide(
     settings: LaneChangeSettings,
     counts: SearchCounts,
 ) -> PlanCandidate | None:
-    """Go through the phases; None if nothing can be planned."""
+    """Try the phases in turn; None if nothing can be planned."""
     scene = here.scene
     if last is not None and last.change is not None:
         candidate = go_on(here, last, last.change, settings, counts)

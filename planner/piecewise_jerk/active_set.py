@@ -45,7 +45,7 @@ class ActiveSet(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """How far a solve has come."""
+    """Cost and active bounds of a solve so far."""
 
     cost: float  # of the motion; where it is not SOLVED, a lower bound
     n_active: int  # bounds
@@ -255,7 +255,7 @@ def dual_active_set(
     begin: Progress,
     options: ActiveSetOptions,
 ) -> tuple[int, Progress, int]:
-    """Go from a motion that is the minimum for its active bounds to that for all.
+    """Solve from a motion that is the minimum for its active bounds.
 
     Args:
         program: To solve; its bounds may be tighter than those of `active`.

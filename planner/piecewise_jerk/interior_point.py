@@ -107,7 +107,7 @@ class IpmStep(NamedTuple):
 
 
 class Cutoff(NamedTuple):
-    """What a lower bound of the objective is made of, and what it has to exceed."""
+    """The free motion that lower bounds start from, and what they have to exceed."""
 
     threshold: float  # cutoff and margin; inf without a cutoff
     free_objective: float  # of the motion without bounds
@@ -387,7 +387,7 @@ def _step_length(state: IpmState, step: IpmStep, gap: float, objective: float) -
 
 @inlined
 def _advance(alpha: float, blocks: BoundBlocks, state: IpmState, step: IpmStep) -> None:
-    """Take a share of the step."""
+    """Apply a share of the step."""
     move_table(state.table, step.table, alpha)
     move(state.slack, step.slack, alpha)
     move(state.dual, step.dual, alpha)

@@ -76,14 +76,14 @@ def dual_steps(
 
 @compiled
 def move(values: FloatArray, change: FloatArray, alpha: float) -> None:
-    """Go a share of the way of a change, in place."""
+    """Add a share of a change, in place."""
     for i in range(values.size):
         values[i] += alpha * change[i]
 
 
 @compiled
 def move_table(table: FloatArray, change: FloatArray, alpha: float) -> None:
-    """Go a share of the way of a change, in place; for tables of two dimensions."""
+    """Add a share of a change to a table of two dimensions, in place."""
     for i in range(table.shape[0]):
         for k in range(table.shape[1]):
             table[i, k] += alpha * change[i, k]

@@ -27,7 +27,7 @@ COLLISION = int(Check.COLLISION)
 
 
 class Passing(NamedTuple):
-    """What becomes of the candidates of one profile beside bodies; arrays are (n,)."""
+    """Outcome of the candidates of one profile beside bodies; arrays are (n,)."""
 
     verdict: IntArray  # a `Check`; those that had passed and hit get COLLISION
     hit_body: IntArray  # that is hit first; -1 is given

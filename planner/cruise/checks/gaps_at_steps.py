@@ -114,7 +114,7 @@ def take_gaps(
     discs: tuple[float, float, float],
     bench: Bench,
 ) -> None:
-    """Take the gaps at the steps, and find their least over time.
+    """Compute the gaps at the steps and their least over time.
 
     Args:
         steps: First and last step.

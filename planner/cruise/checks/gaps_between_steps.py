@@ -86,7 +86,7 @@ def _start(
     verdict: IntArray,
     bench: Bench,
 ) -> None:
-    """Say up to which gap, and until which step, each candidate is to be looked at."""
+    """Set up to which gap, and until which step, each candidate is looked at."""
     bench.limit[:] = -math.inf
     bench.until[:] = math.inf
     for o in range(active[0], active[1]):
@@ -169,7 +169,7 @@ def _dips(
     half_width: float,
     far2: float,
 ) -> bool:
-    """Tell whether a disc comes nearer between `a` and `b` than it is there.
+    """Check whether a disc comes nearer between `a` and `b` than it is there.
 
     Ways that pass the body's centre at more than the root of `far2` [m²] do not count.
     """

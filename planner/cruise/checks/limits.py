@@ -117,7 +117,7 @@ def check_profile(
 
 @inlined
 def _forgive(verdict: IntArray) -> int:
-    """Keep of the first point's violations only the domain; count those left."""
+    """Drop the first point's violations but that of the domain; count those left."""
     left = 0
     for o in range(verdict.size):
         verdict[o] = DOMAIN if verdict[o] % SUSPECT == DOMAIN else PASSED

@@ -141,7 +141,7 @@ class TimeGrid(NamedTuple):
 
 
 class ProfileBounds(NamedTuple):
-    """What rules a profile out."""
+    """Limits beyond which a profile is ruled out."""
 
     max_speed: float  # that none may exceed [m/s]
     stop_at: float  # that none may end beyond [m]

@@ -46,7 +46,7 @@ class RoadAlong(NamedTuple):
 
 
 class EdgePoints(NamedTuple):
-    """What all edges of one gap between layers share."""
+    """Points that all edges of one gap between layers share."""
 
     s: FloatArray  # of the points, growing, (n,) [m]
     road: RoadAlong
@@ -54,13 +54,13 @@ class EdgePoints(NamedTuple):
 
 
 class EdgeLimits(NamedTuple):
-    """What an edge has to keep, and what its nearness costs."""
+    """Bounds of an edge, and the reach of the clearance cost."""
 
     clearance: float  # gap from which on an obstacle costs nothing [m]
     max_curvature: float  # [1/m]
 
 
-class Span(NamedTuple):
+class LateralSpan(NamedTuple):
     """Bounds of the l of all discs along an edge [m]."""
 
     low: float
@@ -142,7 +142,7 @@ def obstacle_windows(
 def edge_verdict(
     edge: EdgeScratch,
     points: EdgePoints,
-    span: Span,
+    span: LateralSpan,
     obstacles: ObstacleColumns,
     discs: Discs,
     limits: EdgeLimits,

@@ -23,7 +23,7 @@ from planner.dense.lattice.edge_check import (
     FREE,
     EdgeLimits,
     EdgePoints,
-    Span,
+    LateralSpan,
     edge_scratch,
     edge_verdict,
     obstacle_windows,
@@ -79,7 +79,7 @@ class EdgeRules(NamedTuple):
 
 
 class LatticeTask(NamedTuple):
-    """What a search is about."""
+    """Start, obstacles, road and rules of a search."""
 
     start: PathStart
     obstacles: ObstacleColumns
@@ -221,7 +221,7 @@ def relax_layer(
     # On a bent road discs swing out further than along a straight edge.
     unbounded = gap.from_ego or np.any(points.road.curvature != 0.0)
     reach = max(abs(discs.offset[0]), abs(discs.offset[-1]))
-    span = Span(-np.inf, np.inf)
+    span = LateralSpan(-np.inf, np.inf)
     collisions, checked = 0, 0
     # The cheapest first: fewer checks.
     for i in np.argsort(cost_from[: gap.l_from.size]):
@@ -238,7 +238,7 @@ def relax_layer(
                 fill_blend(edge.shape, table, l0, l1, length)
             if not unbounded:
                 low, high = blend_span(l0, l1, length, reach)
-                span = Span(low, high)
+                span = LateralSpan(low, high)
             verdict, safety = edge_verdict(
                 edge, points, span, obstacles, discs, rules.limits
             )
@@ -257,7 +257,7 @@ def relax_layer(
 
 @inlined
 def gap_points(gap: LayerGap, task: LatticeTask) -> tuple[EdgePoints, FloatArray]:
-    """Lay out what the edges of one gap share: points, and the table of blends."""
+    """Return what the edges of one gap share: points, and the table of blends."""
     discs, rules = task.discs, task.rules
     length = gap.end - gap.begin
     n = max(math.ceil(length / rules.sample_step), 4)

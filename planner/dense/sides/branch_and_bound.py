@@ -53,7 +53,7 @@ N_REASONS = len(Dropped)
 
 
 class SearchOptions(NamedTuple):
-    """What is looked for, and when to stop."""
+    """Which sequences are looked for, and when to stop."""
 
     ceiling: float  # sequences that cost as much or more are not looked for
     keep: int  # how many of the cheapest are returned
@@ -71,7 +71,7 @@ class Leaves(NamedTuple):
 
 
 class NodeCounts(NamedTuple):
-    """What became of the nodes; the search may be incomplete at the most programs."""
+    """Numbers of nodes; the search may be incomplete at the limit of programs."""
 
     tube_empty: int
     infeasible: int
@@ -201,7 +201,7 @@ def node_counts(dropped: IntArray, programs: int) -> NodeCounts:
 
 @inlined
 def reason(verdict: int, cost: float, dearest: float) -> int:
-    """Say why a node is dropped whose program was not solved, as in `Dropped`."""
+    """Return why a node whose program was not solved is dropped, as in `Dropped`."""
     if verdict == INFEASIBLE:
         return PROVEN_INFEASIBLE
     if verdict == ABOVE_CUTOFF:

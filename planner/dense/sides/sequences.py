@@ -68,7 +68,7 @@ class SideSearch:
 
     `programs` were solved; `empty` and `infeasible` count the partial sequences that
     were dropped because their tube is empty somewhere, or because no path is smooth
-    enough for it. `exact` says that the cheapest was proven to be the cheapest.
+    enough for it. `exact`: the cheapest was proven to be the cheapest.
     """
 
     status: SideStatus
@@ -82,7 +82,7 @@ class SideSearch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SideTask:
-    """What the searches of one cycle share."""
+    """Data that the searches of one cycle share."""
 
     field: ObstacleField
     cover: Cover

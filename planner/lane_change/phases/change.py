@@ -1,4 +1,4 @@
-"""Go on with a change, wait at the line, or give it up."""
+"""Continue a change, wait at the line, or give it up."""
 
 from dataclasses import replace
 

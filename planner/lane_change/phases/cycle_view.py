@@ -19,7 +19,7 @@ STANDSTILL_ROOM = 0.005  # a program needs some room, also to stand still [m]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Situation:
-    """What every phase of one cycle needs, computed once."""
+    """The view of one cycle, computed once for all phases."""
 
     scene: Scene
     ahead: UsersInTime  # obstacles, then vehicles, at the knots of a speed plan

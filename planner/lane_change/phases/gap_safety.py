@@ -57,7 +57,7 @@ def has_way_out(
 
     Args:
         here: Of this cycle.
-        target: Lane that it wants to.
+        target: Lane to change to.
         blockage: Room to what stands in its lane [m], inf if nothing does.
         profile: What it would drive.
         start: How far ahead the change begins, 0 for now [m].

@@ -24,7 +24,7 @@ AT_ONCE = 1.0  # a change that begins within as much begins now [m]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """What the changes of one cycle share."""
+    """Data that the changes of one cycle share."""
 
     here: Situation
     target: int

@@ -51,7 +51,7 @@ class Order:
 
 
 class DriveLimits(NamedTuple):
-    """What the ego can do in a speed plan."""
+    """Limits of the ego in a speed plan."""
 
     braking: float  # strongest, negative [m/s²]
     acceleration: float  # [m/s²]
@@ -277,7 +277,7 @@ def _enumerate(
     reach: Reach,
     max_orders: int,
 ) -> tuple[IntArray, Corridors, int]:
-    """Go through the tree of orders, depth first, BEFORE before AFTER.
+    """Enumerate the tree of orders, depth first, BEFORE before AFTER.
 
     Returns:
         (sides (n_orders, n), BEFORE or AFTER; corridors; nodes looked at).

@@ -102,7 +102,7 @@ def plan_speed(
         vehicle: Dimensions and limits.
         users: Every other road user, at the knots of `settings`.
         considered: Which of them count, (n_users,).
-        task: Start, wish and end.
+        task: Start, target speed and end.
         settings: Weights, margins, horizon.
         cutoff: Orders that are proven to cost more are not solved.
 

@@ -25,7 +25,7 @@ JERK_TIME = 1.5  # in which an acceleration has surely turned into braking [s]
 
 @dataclass(frozen=True, slots=True)
 class SpeedTask:
-    """What a speed plan has to do."""
+    """Start, target speed and end of a speed plan."""
 
     speed: float  # now [m/s]
     acceleration: float  # now [m/s²]

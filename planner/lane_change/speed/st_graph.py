@@ -12,7 +12,7 @@ import numpy as np
 
 from planner.lane_change.speed.st_projection import (
     OwnRectangle,
-    PathTable,
+    PathColumns,
     predicted_poses,
     project,
 )
@@ -131,6 +131,6 @@ def st_graph(
     )
 
 
-def path_table(path: Path) -> PathTable:
+def path_table(path: Path) -> PathColumns:
     """Return the points of a path as compiled code takes them."""
-    return PathTable(path.x, path.y, np.cos(path.heading), np.sin(path.heading))
+    return PathColumns(path.x, path.y, np.cos(path.heading), np.sin(path.heading))

@@ -14,7 +14,7 @@ from planner.states import BoolArray, FloatArray, IntArray
 BISECTIONS = 5  # of a path step: 3 cm of 1 m
 
 
-class PathTable(NamedTuple):
+class PathColumns(NamedTuple):
     """The points of a path; arrays are (n_points,)."""
 
     x: FloatArray  # [m]
@@ -94,7 +94,7 @@ def predicted_poses(
 @compiled
 def project(
     distance: FloatArray,
-    path: PathTable,
+    path: PathColumns,
     poses: FloatArray,
     considered: BoolArray,
     half_length: FloatArray,
@@ -147,7 +147,7 @@ def project(
 
 
 @compiled
-def _box(path: PathTable) -> BoundingBox:
+def _box(path: PathColumns) -> BoundingBox:
     """Compute the bounding box of a path."""
     return BoundingBox(path.x.min(), path.x.max(), path.y.min(), path.y.max())
 
@@ -204,7 +204,7 @@ def _overlap(
 
 @compiled
 def _out_of_reach(
-    path: PathTable,
+    path: PathColumns,
     pose: Pose,
     centre_offset: float,
     reach: float,
@@ -226,7 +226,7 @@ def _out_of_reach(
 
 @compiled
 def _first_touching(
-    path: PathTable,
+    path: PathColumns,
     pose: Pose,
     half: HalfExtents,
     own: OwnRectangle,
@@ -248,7 +248,7 @@ def _first_touching(
 @compiled
 def _contact(
     distance: FloatArray,
-    path: PathTable,
+    path: PathColumns,
     inside: int,
     beyond: int,
     pose: Pose,
@@ -280,7 +280,7 @@ def _contact(
 
 
 @compiled
-def _nearest(path: PathTable, x: float, y: float) -> int:
+def _nearest(path: PathColumns, x: float, y: float) -> int:
     """Find the point nearest to (x, y) among all."""
     best, least = 0, np.inf
     for i in range(path.x.size):
@@ -291,7 +291,7 @@ def _nearest(path: PathTable, x: float, y: float) -> int:
 
 
 @compiled
-def _downhill(path: PathTable, x: float, y: float, guess: int) -> int:
+def _downhill(path: PathColumns, x: float, y: float, guess: int) -> int:
     """Find the point nearest to (x, y), going downhill from `guess`."""
     n = path.x.size
     here = (path.x[guess] - x) ** 2 + (path.y[guess] - y) ** 2

@@ -18,7 +18,7 @@ from planner.dense.lattice.edge_check import (
     TOO_SHARP,
     EdgeLimits,
     EdgePoints,
-    Span,
+    LateralSpan,
     edge_scratch,
     edge_verdict,
     obstacle_windows,
@@ -38,7 +38,7 @@ from planner.numerics.polynomials import quintic_coefficients
 
 OFFSETS = np.array([-0.2, 1.4, 3.0])
 DISCS = Discs(OFFSETS, 1.242, 0.8, 0.95)
-EVERYWHERE = Span(-np.inf, np.inf)
+EVERYWHERE = LateralSpan(-np.inf, np.inf)
 
 
 @given(l0=st.floats(-5.0, 5.0), l1=st.floats(-5.0, 5.0), length=st.floats(2.0, 20.0))
