@@ -9,7 +9,7 @@ from planner.lane_change.settings import PathSettings, SpeedSettings
 from planner.lane_change.speed.program import knot_times
 from planner.lane_change.speed.st_graph import in_time, st_graph
 from planner.scene import Scene
-from planner.shapes.rectangles import Rectangle, overlap
+from planner.shapes.rectangles import Rectangle, distance
 from planner.states import Path
 from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes
@@ -58,7 +58,7 @@ def touching(scene: Scene, path: Path, v: int, k: int) -> np.ndarray:
             CAR.length + 2 * ALONG,
             CAR.width + 2 * ACROSS,
         )
-        if overlap(body, other):
+        if distance(body, other) <= 0.0:
             hits.append(i)
     return np.array(hits)
 
