@@ -7,12 +7,12 @@ import numpy as np
 
 from planner.bodies import Bodies, BodyTable, bodies_of, leader_of
 from planner.cruise.candidate_motion import (
-    Ground,
     Lateral,
+    RoadTables,
     Tracks,
     candidate_motion,
 )
-from planner.cruise.feasibility import TOLERANCE, Limits, road_excess
+from planner.cruise.feasibility import TOLERANCE, Limits, RoadBody, road_excess
 from planner.cruise.sampling.lateral import (
     full_grid_size,
     lateral_room,
@@ -41,7 +41,7 @@ class Cycle:
     tracks: Tracks
     lateral: Lateral
     limits: Limits
-    ground: Ground
+    ground: RoadTables
     around: Surroundings
     speed_term: FloatArray  # per profile [-]
     off_road: int  # candidates left out because the road is narrower than the grid
@@ -80,7 +80,7 @@ class Cycle:
             profiles.tracks,
             lateral,
             limits,
-            Ground(
+            RoadTables(
                 table.knots,
                 table.bins,
                 road.s,
@@ -161,7 +161,9 @@ def _excess_now(
     right, left = lateral_room(road, (s, s))
     front, rear, half_width = body
     cos, sin = math.cos(error), math.sin(error)
-    return road_excess(l, cos, sin, curvature, left, right, front, rear, half_width)
+    return road_excess(
+        l, cos, sin, curvature, left, right, RoadBody(front, rear, half_width)
+    )
 
 
 def _allowed_excess(excess: float, road_margin: float) -> float:

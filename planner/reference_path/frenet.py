@@ -346,7 +346,7 @@ def state_on_path(
 def _outside(
     path: ReferencePath, s: float, l: float, heading: float | None = None
 ) -> OutsidePathDomainError:
-    """Say why a state has no Frenet coordinates."""
+    """Make the error of a state without Frenet coordinates."""
     road = path.at(s)
     message = (
         f"outside the Frenet domain at s = {s:.3f} m, l = {l:.3f} m: "

@@ -27,6 +27,7 @@ from experiments.thesis.dense.layouts import (
 )
 from planner.dense.field import Cover, ObstacleField, straight_field
 from planner.dense.frenet_path import FrenetPath
+from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice_methods import LatticePlan, plan_adaptive, plan_uniform
 from planner.dense.settings import (
     EdgeChecks,
@@ -43,7 +44,7 @@ SUBDIVISION = 8  # of knot intervals, for integrals and extremes
 COST_ROUNDING = 1e-6  # relative, of solvers
 REPETITIONS = 3  # of each timed call; the fastest counts
 COVER = Cover.single(EGO_RADIUS)
-START = (0.0, 0.0, 0.0, 0.0)  # s [m], l [m], l' [-], l'' [1/m]
+START = PathStart(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.lane_change.path import best_change
+from planner.lane_change.path import ChangeTarget, best_change
 from planner.lane_change.settings import PathSettings, SpeedSettings
 from planner.lane_change.speed.area_rule import area_above, area_below
 from planner.lane_change.speed.passing_orders import Side
@@ -86,7 +86,7 @@ def solve_case(start_speed: float, settings: SpeedSettings = SPEED) -> SpeedCase
     """
     road = ReferencePath.from_segments([line(2.0 * PATH_LENGTH)])
     ego = FrenetState(100.0, start_speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    change, _ = best_change(road, ego, LANE, 0.0, PATH_LENGTH, EGO, SHAPE)
+    change, _ = best_change(road, ego, ChangeTarget(LANE, 0.0, PATH_LENGTH), EGO, SHAPE)
     if change is None:
         raise ValueError("the path of the case breaks a limit")
     car = _rear_car(ego.s + EGO.centre_offset - CAR_BEHIND, knot_times(settings))

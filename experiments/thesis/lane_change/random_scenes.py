@@ -15,9 +15,15 @@ from experiments.thesis.lane_change.published_cases import (
     SHAPE,
     SPEED,
 )
-from planner.lane_change.path import best_change
+from planner.lane_change.path import ChangeTarget, best_change
 from planner.lane_change.settings import GridSettings, OrderRule, SpeedSettings
-from planner.lane_change.speed.passing_orders import Side, demands, order_of, reachable
+from planner.lane_change.speed.passing_orders import (
+    DriveLimits,
+    Side,
+    demands,
+    order_of,
+    reachable,
+)
 from planner.lane_change.speed.plan import SpeedPlan, plan_speed
 from planner.lane_change.speed.program import (
     SpeedTask,
@@ -126,7 +132,9 @@ def change_path(speed: float) -> Path:
     """Build the path of the published cases at the ego's `speed` [m/s]."""
     road = ReferencePath.from_segments([line(2.0 * PATH_LENGTH)])
     ego = FrenetState(START, speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    change, refused = best_change(road, ego, LANE, 0.0, PATH_LENGTH, EGO, SHAPE)
+    change, refused = best_change(
+        road, ego, ChangeTarget(LANE, 0.0, PATH_LENGTH), EGO, SHAPE
+    )
     if change is None:
         raise ValueError(f"no path at {speed} m/s: {refused}")
     return change.path
@@ -171,10 +179,9 @@ def brute_force(scene: SpeedScene) -> float:
     times = knot_times(SETTINGS)
     graph = scene.plan(SETTINGS).graph
     start = start_state(scene.task, EGO, SETTINGS)
-    limits = EGO.limits
-    ceiling = (-limits.max_deceleration, limits.max_acceleration, limits.max_speed)
-    reach = reachable(start[1], start[2], ceiling, SETTINGS.max_jerk, times)
-    bounds = demands(graph, SETTINGS, start[1], times)
+    limits = DriveLimits.of(EGO)
+    reach = reachable(start.speed, start.acceleration, limits, SETTINGS.max_jerk, times)
+    bounds = demands(graph, SETTINGS, start.speed, times)
     caps = speed_caps(scene.path, EGO, scene.task, times)
     best = math.inf
     for sides in itertools.product(Side, repeat=len(graph.ids)):

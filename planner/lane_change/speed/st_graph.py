@@ -10,7 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.lane_change.speed.st_projection import predicted_poses, project
+from planner.lane_change.speed.st_projection import (
+    OwnRectangle,
+    PathColumns,
+    predicted_poses,
+    project,
+)
 from planner.scene import Obstacles, Vehicles
 from planner.states import BoolArray, FloatArray, Path
 from planner.vehicle import Vehicle
@@ -118,7 +123,7 @@ def st_graph(
         considered,
         users.half_length,
         users.half_width,
-        (
+        OwnRectangle(
             vehicle.centre_offset,
             0.5 * vehicle.length + along_margin,
             0.5 * vehicle.width + across_margin,
@@ -130,7 +135,6 @@ def st_graph(
     )
 
 
-def path_table(path: Path) -> FloatArray:
-    """Give x, y, cosine and sine of the heading at every point, (4, n_points)."""
-    heading = path.heading
-    return np.array([path.x, path.y, np.cos(heading), np.sin(heading)])
+def path_table(path: Path) -> PathColumns:
+    """Return the points of a path as compiled code takes them."""
+    return PathColumns(path.x, path.y, np.cos(path.heading), np.sin(path.heading))

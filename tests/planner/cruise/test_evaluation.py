@@ -13,7 +13,7 @@ import pytest
 from planner import cruise
 from planner.bodies import bodies_of, leader_of
 from planner.cruise.costs import convolve, safety_kernel, speed_deviation
-from planner.cruise.feasibility import road_excess
+from planner.cruise.feasibility import RoadBody, road_excess
 from planner.cruise.headway import MIN_REAR_GAP, STRIDE
 from planner.cruise.sampling.lateral import terminal_offsets
 from planner.cruise.sampling.longitudinal import longitudinal_profiles
@@ -287,11 +287,11 @@ class SlowPlanner:
         ahead_left, ahead_right = scene.road.at(s + scene.vehicle.front_reach)
         left, right = np.minimum(left, ahead_left), np.maximum(right, ahead_right)
         here_left, here_right = scene.road.at(s[:1])
-        body = self.front, self.rear, self.half_width
+        body = RoadBody(self.front, self.rear, self.half_width)
 
         def excess(i, left, right):
             cos, sin = math.cos(error[i]), math.sin(error[i])
-            return road_excess(l[i], cos, sin, curvature[i], left, right, *body)
+            return road_excess(l[i], cos, sin, curvature[i], left, right, body)
 
         allowed = max(excess(0, here_left[0], here_right[0]), 0.0)
         limits = scene.vehicle.limits
