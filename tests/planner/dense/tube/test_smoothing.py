@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from experiments.thesis.dense.layouts import EGO_RADIUS, random_layout
-from planner.dense.field import Cover, ObstacleField, path_curvature, straight_field
+from planner.dense.field import Cover, FrenetObstacles, path_curvature, straight_field
 from planner.dense.frenet_path import FrenetPath, check_path
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice_methods import (
@@ -86,7 +86,7 @@ def arc_field(rows, curvature):
     ends = np.array([0.0, 70.0])
     columns = rows[:, 0], rows[:, 1], rows[:, 2]
     room = 5.0 * np.ones(2)
-    return ObstacleField(*columns, ends, room, -room, np.full(2, curvature))
+    return FrenetObstacles(*columns, ends, room, -room, np.full(2, curvature))
 
 
 @pytest.mark.parametrize("curvature", [1.0 / 25.0, -1.0 / 25.0])
