@@ -18,7 +18,6 @@ from planner.dense.lattice_methods import (
 )
 from planner.dense.settings import LatticeSettings, SmoothingSettings
 from planner.dense.tube.corridor import PathGuess, second_bounds
-from planner.dense.tube.program import PathGuess
 from planner.dense.tube.smoothing import smooth, smoothing_problem
 from planner.piecewise_jerk.solve import solve
 from planner.reference_path.path import ReferencePath
