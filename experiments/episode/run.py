@@ -65,10 +65,10 @@ def run_episode(
     """
     started = perf_counter()
     options = output or OutputOptions()
+    planner = make_scenario_planner(scenario)  # a wrong name shows before compilation
     layout = make_layout(scenario)
     if layout.network is not None:
         load_libsumo()
-    planner = make_scenario_planner(scenario)
     log = CandidateLog() if options.keeps_candidates else None
     recorder = Recorder(on_step, log)
     identity = run_identity(scenario, _net_file(layout))

@@ -11,7 +11,14 @@ from planner.prediction import constant_speed
 from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, clothoid, line
-from planner.scene import Obstacles, RoadBounds, RoadUsers, Scene, Vehicles
+from planner.scene import (
+    Obstacles,
+    Prediction,
+    RoadBounds,
+    RoadUsers,
+    Scene,
+    Vehicles,
+)
 from planner.shapes.rectangles import Rectangle, distance
 from planner.states import CartesianState, FloatArray, FrenetState, Trajectory
 from planner.vehicle import Vehicle
@@ -109,8 +116,10 @@ def cars(
         np.array([car.length for car in rows], dtype=np.float64),
         np.array([car.width for car in rows], dtype=np.float64),
     )
-    ahead = constant_speed(path, users, step * np.arange(n_steps))
-    return Vehicles.predicted(users, ahead)
+    ahead = constant_speed(path, users, step * np.arange(max(n_steps, 2)))
+    names = ("x", "y", "heading", "s", "l")
+    kept = {name: getattr(ahead, name)[:, :n_steps] for name in names}
+    return Vehicles.predicted(users, Prediction(ahead.step, **kept))
 
 
 def ego_on(

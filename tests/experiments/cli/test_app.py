@@ -111,7 +111,7 @@ def test_recorded_configuration_makes_the_same_run(road, tmp_path):
     (one,), (other,) = (tmp_path / "a").iterdir(), (tmp_path / "b").iterdir()
     assert one.name == other.name
     files = [file for file in one.glob("*.parquet") if file.name != "timing.parquet"]
-    assert len(files) == 7
+    assert len(files) == len(TABLES)
     for file in files:
         assert file.read_bytes() == (other / file.name).read_bytes(), file.name
 
@@ -417,7 +417,7 @@ def test_bad_networks(tmp_path, refusal, file, route, lane, message):
 def test_full_disk_is_one_line(road, tmp_path):
     wrapper = tmp_path / "full.py"
     wrapper.write_text(
-        "import errno, experiments.episode.run as e\n"
+        "import errno, experiments.episode.run_folder as e\n"
         "def full(trace, folder):\n"
         "    raise OSError(errno.ENOSPC, 'No space left on device')\n"
         "e.write_trace = full\n"
