@@ -17,7 +17,7 @@ from experiments.cli.app import app, main
 from experiments.cli.compile_notice import NOTICE
 from experiments.metrics.catalogue import TIMING_COLUMNS
 from experiments.trace.files import read_trace
-from experiments.trace.schema import trace_hash
+from experiments.trace.schema import TABLES, trace_hash
 from sumo_nets.build import net_path
 
 HERE = Path(__file__).parents[1]  # where the planners of these tests are
