@@ -1,0 +1,391 @@
+"""Paths of bounded curvature through narrow bends, the whole body inside an area.
+
+Lane centre lines of road networks turn corners that no vehicle can follow. Here such a
+stretch is planned anew: the curvature at even stations is the unknown, the pose follows
+by integration, and a sequence of quadratic programs (linearised anew in each round)
+keeps the outline of the body inside a polygon, the curvature and its rate within the
+limits of the steering, and the path near its guide.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import qpsolvers
+
+from planner.errors import InvalidInputError
+from planner.numerics.compiled import compiled
+from planner.states import FloatArray
+from planner.vehicle import Vehicle
+
+STATION = 0.5  # [m], between unknowns
+OUTLINE_STEP = 0.8  # [m], between points of the body's sides
+CURVATURE_RATE = 0.1  # [1/m²]; 0.4 rad/s at the wheels of a car at 1.5 m/s
+RATE_WEIGHT = 20.0  # of (dκ/ds)² [m³]
+CURVATURE_WEIGHT = 1.0  # of κ² [m]
+GUIDE_WEIGHT = 0.02  # of the squared distance from the guide [1/m³]
+END_WEIGHT = 1e3  # of the squared error of the end pose
+OUTSIDE_PENALTY = 50.0  # of the farthest reach beyond the area [1/m]
+ROUNDS = 60
+SHIFTS = (0.0, 3.0, -3.0, 6.0, -6.0)  # of first guesses along the guide [m]
+FIRST_STEP = 0.05  # trust region of the curvature [1/m]
+SHRINK = 0.95  # of the trust region from round to round
+SETTLED = 2e-4  # changes of the curvature below this end the rounds [1/m]
+NEAR = 1.0  # outline points nearer to the boundary than this are constrained [m]
+END_TOLERANCE = 0.02  # [m] and [rad]
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a steerable path keeps; `margin` is the least distance from the boundary."""
+
+    curvature: float  # [1/m]
+    curvature_rate: float = CURVATURE_RATE  # [1/m²]
+    margin: float = 0.1  # [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SteerablePath:
+    """A planned stretch; arrays are (n,).
+
+    `outside` is how far the outline of the body reaches over the margin, 0 where the
+    path is drivable; `end_error` how far the end misses the pose asked for.
+    """
+
+    x: FloatArray  # rear axle [m]
+    y: FloatArray
+    heading: FloatArray  # [rad]
+    curvature: FloatArray  # [1/m]
+    outside: float  # [m]
+    end_error: float  # [m], [rad], the larger one
+
+    @property
+    def fault(self) -> float:
+        """How far from drivable [m]."""
+        return self.outside + (
+            self.end_error if self.end_error > END_TOLERANCE else 0.0
+        )
+
+    @property
+    def drivable(self) -> bool:
+        """Whether the whole body stays inside and the end is met."""
+        return self.outside <= 0.0 and self.end_error <= END_TOLERANCE
+
+
+class _Motion(NamedTuple):
+    """Poses at the stations and their derivatives over the unknowns.
+
+    The unknowns are the curvatures at the stations and the station's length.
+    """
+
+    x: FloatArray  # (n,)
+    y: FloatArray
+    heading: FloatArray
+    x_by: FloatArray  # (n, n + 1)
+    y_by: FloatArray
+    heading_by: FloatArray
+
+
+def steerable_path(
+    guide: FloatArray,
+    boundary: FloatArray,
+    vehicle: Vehicle,
+    limits: Limits,
+) -> SteerablePath:
+    """Plan a path from the begin of a guide to its end, with their directions.
+
+    Args:
+        guide: Polyline, (m, 2) [m]; its first and last sides are straight for some
+            metres. It may have corners.
+        boundary: Sides of the polygons that enclose the area, (k, 4) as x, y of both
+            ends [m].
+        vehicle: Whose body stays inside; the path is that of its rear axle.
+        limits: Of the path.
+
+    Returns:
+        The path. It need not be drivable: see `SteerablePath.drivable`.
+
+    Raises:
+        InvalidInputError: If the guide has no length.
+    """
+    best: SteerablePath | None = None
+    for shift in SHIFTS:
+        found = _planned(guide, boundary, vehicle, limits, shift)
+        if best is None or found.fault < best.fault:
+            best = found
+        if best.fault <= limits.margin:
+            break
+    return best
+
+
+def _planned(
+    guide: FloatArray,
+    boundary: FloatArray,
+    vehicle: Vehicle,
+    limits: Limits,
+    shift: float,
+) -> SteerablePath:
+    """Plan from one first guess, which turns `shift` metres later than the guide."""
+    points, s = _even_points(guide)
+    n = s.size
+    ds = s[1]
+    heading = _smooth_heading(points, s, limits.curvature)
+    heading = np.interp(s - shift, s, heading)
+    curvature = np.clip(np.gradient(heading, ds), -limits.curvature, limits.curvature)
+    curvature[[0, -1]] = 0.0
+    start = (float(points[0, 0]), float(points[0, 1]), float(heading[0]))
+    end = np.array([points[-1, 0], points[-1, 1], heading[-1], 0.0])
+    outline = _outline(vehicle, limits.margin)
+    reach = FIRST_STEP
+    for k in range(ROUNDS):
+        weight = END_WEIGHT if k >= 15 else 0.1 * END_WEIGHT
+        motion = _integrate(curvature, ds, start)
+        change = _step(
+            motion, curvature, ds, end, guide, boundary, outline, limits, reach, weight
+        )
+        curvature = np.clip(curvature + change[:n], -limits.curvature, limits.curvature)
+        ds += change[n]
+        reach *= SHRINK
+        if np.abs(change[:n]).max() < SETTLED and k > 15:
+            break
+    motion = _integrate(curvature, ds, start)
+    depth, _, _ = depths(*_outline_points(motion, outline), boundary)
+    missed = np.array([motion.x[-1], motion.y[-1], motion.heading[-1]]) - end[:3]
+    return SteerablePath(
+        motion.x,
+        motion.y,
+        motion.heading,
+        curvature,
+        max(0.0, -float(depth.min())),
+        float(max(np.hypot(missed[0], missed[1]), abs(missed[2]))),
+    )
+
+
+def _even_points(guide: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Space points evenly along the guide; (points, arc lengths)."""
+    sides = np.hypot(*np.diff(guide, axis=0).T)
+    along = np.concatenate([[0.0], np.cumsum(sides)])
+    if not along[-1] > 4.0 * STATION:
+        raise InvalidInputError(f"the guide is {along[-1]:.2f} m long: too short")
+    s = np.linspace(0.0, along[-1], math.ceil(along[-1] / STATION) + 1)
+    return np.column_stack([np.interp(s, along, axis) for axis in guide.T]), s
+
+
+def _smooth_heading(points: FloatArray, s: FloatArray, curvature: float) -> FloatArray:
+    """Average the headings of the guide over a window that takes a right angle."""
+    sides = np.diff(points, axis=0)
+    raw = np.unwrap(np.arctan2(sides[:, 1], sides[:, 0]))
+    width = max(1, round(0.5 * math.pi / curvature / s[1] / 2.0))
+    padded = np.pad(raw, width, mode="edge")
+    kernel = np.ones(2 * width + 1) / (2 * width + 1)
+    middle = np.convolve(padded, kernel, mode="valid")
+    return np.concatenate([[raw[0]], 0.5 * (middle[1:] + middle[:-1]), [raw[-1]]])
+
+
+def _outline(vehicle: Vehicle, margin: float) -> FloatArray:
+    """Place points on the body's outline, grown by the margin, (p, 2), rear axle at 0."""
+    back, front = -vehicle.rear_overhang - margin, vehicle.front_reach + margin
+    half = vehicle.width / 2.0 + margin
+    along = np.linspace(back, front, math.ceil((front - back) / OUTLINE_STEP) + 1)
+    sides = [np.column_stack([along, np.full(along.size, y)]) for y in (half, -half)]
+    ends = np.array([[back, 0.0], [front, 0.0]])
+    return np.concatenate([*sides, ends])
+
+
+def _integrate(
+    curvature: FloatArray, ds: float, start: tuple[float, float, float]
+) -> _Motion:
+    """Integrate the curvature, linear between stations, by the midpoint rule."""
+    n = curvature.size
+    x0, y0, heading0 = start
+    turn = 0.5 * (curvature[1:] + curvature[:-1])
+    heading = heading0 + ds * np.concatenate([[0.0], np.cumsum(turn)])
+    middle = heading[:-1] + ds * (0.375 * curvature[:-1] + 0.125 * curvature[1:])
+    cos, sin = np.cos(middle), np.sin(middle)
+    x = x0 + ds * np.concatenate([[0.0], np.cumsum(cos)])
+    y = y0 + ds * np.concatenate([[0.0], np.cumsum(sin)])
+    heading_by = np.zeros((n, n + 1))
+    steps = np.zeros((n - 1, n))
+    row = np.arange(n - 1)
+    steps[row, row], steps[row, row + 1] = 0.5, 0.5
+    heading_by[1:, :n] = ds * np.cumsum(steps, axis=0)
+    heading_by[:, n] = (heading - heading0) / ds
+    middle_by = heading_by[:-1].copy()
+    middle_by[row, row] += 0.375 * ds
+    middle_by[row, row + 1] += 0.125 * ds
+    middle_by[:, n] = (middle - heading0) / ds
+    x_by, y_by = np.zeros((n, n + 1)), np.zeros((n, n + 1))
+    x_by[1:] = np.cumsum(-ds * sin[:, None] * middle_by, axis=0)
+    y_by[1:] = np.cumsum(ds * cos[:, None] * middle_by, axis=0)
+    x_by[1:, n] += np.cumsum(cos)
+    y_by[1:, n] += np.cumsum(sin)
+    return _Motion(x, y, heading, x_by, y_by, heading_by)
+
+
+def _outline_points(
+    motion: _Motion, outline: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Place the outline at each station, (n, p) each."""
+    cos, sin = np.cos(motion.heading)[:, None], np.sin(motion.heading)[:, None]
+    along, across = outline[:, 0], outline[:, 1]
+    return (
+        motion.x[:, None] + cos * along - sin * across,
+        motion.y[:, None] + sin * along + cos * across,
+    )
+
+
+def _step(
+    motion: _Motion,
+    curvature: FloatArray,
+    ds: float,
+    end: FloatArray,
+    guide: FloatArray,
+    boundary: FloatArray,
+    outline: FloatArray,
+    limits: Limits,
+    reach: float,
+    end_weight: float,
+) -> FloatArray:
+    """Solve the program linearised here; changes of the unknowns, (n + 1,)."""
+    n = curvature.size
+    hessian = np.zeros((n + 2, n + 2))  # curvatures, station length, reach outside
+    gradient = np.zeros(n + 2)
+
+    def add(rows: FloatArray, values: FloatArray, weight: float) -> None:
+        """Add weight · |values + rows · change|²."""
+        hessian[: n + 1, : n + 1] += 2.0 * weight * (rows.T @ rows)
+        gradient[: n + 1] += 2.0 * weight * (values @ rows)
+
+    rate = np.zeros((n - 1, n + 1))
+    row = np.arange(n - 1)
+    rate[row, row], rate[row, row + 1] = -1.0 / ds, 1.0 / ds
+    add(rate, np.diff(curvature) / ds, RATE_WEIGHT * ds)
+    level = np.zeros((n, n + 1))
+    level[np.arange(n), np.arange(n)] = 1.0
+    add(level, curvature, CURVATURE_WEIGHT * ds)
+    off, normal_x, normal_y = offsets(motion.x, motion.y, guide)
+    lateral = normal_x[:, None] * motion.x_by + normal_y[:, None] * motion.y_by
+    add(lateral, off, GUIDE_WEIGHT * ds)
+    last = np.zeros((1, n + 1))
+    last[0, n - 1] = 1.0
+    missed = np.array([motion.x[-1], motion.y[-1], motion.heading[-1]]) - end[:3]
+    ends = np.vstack([motion.x_by[-1], motion.y_by[-1], motion.heading_by[-1], last])
+    add(ends, np.append(missed, curvature[-1] - end[3]), end_weight)
+    gradient[n + 1] = OUTSIDE_PENALTY
+    hessian[np.arange(n + 2), np.arange(n + 2)] += 1e-6
+
+    qx, qy = _outline_points(motion, outline)
+    depth, inward_x, inward_y = depths(qx, qy, boundary)
+    i, p = np.nonzero(depth < NEAR)
+    gx, gy = inward_x[i, p], inward_y[i, p]
+    arm_x, arm_y = -(qy - motion.y[:, None])[i, p], (qx - motion.x[:, None])[i, p]
+    rows = (
+        gx[:, None] * motion.x_by[i]
+        + gy[:, None] * motion.y_by[i]
+        + (gx * arm_x + gy * arm_y)[:, None] * motion.heading_by[i]
+    )
+    inside = -np.column_stack([rows, np.ones(i.size)])
+    swing = np.zeros((n - 1, n + 2))
+    swing[:, : n + 1] = rate * ds
+    most = limits.curvature_rate * ds
+    now = np.diff(curvature)
+    g = np.vstack([inside, swing, -swing])
+    h = np.concatenate(
+        [depth[i, p], np.maximum(most - now, 0.0), np.maximum(most + now, 0.0)]
+    )
+    low = np.maximum(-limits.curvature - curvature, -reach)
+    high = np.minimum(limits.curvature - curvature, reach)
+    low[0] = high[0] = -curvature[0]
+    low = np.concatenate([low, [-0.05 * ds, 0.0]])
+    high = np.concatenate([high, [0.05 * ds, np.inf]])
+    found = qpsolvers.solve_qp(
+        hessian, gradient, g, h, lb=low, ub=high, solver="piqp", verbose=False
+    )
+    return np.zeros(n + 1) if found is None else np.asarray(found[: n + 1])
+
+
+@compiled
+def depths(
+    x: FloatArray, y: FloatArray, boundary: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Measure how deep points lie inside polygons, negative outside.
+
+    Args:
+        x: (n, p) [m].
+        y: (n, p) [m].
+        boundary: Sides, (k, 4); which side is inside follows from counting crossings.
+
+    Returns:
+        (depth [m], x and y of the unit vector that leads inward), (n, p) each.
+    """
+    depth = np.empty(x.shape)
+    inward_x, inward_y = np.empty(x.shape), np.empty(x.shape)
+    for i in range(x.shape[0]):
+        for p in range(x.shape[1]):
+            px, py = x[i, p], y[i, p]
+            best, gx, gy, sx, sy = np.inf, 0.0, 0.0, 1.0, 0.0
+            inside = False
+            for k in range(boundary.shape[0]):
+                ax, ay, bx, by = boundary[k]
+                if (ay > py) != (by > py) and px < ax + (py - ay) / (by - ay) * (
+                    bx - ax
+                ):
+                    inside = not inside
+                ux, uy = bx - ax, by - ay
+                square = ux * ux + uy * uy
+                share = 0.0
+                if square > 0.0:
+                    share = min(
+                        max(((px - ax) * ux + (py - ay) * uy) / square, 0.0), 1.0
+                    )
+                dx, dy = px - ax - share * ux, py - ay - share * uy
+                distance = dx * dx + dy * dy
+                if distance < best:
+                    best, gx, gy, sx, sy = distance, dx, dy, ux, uy
+            length = math.sqrt(best)
+            if length > 1e-9:
+                gx, gy = gx / length, gy / length
+            else:
+                side = math.hypot(sx, sy)
+                gx, gy = -sy / side, sx / side
+            depth[i, p] = length if inside else -length
+            inward_x[i, p] = gx if inside else -gx
+            inward_y[i, p] = gy if inside else -gy
+    return depth, inward_x, inward_y
+
+
+@compiled
+def offsets(
+    x: FloatArray, y: FloatArray, line: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Measure the distance of points from a polyline and the direction away from it.
+
+    Args:
+        x: (n,) [m].
+        y: (n,) [m].
+        line: (m, 2) [m].
+
+    Returns:
+        (distance [m], x and y of the unit vector away from the line), (n,) each.
+    """
+    distance = np.empty(x.size)
+    away_x, away_y = np.zeros(x.size), np.zeros(x.size)
+    for i in range(x.size):
+        best, gx, gy = np.inf, 0.0, 0.0
+        for k in range(line.shape[0] - 1):
+            ux, uy = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
+            square = ux * ux + uy * uy
+            share = 0.0
+            if square > 0.0:
+                along = (x[i] - line[k, 0]) * ux + (y[i] - line[k, 1]) * uy
+                share = min(max(along / square, 0.0), 1.0)
+            dx = x[i] - line[k, 0] - share * ux
+            dy = y[i] - line[k, 1] - share * uy
+            if dx * dx + dy * dy < best:
+                best, gx, gy = dx * dx + dy * dy, dx, dy
+        length = math.sqrt(best)
+        distance[i] = length
+        if length > 1e-9:
+            away_x[i], away_y[i] = gx / length, gy / length
+    return distance, away_x, away_y
