@@ -27,7 +27,10 @@ CURVATURE_WEIGHT = 1.0  # of κ² [m]
 GUIDE_WEIGHT = 0.02  # of the squared distance from the guide [1/m³]
 END_WEIGHT = 1e3  # of the squared error of the end pose
 OUTSIDE_PENALTY = 50.0  # of the farthest reach beyond the area [1/m]
+REGULARISATION = 1e-6  # keeps the Hessian definite
 ROUNDS = 60
+LOOSE_ROUNDS = 15  # in which the end pose weighs a tenth
+STRETCH = 0.05  # share by which the spacing may change in one round
 SHIFTS = (0.0, 3.0, -3.0, 6.0, -6.0)  # of first guesses along the guide [m]
 FIRST_STEP = 0.05  # trust region of the curvature [1/m]
 SHRINK = 0.95  # of the trust region from round to round
@@ -87,11 +90,27 @@ class _Motion(NamedTuple):
     heading_by: FloatArray
 
 
+class _Task(NamedTuple):
+    """What is planned: from where to where, inside what, with which body."""
+
+    guide: FloatArray  # (m, 2) [m]
+    boundary: FloatArray  # (k, 4) [m]
+    outline: FloatArray  # (p, 2), of the body and the margin, rear axle at 0 [m]
+    limits: Limits
+    start: tuple[float, float, float]  # x, y [m], heading [rad]
+    end: tuple[float, float, float]
+
+
+class _Iterate(NamedTuple):
+    """One round's unknowns and what follows from them."""
+
+    curvature: FloatArray  # at the stations, (n,) [1/m]
+    spacing: float  # of the stations [m]
+    motion: _Motion
+
+
 def steerable_path(
-    guide: FloatArray,
-    boundary: FloatArray,
-    vehicle: Vehicle,
-    limits: Limits,
+    guide: FloatArray, boundary: FloatArray, vehicle: Vehicle, limits: Limits
 ) -> SteerablePath:
     """Plan a path from the begin of a guide to its end, with their directions.
 
@@ -107,15 +126,15 @@ def steerable_path(
         The path. It need not be drivable: see `SteerablePath.drivable`.
 
     Raises:
-        InvalidInputError: If the guide has no length.
+        InvalidInputError: If the guide is too short for a path.
     """
-    best: SteerablePath | None = None
-    for shift in SHIFTS:
-        found = _planned(guide, boundary, vehicle, limits, shift)
-        if best is None or found.fault < best.fault:
-            best = found
+    best = _planned(guide, boundary, vehicle, limits, SHIFTS[0])
+    for shift in SHIFTS[1:]:
         if best.fault <= limits.margin:
             break
+        found = _planned(guide, boundary, vehicle, limits, shift)
+        if found.fault < best.fault:
+            best = found
     return best
 
 
@@ -128,38 +147,54 @@ def _planned(
 ) -> SteerablePath:
     """Plan from one first guess, which turns `shift` metres later than the guide."""
     points, s = _even_points(guide)
-    n = s.size
-    ds = s[1]
     heading = _smooth_heading(points, s, limits.curvature)
     heading = np.interp(s - shift, s, heading)
-    curvature = np.clip(np.gradient(heading, ds), -limits.curvature, limits.curvature)
+    curvature = np.gradient(heading, s[1])
+    curvature = np.clip(curvature, -limits.curvature, limits.curvature)
     curvature[[0, -1]] = 0.0
-    start = (float(points[0, 0]), float(points[0, 1]), float(heading[0]))
-    end = np.array([points[-1, 0], points[-1, 1], heading[-1], 0.0])
-    outline = _outline(vehicle, limits.margin)
-    reach = FIRST_STEP
-    for k in range(ROUNDS):
-        weight = END_WEIGHT if k >= 15 else 0.1 * END_WEIGHT
-        motion = _integrate(curvature, ds, start)
-        change = _step(
-            motion, curvature, ds, end, guide, boundary, outline, limits, reach, weight
-        )
-        curvature = np.clip(curvature + change[:n], -limits.curvature, limits.curvature)
-        ds += change[n]
-        reach *= SHRINK
-        if np.abs(change[:n]).max() < SETTLED and k > 15:
-            break
-    motion = _integrate(curvature, ds, start)
-    depth, _, _ = depths(*_outline_points(motion, outline), boundary)
-    missed = np.array([motion.x[-1], motion.y[-1], motion.heading[-1]]) - end[:3]
+    task = _Task(
+        guide,
+        boundary,
+        body_outline(vehicle, limits.margin),
+        limits,
+        (float(points[0, 0]), float(points[0, 1]), float(heading[0])),
+        (float(points[-1, 0]), float(points[-1, 1]), float(heading[-1])),
+    )
+    curvature, spacing = _improve(task, curvature, float(s[1]))
+    motion = _integrate(curvature, spacing, task.start)
+    outline = outline_points(motion.x, motion.y, motion.heading, task.outline)
+    missed = _missed(task, motion)
     return SteerablePath(
         motion.x,
         motion.y,
         motion.heading,
         curvature,
-        max(0.0, -float(depth.min())),
+        max(0.0, -float(depths(*outline, boundary)[0].min())),
         float(max(np.hypot(missed[0], missed[1]), abs(missed[2]))),
     )
+
+
+def _improve(
+    task: _Task, curvature: FloatArray, spacing: float
+) -> tuple[FloatArray, float]:
+    """Solve one linearised program after the other; (curvature, spacing)."""
+    most, reach = task.limits.curvature, FIRST_STEP
+    for k in range(ROUNDS):
+        weight = END_WEIGHT if k >= LOOSE_ROUNDS else 0.1 * END_WEIGHT
+        motion = _integrate(curvature, spacing, task.start)
+        change = _step(task, _Iterate(curvature, spacing, motion), reach, weight)
+        curvature = np.clip(curvature + change[:-1], -most, most)
+        spacing += float(change[-1])
+        reach *= SHRINK
+        if np.abs(change[:-1]).max() < SETTLED and k > LOOSE_ROUNDS:
+            break
+    return curvature, spacing
+
+
+def _missed(task: _Task, motion: _Motion) -> FloatArray:
+    """Measure by how much the last pose misses the one asked for, (3,)."""
+    last = np.array([motion.x[-1], motion.y[-1], motion.heading[-1]])
+    return np.asarray(last - np.array(task.end))
 
 
 def _even_points(guide: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -183,8 +218,8 @@ def _smooth_heading(points: FloatArray, s: FloatArray, curvature: float) -> Floa
     return np.concatenate([[raw[0]], 0.5 * (middle[1:] + middle[:-1]), [raw[-1]]])
 
 
-def _outline(vehicle: Vehicle, margin: float) -> FloatArray:
-    """Place points on the body's outline, grown by the margin, (p, 2), rear axle at 0."""
+def body_outline(vehicle: Vehicle, margin: float) -> FloatArray:
+    """Place points on the outline of the body and a margin, (p, 2), rear axle at 0."""
     back, front = -vehicle.rear_overhang - margin, vehicle.front_reach + margin
     half = vehicle.width / 2.0 + margin
     along = np.linspace(back, front, math.ceil((front - back) / OUTLINE_STEP) + 1)
@@ -223,86 +258,105 @@ def _integrate(
     return _Motion(x, y, heading, x_by, y_by, heading_by)
 
 
-def _outline_points(
-    motion: _Motion, outline: FloatArray
+def outline_points(
+    x: FloatArray, y: FloatArray, heading: FloatArray, outline: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Place the outline at each station, (n, p) each."""
-    cos, sin = np.cos(motion.heading)[:, None], np.sin(motion.heading)[:, None]
+    """Place the outline at poses of the rear axle, x and y, (n, p) each."""
+    cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
     along, across = outline[:, 0], outline[:, 1]
     return (
-        motion.x[:, None] + cos * along - sin * across,
-        motion.y[:, None] + sin * along + cos * across,
+        x[:, None] + cos * along - sin * across,
+        y[:, None] + sin * along + cos * across,
     )
 
 
-def _step(
-    motion: _Motion,
-    curvature: FloatArray,
-    ds: float,
-    end: FloatArray,
-    guide: FloatArray,
-    boundary: FloatArray,
-    outline: FloatArray,
-    limits: Limits,
-    reach: float,
-    end_weight: float,
-) -> FloatArray:
-    """Solve the program linearised here; changes of the unknowns, (n + 1,)."""
-    n = curvature.size
-    hessian = np.zeros((n + 2, n + 2))  # curvatures, station length, reach outside
-    gradient = np.zeros(n + 2)
+def _step(task: _Task, now: _Iterate, reach: float, end_weight: float) -> FloatArray:
+    """Solve the program linearised here.
+
+    Args:
+        task: What is planned.
+        now: About which is linearised.
+        reach: Bound of the change of the curvature [1/m].
+        end_weight: Of the squared error of the end pose.
+
+    Returns:
+        Changes of the unknowns, (n + 1,); zero where the solver finds none.
+    """
+    limits, n = task.limits, now.curvature.size
+    hessian, gradient = _objective(task, now, end_weight)
+    inside, room = _inside(task, now)
+    swing, most = _swings(now), limits.curvature_rate * now.spacing
+    change = np.diff(now.curvature)
+    rows = np.vstack([inside, swing, -swing])
+    bounds = np.concatenate(
+        [room, np.maximum(most - change, 0.0), np.maximum(most + change, 0.0)]
+    )
+    low = np.maximum(-limits.curvature - now.curvature, -reach)
+    high = np.minimum(limits.curvature - now.curvature, reach)
+    low[0] = high[0] = -now.curvature[0]
+    stretch = STRETCH * now.spacing
+    found = qpsolvers.solve_qp(
+        hessian,
+        gradient,
+        rows,
+        bounds,
+        lb=np.concatenate([low, [-stretch, 0.0]]),
+        ub=np.concatenate([high, [stretch, np.inf]]),
+        solver="piqp",
+        verbose=False,
+    )
+    return np.zeros(n + 1) if found is None else np.asarray(found[: n + 1])
+
+
+def _swings(now: _Iterate) -> FloatArray:
+    """Differences of neighbouring curvatures by the unknowns, (n - 1, n + 2)."""
+    n = now.curvature.size
+    rows, row = np.zeros((n - 1, n + 2)), np.arange(n - 1)
+    rows[row, row], rows[row, row + 1] = -1.0, 1.0
+    return rows
+
+
+def _objective(
+    task: _Task, now: _Iterate, end_weight: float
+) -> tuple[FloatArray, FloatArray]:
+    """Sum the squares; (Hessian, gradient) by curvatures, spacing, reach outside."""
+    n, ds, motion = now.curvature.size, now.spacing, now.motion
+    hessian, gradient = np.zeros((n + 2, n + 2)), np.zeros(n + 2)
 
     def add(rows: FloatArray, values: FloatArray, weight: float) -> None:
         """Add weight · |values + rows · change|²."""
         hessian[: n + 1, : n + 1] += 2.0 * weight * (rows.T @ rows)
         gradient[: n + 1] += 2.0 * weight * (values @ rows)
 
-    rate = np.zeros((n - 1, n + 1))
-    row = np.arange(n - 1)
-    rate[row, row], rate[row, row + 1] = -1.0 / ds, 1.0 / ds
-    add(rate, np.diff(curvature) / ds, RATE_WEIGHT * ds)
-    level = np.zeros((n, n + 1))
-    level[np.arange(n), np.arange(n)] = 1.0
-    add(level, curvature, CURVATURE_WEIGHT * ds)
-    off, normal_x, normal_y = offsets(motion.x, motion.y, guide)
+    rate = _swings(now)[:, : n + 1] / ds
+    add(rate, np.diff(now.curvature) / ds, RATE_WEIGHT * ds)
+    level = np.eye(n, n + 1)
+    add(level, now.curvature, CURVATURE_WEIGHT * ds)
+    off, normal_x, normal_y = offsets(motion.x, motion.y, task.guide)
     lateral = normal_x[:, None] * motion.x_by + normal_y[:, None] * motion.y_by
     add(lateral, off, GUIDE_WEIGHT * ds)
-    last = np.zeros((1, n + 1))
-    last[0, n - 1] = 1.0
-    missed = np.array([motion.x[-1], motion.y[-1], motion.heading[-1]]) - end[:3]
-    ends = np.vstack([motion.x_by[-1], motion.y_by[-1], motion.heading_by[-1], last])
-    add(ends, np.append(missed, curvature[-1] - end[3]), end_weight)
+    ends = [motion.x_by[-1], motion.y_by[-1], motion.heading_by[-1], level[-1]]
+    missed = np.append(_missed(task, motion), now.curvature[-1])
+    add(np.vstack(ends), missed, end_weight)
     gradient[n + 1] = OUTSIDE_PENALTY
-    hessian[np.arange(n + 2), np.arange(n + 2)] += 1e-6
+    hessian[np.arange(n + 2), np.arange(n + 2)] += REGULARISATION
+    return hessian, gradient
 
-    qx, qy = _outline_points(motion, outline)
-    depth, inward_x, inward_y = depths(qx, qy, boundary)
+
+def _inside(task: _Task, now: _Iterate) -> tuple[FloatArray, FloatArray]:
+    """Keep the outline inside: rows (q, n + 2) · change <= depth (q,)."""
+    motion = now.motion
+    x, y = outline_points(motion.x, motion.y, motion.heading, task.outline)
+    depth, inward_x, inward_y = depths(x, y, task.boundary)
     i, p = np.nonzero(depth < NEAR)
     gx, gy = inward_x[i, p], inward_y[i, p]
-    arm_x, arm_y = -(qy - motion.y[:, None])[i, p], (qx - motion.x[:, None])[i, p]
+    arm_x, arm_y = -(y - motion.y[:, None])[i, p], (x - motion.x[:, None])[i, p]
     rows = (
         gx[:, None] * motion.x_by[i]
         + gy[:, None] * motion.y_by[i]
         + (gx * arm_x + gy * arm_y)[:, None] * motion.heading_by[i]
     )
-    inside = -np.column_stack([rows, np.ones(i.size)])
-    swing = np.zeros((n - 1, n + 2))
-    swing[:, : n + 1] = rate * ds
-    most = limits.curvature_rate * ds
-    now = np.diff(curvature)
-    g = np.vstack([inside, swing, -swing])
-    h = np.concatenate(
-        [depth[i, p], np.maximum(most - now, 0.0), np.maximum(most + now, 0.0)]
-    )
-    low = np.maximum(-limits.curvature - curvature, -reach)
-    high = np.minimum(limits.curvature - curvature, reach)
-    low[0] = high[0] = -curvature[0]
-    low = np.concatenate([low, [-0.05 * ds, 0.0]])
-    high = np.concatenate([high, [0.05 * ds, np.inf]])
-    found = qpsolvers.solve_qp(
-        hessian, gradient, g, h, lb=low, ub=high, solver="piqp", verbose=False
-    )
-    return np.zeros(n + 1) if found is None else np.asarray(found[: n + 1])
+    return -np.column_stack([rows, np.ones(i.size)]), depth[i, p]
 
 
 @compiled
