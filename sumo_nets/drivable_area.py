@@ -153,3 +153,26 @@ def _pavements(net: Net, junction: str) -> list[BaseGeometry]:
     ]
     kept = [shapely.Polygon(x).buffer(0.0) for x in areas if len(x) >= CORNERS]
     return list(kept)
+
+
+def distances_to_edge(
+    area: BaseGeometry, points: FloatArray, directions: FloatArray, farthest: float
+) -> FloatArray:
+    """Measure from points along directions to where an area ends.
+
+    Args:
+        area: Polygons.
+        points: (n, 2) [m].
+        directions: Unit vectors, (n, 2).
+        farthest: No distance is larger [m].
+
+    Returns:
+        (n,) [m]; 0 for points outside.
+    """
+    rays = shapely.linestrings(np.stack([points, points + farthest * directions], 1))
+    places = shapely.points(points)
+    shapely.prepare(area)
+    hits = shapely.intersection(rays, area.boundary)
+    gaps = shapely.distance(places, hits)  # nan without a hit
+    gaps = np.where(np.isnan(gaps), farthest, gaps)
+    return np.asarray(np.where(shapely.covers(area, places), gaps, 0.0))

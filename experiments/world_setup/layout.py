@@ -14,8 +14,10 @@ from experiments.config.yaml_reader import KeyPath
 from experiments.cosim.kinematic_world import constant_road
 from experiments.cosim.scene_builder import state_on_path
 from experiments.cosim.sumo.obstacle_vehicles import PlacedBody, obstacles_on_path
+from experiments.world_setup.driven_path import DrivenPath, driven_path
 from experiments.world_setup.obstacle_field import draw_field
 from experiments.world_setup.obstacle_field_course import FieldError, Ground
+from experiments.world_setup.road_bounds import road_bounds
 from planner.errors import PlannerError
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import Segment, arc, clothoid, line
@@ -254,14 +256,17 @@ def _sumo_road(scenario: Scenario) -> Layout:
         route, lane = choice.route or (), choice.lane or 0
         network = Network.from_file(choice.file, route, lane)
     found = route_path(network.net_file, network.route, network.lane)
-    path = _reference_path(network, found)
-    s, l = path.project(found.points[:, 0], found.points[:, 1], near=found.s)
+    vehicle = make_vehicle(scenario.ego)
+    driven = _driven_path(network, found, vehicle)
+    path = driven.path
+    s, l = path.project(found.points[:, 0], found.points[:, 1], near=driven.near)
     stop_lines = tuple(
         StopLine(stop.signal, stop.link, float(np.interp(stop.s, found.s, s)))
         for stop in found.stop_lines
     )
     kept = _growing(s)
-    road = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
+    edges = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
+    road = road_bounds(found, driven, edges, vehicle)
     lanes = _lanes(found, s, l)
     return Layout(path, road, Obstacles.none(), stop_lines, network, lanes)
 
@@ -300,13 +305,16 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
     return Lanes(np.array(at), np.array(centres).T, np.array(widths).T)
 
 
-def _reference_path(network: Network, found: RoutePath) -> ReferencePath:
+def _driven_path(network: Network, found: RoutePath, vehicle: Vehicle) -> DrivenPath:
     """Smooth the points of the route; a road of the catalogue must lie on its line.
 
     The exact line of a catalogue road would do no good: its curvature jumps where a
     line meets an arc, and beside the line a speed would jump with it.
     """
-    path = ReferencePath.from_polyline(found.points)
+    try:
+        driven = driven_path(found, vehicle)
+    except NetworkError as error:
+        raise NetworkError(f"{network.net_file}: {error}") from error
     if network.segments:
         first, second = found.points[0], found.points[1]
         heading = math.atan2(second[1] - first[1], second[0] - first[0])
@@ -320,7 +328,7 @@ def _reference_path(network: Network, found: RoutePath) -> ReferencePath:
                 f"{network.net_file}: is {np.abs(l).max():.2f} m off its exact line; "
                 "rebuild it with make nets"
             )
-    return path
+    return driven
 
 
 def _exact_segment(segment: tuple[str, float, float, float]) -> Segment:

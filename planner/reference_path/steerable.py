@@ -19,8 +19,8 @@ from planner.numerics.compiled import compiled
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
 
-STATION = 0.5  # [m], between unknowns
-OUTLINE_STEP = 0.8  # [m], between points of the body's sides
+STATION = 0.75  # [m], between unknowns
+OUTLINE_STEP = 1.2  # [m], between points of the body's sides
 CURVATURE_RATE = 0.1  # [1/m²]; 0.4 rad/s at the wheels of a car at 1.5 m/s
 RATE_WEIGHT = 20.0  # of (dκ/ds)² [m³]
 CURVATURE_WEIGHT = 1.0  # of κ² [m]
@@ -28,14 +28,14 @@ GUIDE_WEIGHT = 0.02  # of the squared distance from the guide [1/m³]
 END_WEIGHT = 1e3  # of the squared error of the end pose
 OUTSIDE_PENALTY = 50.0  # of the farthest reach beyond the area [1/m]
 REGULARISATION = 1e-6  # keeps the Hessian definite
-ROUNDS = 60
-LOOSE_ROUNDS = 15  # in which the end pose weighs a tenth
+ROUNDS = 40
+LOOSE_ROUNDS = 10  # in which the end pose weighs a tenth
 STRETCH = 0.05  # share by which the spacing may change in one round
 SHIFTS = (0.0, 3.0, -3.0, 6.0, -6.0)  # of first guesses along the guide [m]
 FIRST_STEP = 0.05  # trust region of the curvature [1/m]
-SHRINK = 0.95  # of the trust region from round to round
+SHRINK = 0.92  # of the trust region from round to round
 SETTLED = 2e-4  # changes of the curvature below this end the rounds [1/m]
-NEAR = 1.0  # outline points nearer to the boundary than this are constrained [m]
+NEAR = 0.6  # outline points nearer to the boundary than this are constrained [m]
 END_TOLERANCE = 0.02  # [m] and [rad]
 
 
@@ -110,7 +110,11 @@ class _Iterate(NamedTuple):
 
 
 def steerable_path(
-    guide: FloatArray, boundary: FloatArray, vehicle: Vehicle, limits: Limits
+    guide: FloatArray,
+    boundary: FloatArray,
+    vehicle: Vehicle,
+    limits: Limits,
+    shifts: tuple[float, ...] = SHIFTS,
 ) -> SteerablePath:
     """Plan a path from the begin of a guide to its end, with their directions.
 
@@ -121,6 +125,8 @@ def steerable_path(
             ends [m].
         vehicle: Whose body stays inside; the path is that of its rear axle.
         limits: Of the path.
+        shifts: By how much the first guesses turn later than the guide; they are
+            tried in turn until a path is drivable [m].
 
     Returns:
         The path. It need not be drivable: see `SteerablePath.drivable`.
@@ -128,8 +134,8 @@ def steerable_path(
     Raises:
         InvalidInputError: If the guide is too short for a path.
     """
-    best = _planned(guide, boundary, vehicle, limits, SHIFTS[0])
-    for shift in SHIFTS[1:]:
+    best = _planned(guide, boundary, vehicle, limits, shifts[0])
+    for shift in shifts[1:]:
         if best.fault <= limits.margin:
             break
         found = _planned(guide, boundary, vehicle, limits, shift)
