@@ -42,8 +42,8 @@ class LaneSpan:
     """A stretch of the route on one edge, or on one lane inside a junction.
 
     The lane is the one the stretch is left on. `lines` are the lane markings that lie
-    inside the carriageway, relative to the lane's centre line, right to left [m].
-    `speed_limit` is that of cars.
+    inside the carriageway, relative to the lane's centre line, right to left [m]; so
+    are `left` and `right`, the edges of the carriageway. `speed_limit` is that of cars.
     """
 
     lane: str
@@ -51,6 +51,18 @@ class LaneSpan:
     end: float  # [m]
     lines: tuple[float, ...]
     speed_limit: float  # [m/s]
+    left: float  # [m]
+    right: float  # [m]
+    moved: float = 0.0  # `left` at the begin, where the lane is another one, less it
+
+    def edges_at(self, left: float) -> FloatArray:
+        """Return the edges of all lanes where the carriageway's left edge is `left`.
+
+        Between two lanes the route's line moves over, and the edges with it.
+        """
+        low, high = min(self.moved, 0.0), max(self.moved, 0.0)
+        shift = min(max(left - self.left, low), high)
+        return np.array([self.right, *self.lines, self.left]) + shift
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,7 +126,16 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
         raise NetworkError(f"{path}: route {' '.join(route)} has no length")
     ends = pairwise((0.0, *line.ends))
     spans = tuple(
-        LaneSpan(piece.name, begin, end, piece.lines, limit)
+        LaneSpan(
+            piece.name,
+            begin,
+            end,
+            piece.lines,
+            limit,
+            float(piece.left[-1]),
+            float(piece.right[-1]),
+            float(piece.left[0] - piece.left[-1]),
+        )
         for piece, (begin, end), limit in zip(pieces, ends, limits, strict=True)
     )
     columns = (line.points, line.s, line.left, line.right)

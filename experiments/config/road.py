@@ -2,9 +2,19 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from experiments.config.base import Curvature, Length, Size, Strict, mismatch
+
+
+def _edge_id(value: Any) -> Any:
+    """Take a whole number for text: edges of OpenStreetMap are numbered."""
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    return str(value) if whole else value
+
+
+# What YAML reads as a number is the id as it stands: 283921463, -4713.
+EdgeId = Annotated[str, BeforeValidator(_edge_id)]
 
 
 class Network(Strict):
@@ -14,7 +24,7 @@ class Network(Strict):
     file: str | None = Field(
         default=None, description=".net.xml, relative to this file"
     )
-    route: tuple[str, ...] | None = Field(
+    route: tuple[EdgeId, ...] | None = Field(
         default=None, description="edges, in driving order"
     )
     lane: Annotated[int, Field(ge=0, le=20)] | None = Field(

@@ -26,6 +26,7 @@ STEP = 0.5  # [m], between the places that are checked
 TOLERANCE = 0.15  # how far the body may reach over the area [m]
 EASY = 0.9  # share of the ego's curvature that is tried first; the rest is for control
 SHARPEST = (0.97, 0.94, 0.91)  # most of it; smoothing may add to it
+LAST_RESORT = 0.2  # the same where there is no other path [m]
 LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m] ...
 LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
 APART = 5.0  # stretches nearer than this to each other are planned as one [m]
@@ -198,7 +199,7 @@ def _planned(
         return path
     limits = Limits(share * most)
     path = steerable_path(guide, boundary, vehicle, limits)
-    if path.fault <= limits.margin:
+    if path.fault <= limits.margin + LAST_RESORT:
         return path
     needed = _needed(guide, boundary, vehicle)
     reach = path.fault - limits.margin
@@ -214,7 +215,7 @@ def _needed(guide: FloatArray, boundary: FloatArray, vehicle: Vehicle) -> str:
     for factor in HIGHER:
         limits = Limits(factor * vehicle.limits.max_curvature, 4.0 * factor)
         path = steerable_path(guide, boundary, vehicle, limits)
-        if path.fault <= limits.margin:
+        if path.fault <= limits.margin + LAST_RESORT:
             return f"{limits.curvature:.2f}"
     return f"more than {HIGHER[-1] * vehicle.limits.max_curvature:.1f}"
 

@@ -286,7 +286,7 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
         span = next((x for x in spans if x.begin <= found.s[k] <= x.end), None)
         if span is None:
             continue
-        edges = np.array([found.right[k], *span.lines, found.left[k]])
+        edges = span.edges_at(float(found.left[k]))
         own = sum(x < 0.0 for x in span.lines)
         centre = np.zeros(n_right + 1 + n_left)
         width = np.zeros(centre.size)
