@@ -24,7 +24,8 @@ from sumo_nets.route_path import RoutePath
 
 STEP = 0.5  # [m], between the places that are checked
 TOLERANCE = 0.15  # how far the body may reach over the area [m]
-EASY = 0.9  # share of the ego's curvature that is tried first; the rest is for control
+EASY = 0.85  # share of the ego's curvature that needs no plan; the rest is for control
+ABRUPT = 0.06  # a lane's curvature that changes faster needs one [1/m²]
 SHARPEST = (0.97, 0.94, 0.91)  # most of it; smoothing may add to it
 LAST_RESORT = 0.2  # the same where there is no other path [m]
 LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m] ...
@@ -109,7 +110,9 @@ def _is_bad(
     path: ReferencePath, s: FloatArray, area: BaseGeometry, vehicle: Vehicle
 ) -> BoolArray:
     """Mark the places that are too sharp, or where the body leaves the area."""
-    curved = np.abs(path.at(s).curvature) > vehicle.limits.max_curvature
+    at = path.at(s)
+    curved = np.abs(at.curvature) > EASY * vehicle.limits.max_curvature
+    curved |= np.abs(at.curvature_rate) > ABRUPT
     allowed = area.buffer(TOLERANCE)
     shapely.prepare(allowed)
     outside = ~shapely.covers(allowed, body_polygons(path, s, vehicle))

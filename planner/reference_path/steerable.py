@@ -20,7 +20,7 @@ from planner.states import FloatArray
 from planner.vehicle import Vehicle
 
 STATION = 0.75  # [m], between unknowns
-OUTLINE_STEP = 1.2  # [m], between points of the body's sides
+OUTLINE_STEP = 2.4  # [m], between points of the body's sides
 CURVATURE_RATE = 0.1  # [1/m²]; 0.4 rad/s at the wheels of a car at 1.5 m/s
 RATE_WEIGHT = 20.0  # of (dκ/ds)² [m³]
 CURVATURE_WEIGHT = 1.0  # of κ² [m]
@@ -28,6 +28,7 @@ GUIDE_WEIGHT = 0.02  # of the squared distance from the guide [1/m³]
 END_WEIGHT = 1e3  # of the squared error of the end pose
 OUTSIDE_PENALTY = 50.0  # of the farthest reach beyond the area [1/m]
 REGULARISATION = 1e-6  # keeps the Hessian definite
+TINY = 1e-12  # [m]
 ROUNDS = 40
 LOOSE_ROUNDS = 10  # in which the end pose weighs a tenth
 STRETCH = 0.05  # share by which the spacing may change in one round
@@ -96,6 +97,7 @@ class _Task(NamedTuple):
     guide: FloatArray  # (m, 2) [m]
     boundary: FloatArray  # (k, 4) [m]
     outline: FloatArray  # (p, 2), of the body and the margin, rear axle at 0 [m]
+    box: tuple[float, float, float]  # of the same: back, front, half the width [m]
     limits: Limits
     start: tuple[float, float, float]  # x, y [m], heading [rad]
     end: tuple[float, float, float]
@@ -162,6 +164,7 @@ def _planned(
         guide,
         boundary,
         body_outline(vehicle, limits.margin),
+        _box(vehicle, limits.margin),
         limits,
         (float(points[0, 0]), float(points[0, 1]), float(heading[0])),
         (float(points[-1, 0]), float(points[-1, 1]), float(heading[-1])),
@@ -169,13 +172,15 @@ def _planned(
     curvature, spacing = _improve(task, curvature, float(s[1]))
     motion = _integrate(curvature, spacing, task.start)
     outline = outline_points(motion.x, motion.y, motion.heading, task.outline)
+    corners, _, _ = corner_distances(motion, boundary[:, :2], task.box)
+    least = min(float(depths(*outline, boundary)[0].min()), float(corners.min()))
     missed = _missed(task, motion)
     return SteerablePath(
         motion.x,
         motion.y,
         motion.heading,
         curvature,
-        max(0.0, -float(depths(*outline, boundary)[0].min())),
+        max(0.0, -least),
         float(max(np.hypot(missed[0], missed[1]), abs(missed[2]))),
     )
 
@@ -224,10 +229,18 @@ def _smooth_heading(points: FloatArray, s: FloatArray, curvature: float) -> Floa
     return np.concatenate([[raw[0]], 0.5 * (middle[1:] + middle[:-1]), [raw[-1]]])
 
 
+def _box(vehicle: Vehicle, margin: float) -> tuple[float, float, float]:
+    """Measure the body grown by the margin, rear axle at 0: back, front, half width."""
+    return (
+        -vehicle.rear_overhang - margin,
+        vehicle.front_reach + margin,
+        vehicle.width / 2.0 + margin,
+    )
+
+
 def body_outline(vehicle: Vehicle, margin: float) -> FloatArray:
     """Place points on the outline of the body and a margin, (p, 2), rear axle at 0."""
-    back, front = -vehicle.rear_overhang - margin, vehicle.front_reach + margin
-    half = vehicle.width / 2.0 + margin
+    back, front, half = _box(vehicle, margin)
     along = np.linspace(back, front, math.ceil((front - back) / OUTLINE_STEP) + 1)
     sides = [np.column_stack([along, np.full(along.size, y)]) for y in (half, -half)]
     ends = np.array([[back, 0.0], [front, 0.0]])
@@ -350,19 +363,67 @@ def _objective(
 
 
 def _inside(task: _Task, now: _Iterate) -> tuple[FloatArray, FloatArray]:
-    """Keep the outline inside: rows (q, n + 2) · change <= depth (q,)."""
+    """Keep the body inside: rows (q, n + 2) · change <= room (q,).
+
+    The outline is inside the area, and no corner of the area is inside the body.
+    """
     motion = now.motion
     x, y = outline_points(motion.x, motion.y, motion.heading, task.outline)
     depth, inward_x, inward_y = depths(x, y, task.boundary)
     i, p = np.nonzero(depth < NEAR)
     gx, gy = inward_x[i, p], inward_y[i, p]
     arm_x, arm_y = -(y - motion.y[:, None])[i, p], (x - motion.x[:, None])[i, p]
-    rows = (
+    outline = (
         gx[:, None] * motion.x_by[i]
         + gy[:, None] * motion.y_by[i]
         + (gx * arm_x + gy * arm_y)[:, None] * motion.heading_by[i]
     )
-    return -np.column_stack([rows, np.ones(i.size)]), depth[i, p]
+    corners = task.boundary[:, :2]
+    apart, away_x, away_y = corner_distances(motion, corners, task.box)
+    j, c = np.nonzero(apart < NEAR)
+    gx, gy = away_x[j, c], away_y[j, c]
+    arm_x, arm_y = -(corners[c, 1] - motion.y[j]), corners[c, 0] - motion.x[j]
+    corner = (
+        gx[:, None] * motion.x_by[j]
+        + gy[:, None] * motion.y_by[j]
+        + (gx * arm_x + gy * arm_y)[:, None] * motion.heading_by[j]
+    )
+    # a body that moves away from the corner is one that the corner moves away from
+    rows = np.concatenate([outline, -corner])
+    return (
+        -np.column_stack([rows, np.ones(len(rows))]),
+        np.concatenate([depth[i, p], apart[j, c]]),
+    )
+
+
+def corner_distances(
+    motion: _Motion, corners: FloatArray, box: tuple[float, float, float]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Measure how far corners of the area are from the body, negative inside it.
+
+    Args:
+        motion: Poses of the body, (n,).
+        corners: (k, 2) [m].
+        box: The body: back, front and half the width [m].
+
+    Returns:
+        (distance [m], x and y of the unit vector out of the body), (n, k) each.
+    """
+    back, front, half = box
+    cos, sin = np.cos(motion.heading)[:, None], np.sin(motion.heading)[:, None]
+    dx, dy = corners[:, 0] - motion.x[:, None], corners[:, 1] - motion.y[:, None]
+    u, v = dx * cos + dy * sin, dy * cos - dx * sin
+    u = u - 0.5 * (back + front)
+    out_u, out_v = np.abs(u) - 0.5 * (front - back), np.abs(v) - half
+    beside = np.hypot(np.maximum(out_u, 0.0), np.maximum(out_v, 0.0))
+    inside = np.maximum(out_u, out_v)
+    distance = np.where(beside > 0.0, beside, inside)
+    # inside, or straight beside a side, the nearest side is the way out
+    along = np.where(beside > 0.0, np.maximum(out_u, 0.0), out_u >= out_v)
+    across = np.where(beside > 0.0, np.maximum(out_v, 0.0), out_u < out_v)
+    length = np.maximum(np.hypot(along, across), TINY)
+    along, across = np.sign(u) * along / length, np.sign(v) * across / length
+    return distance, along * cos - across * sin, along * sin + across * cos
 
 
 @compiled
