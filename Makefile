@@ -2,69 +2,80 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-STAMP := $(VENV)/.installed
+USER_STAMP := $(VENV)/.installed
+DEV_STAMP := $(VENV)/.installed-dev
 ONLY_PYTHON := import sys; sys.exit(0 if sys.version_info >= (3, 11) else 1)
+PIP_INSTALL := $(BIN)/python -m pip install --disable-pip-version-check
 PACKAGES := planner sumo_nets experiments
 
 .DEFAULT_GOAL := help
-.PHONY: help install experiment need-net figure report sweep need-sweep thesis thesis-docs test test-slow lint fmt type imports bench nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs test test-slow cov docs lint fmt type imports bench nets schema ci clean
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 
-install: $(STAMP) ## Make .venv with everything in it (once; other commands do it too)
+install: $(USER_STAMP) ## Make .venv with what running needs (once; other commands do it too)
 
-experiment: need-net $(STAMP) ## Run one episode: NET=straight|curved|intersection|u_shaped|lane_change|dense… PLANNER= SEED= GUI=1 ARGS=
+install-dev: $(DEV_STAMP) ## The same, and what tests, checks and documentation need
+
+experiment: need-net $(USER_STAMP) ## Run one episode: NET=straight|curved|intersection|u_shaped|lane_change|dense… PLANNER= SEED= GUI=1 ARGS=
 	@$(BIN)/rearview run "$(NET)" $(if $(PLANNER),--planner "$(PLANNER)") $(if $(SEED),--seed "$(SEED)") $(if $(GUI),--gui) $(ARGS)
 
 need-net:
 	@test -n "$(NET)" || { echo "make experiment needs NET: straight, curved, intersection, u_shaped, lane_change, dense, another name of rearview list, or a scenario file, for example: make experiment NET=intersection" >&2; exit 2; }
 
-figure: $(STAMP) ## Draw a run: RUN=folder (without it the newest one) ARGS="-o picture.pdf"
+figure: $(USER_STAMP) ## Draw a run: RUN=folder (without it the newest one) ARGS="-o picture.pdf"
 	@$(BIN)/rearview figure $(if $(RUN),"$(RUN)") $(ARGS)
 
-report: $(STAMP) ## Write the page of a run or sweep: RUN=folder (without it the newest run)
+report: $(USER_STAMP) ## Write the page of a run or sweep: RUN=folder (without it the newest run)
 	@$(BIN)/rearview report $(if $(RUN),"$(RUN)") $(ARGS)
 
-sweep: need-sweep $(STAMP) ## Run a parameter study, or go on with it: SWEEP=name or file ARGS="--dry-run"
+sweep: need-sweep $(USER_STAMP) ## Run a parameter study, or go on with it: SWEEP=name or file ARGS="--dry-run"
 	@$(BIN)/rearview sweep "$(SWEEP)" $(ARGS)
 
 need-sweep:
 	@test -n "$(SWEEP)" || { echo "make sweep needs SWEEP: a name that rearview list shows, or a sweep file, for example: make sweep SWEEP=smoke" >&2; exit 2; }
 
-thesis: $(STAMP) ## Recompute the thesis into runs/thesis, or go on with it: ARGS="dense --quick"
+thesis: $(DEV_STAMP) ## Recompute the thesis into runs/thesis, or go on with it: ARGS="dense --quick"
 	@$(BIN)/rearview thesis $(ARGS)
 
 thesis-docs: thesis ## The same, and put numbers and document into docs
 	@cp runs/thesis/thesis.json runs/thesis/thesis.md docs/
 
-test: $(STAMP) ## Run the tests on all cores, without the slow ones
+test: $(DEV_STAMP) ## Run the tests on all cores, without the slow ones
 	@$(BIN)/python -m pytest -n auto --dist worksteal $(ARGS)
 
-test-slow: $(STAMP) ## Run only the slow tests: many episodes in SUMO
+test-slow: $(DEV_STAMP) ## Run only the slow tests: many episodes in SUMO
 	@$(BIN)/python -m pytest -m "slow and not bench" $(ARGS)
 
-lint: $(STAMP) ## Check style and format
+cov: $(DEV_STAMP) ## Measure which lines and branches the tests reach: ARGS=tests/sumo_nets
+	@$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term --cov-report=html $(ARGS)
+
+docs: $(DEV_STAMP) ## Build the documentation into site/index.html; any warning is an error
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "documentation: site/index.html"
+
+lint: $(DEV_STAMP) ## Check style and format
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 
-fmt: $(STAMP) ## Format and mend what can be mended
+fmt: $(DEV_STAMP) ## Format and mend what can be mended
 	@$(BIN)/ruff check --fix-only --quiet .
 	@$(BIN)/ruff format .
 
-type: $(STAMP) ## Check types
+type: $(DEV_STAMP) ## Check types
 	@$(BIN)/mypy
 
-imports: $(STAMP) ## Check which package may import which
+imports: $(DEV_STAMP) ## Check which package may import which
 	@$(BIN)/lint-imports
 
-bench: $(STAMP) ## Measure speed; prints a table and saves JSON under .benchmarks
+bench: $(DEV_STAMP) ## Measure speed; prints a table and saves JSON under .benchmarks
 	@$(BIN)/python -m pytest tests/bench -m bench --benchmark-autosave $(ARGS)
 
-nets: $(STAMP) ## Rebuild the road networks from their sources
+nets: $(DEV_STAMP) ## Rebuild the road networks from their sources
 	@$(BIN)/python -m sumo_nets.build $(ARGS)
 
-schema: $(STAMP) ## Write the JSON Schemas of scenario and sweep files
+schema: $(DEV_STAMP) ## Write the JSON Schemas of scenario and sweep files
 	@$(BIN)/rearview schema > experiments/scenarios/.schema.tmp
 	@mv experiments/scenarios/.schema.tmp experiments/scenarios/scenario.schema.json
 	@$(BIN)/rearview schema --sweep > experiments/sweeps/.schema.tmp
@@ -74,17 +85,23 @@ ci: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory lint
 	@$(MAKE) --no-print-directory type
 	@$(MAKE) --no-print-directory imports
+	@$(MAKE) --no-print-directory docs
 	@$(MAKE) --no-print-directory test-slow
 	@$(MAKE) --no-print-directory test
 
 clean: ## Remove .venv, caches, compiled loops and all results in runs and sweeps
-	rm -rf $(VENV) runs sweeps build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
+	rm -rf $(VENV) runs sweeps build site .coverage .coverage.* htmlcov *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
 	find $(PACKAGES) tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
-$(STAMP): pyproject.toml constraints.txt
+$(USER_STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c '$(ONLY_PYTHON)' 2>/dev/null || { echo "rearview needs Python >= 3.11; PYTHON=$(PYTHON) is $$($(PYTHON) --version 2>&1 || true). Try: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
-	@echo "Installing into $(VENV) (once, takes a few minutes) ..."
+	@echo "Installing rearview, SUMO and the numerical packages into $(VENV) (once, takes a few minutes) ..."
 	@$(PYTHON) -m venv $(VENV) || { echo "$(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt-get install python3-venv" >&2; exit 2; }
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]" -c constraints.txt
+	@$(PIP_INSTALL) -e ".[figures]" -c constraints.txt
 	@$(BIN)/python -m experiments.cosim.sumo.system_libraries
+	@touch $@
+
+$(DEV_STAMP): $(USER_STAMP)
+	@echo "Installing what tests, checks and documentation need into $(VENV) (once) ..."
+	@$(PIP_INSTALL) -e ".[dev]" -c constraints.txt
 	@touch $@

@@ -18,4 +18,4 @@ class ResultsError(ExperimentError):
 
 
 class ExecutorError(ExperimentError):
-    """Those who drive the runs of a sweep cannot be reached or are lost."""
+    """The workers of a sweep cannot be reached or are lost."""

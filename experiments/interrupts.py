@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, held back until a step is complete."""
+"""Ctrl-C and SIGTERM, deferred until a step is complete."""
 
 import signal
 from collections.abc import Callable, Iterator
@@ -11,7 +11,7 @@ SECOND_SIGNAL = 0.3  # signals closer than this are one, sent to a group [s]
 
 @contextmanager
 def interrupts_between_steps() -> Iterator[Callable[[], None]]:
-    """Hold Ctrl-C and SIGTERM back until a step is complete; the second comes at once.
+    """Defer Ctrl-C and SIGTERM until a step is complete; a second one acts at once.
 
     In the middle of compiled code an interrupt would look like a failure of the
     planner.

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,25 +17,31 @@ from planner.states import BoolArray, FloatArray, Trajectory
 CORRIDOR_MARGIN = 0.3  # lateral overlap is judged this much wider than the bodies [m]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bodies:
-    """Everything to keep clear of; (n,) or (n, n_steps), static bodies first.
+class BodyTable(NamedTuple):
+    """Numbers of all bodies, static ones first; arrays are (n,) or (n, n_steps).
 
     A body is a rectangle of half extents grown by `radius`. `follower` marks vehicles
     behind the ego in its corridor: they react to the ego, not the ego to them.
     """
 
-    ids: tuple[str, ...]
     poses: FloatArray  # (n, 4, n_steps): x, y [m], cos and sin of the heading
     s: FloatArray  # (n, n_steps), inf without a Frenet place [m]
     l: FloatArray
     speed: FloatArray  # along its own motion now, (n,) [m/s]
     extents: FloatArray  # (n, 3): half length, half width, radius [m]
     size: FloatArray  # circumscribed circle, r_ob of [Thesis] eq. 4.19, (n,) [m]
-    follower: BoolArray  # (n,)
     stride: FloatArray  # longest way in one step, (n,) [m]
     spin: FloatArray  # largest turn in one step, (n,) [rad]
+    follower: BoolArray  # (n,)
     n_static: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bodies:
+    """Everything to keep clear of, with names and the step of its columns."""
+
+    ids: tuple[str, ...]
+    table: BodyTable
     step: float  # between columns [s]
 
 
@@ -48,7 +55,7 @@ class Leader:
 
 
 def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
-    """Gather the scene's bodies on the planner's time grid.
+    """Collect the scene's bodies on the planner's time grid.
 
     Args:
         scene: Of this cycle.
@@ -60,7 +67,7 @@ def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
     """
     fixed, moving, ego = scene.obstacles, scene.vehicles, scene.ego_frenet
     ahead = moving.prediction if moving.prediction.x.shape[1] else _standing(scene)
-    table, follower = _gather(
+    table = _gather(
         scene.path.table,
         (fixed.x, fixed.y, fixed.heading, fixed.length, fixed.width, fixed.radius),
         (moving.speed, moving.length, moving.width),
@@ -69,21 +76,7 @@ def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
         n_steps,
         (ego.s - scene.vehicle.rear_overhang, ego.l, scene.vehicle.width / 2.0),
     )
-    poses, s, l, speed, extents, size, stride, spin = table
-    return Bodies(
-        (*fixed.ids, *moving.ids),
-        poses,
-        s,
-        l,
-        speed,
-        extents,
-        size,
-        follower,
-        stride,
-        spin,
-        len(fixed.ids),
-        step or scene.step,
-    )
+    return Bodies((*fixed.ids, *moving.ids), table, step or scene.step)
 
 
 @compiled
@@ -95,8 +88,8 @@ def _gather(
     ratio: float,
     n_steps: int,
     ego: tuple[float, float, float],
-) -> tuple[tuple[FloatArray, ...], BoolArray]:
-    """Fill the columns of `Bodies` from those of obstacles and predicted vehicles.
+) -> BodyTable:
+    """Fill the table from the columns of obstacles and predicted vehicles.
 
     Args:
         path: Tables of the reference path.
@@ -106,9 +99,6 @@ def _gather(
         ratio: Columns in one step.
         n_steps: Wanted.
         ego: s of its rear, l, and half its width [m].
-
-    Returns:
-        ((poses, s, l, speed, extents, size, stride, spin), follower).
     """
     x, y, heading, length, width, radius = fixed
     speed_now, moving_length, moving_width = moving
@@ -139,7 +129,7 @@ def _gather(
     for b in range(n):
         size[b] = math.hypot(extents[b, 0], extents[b, 1]) + extents[b, 2]
     follower = _followers(s, l, extents, n_fixed, ego)
-    return (poses, s, l, speed, extents, size, stride, spin), follower
+    return BodyTable(poses, s, l, speed, extents, size, stride, spin, follower, n_fixed)
 
 
 @inlined
@@ -152,7 +142,7 @@ def _copy_prediction(
     l: FloatArray,
     b: int,
 ) -> tuple[float, float]:
-    """Copy one vehicle's columns; give (longest way [m], largest turn [rad])."""
+    """Copy one vehicle's columns; return (longest way [m], largest turn [rad])."""
     x, y, heading, ahead_s, ahead_l = ahead
     last = x.shape[1] - 1
     stride2 = spin = 0.0
@@ -182,7 +172,7 @@ def _copy_prediction(
 def _overlaps(
     b: int, l: FloatArray, extents: FloatArray, ego_l: float, half_width: float
 ) -> bool:
-    """Tell whether a body shares the ego's corridor now."""
+    """Check whether a body shares the ego's corridor now."""
     reach = extents[b, 1] + extents[b, 2] + half_width + CORRIDOR_MARGIN
     return bool(abs(l[b, 0] - ego_l) < reach)
 
@@ -195,7 +185,7 @@ def _followers(
     n_static: int,
     ego: tuple[float, float, float],
 ) -> BoolArray:
-    """Tell which bodies are vehicles behind the ego in its corridor."""
+    """Mark the vehicles behind the ego in its corridor."""
     rear, ego_l, half_width = ego
     follower = np.zeros(s.shape[0], np.bool_)
     for b in range(n_static, s.shape[0]):
@@ -205,7 +195,7 @@ def _followers(
 
 
 def _standing(scene: Scene) -> Prediction:
-    """Predict, for want of anything better, that every vehicle stays where it is."""
+    """Predict that every vehicle stays where it is."""
     now = scene.vehicles
     s, l = scene.path.project(now.x, now.y)
     columns = (now.x, now.y, now.heading, s, l)
@@ -215,9 +205,7 @@ def _standing(scene: Scene) -> Prediction:
 def leader_of(scene: Scene, bodies: Bodies) -> Leader | None:
     """Find the nearest body ahead in the ego's corridor, None if it is free."""
     index, s, speed = _nearest_ahead(
-        bodies.s,
-        bodies.l,
-        bodies.extents,
+        bodies.table,
         scene.ego_frenet.s,
         scene.ego_frenet.l,
         scene.vehicle.width / 2.0,
@@ -228,15 +216,14 @@ def leader_of(scene: Scene, bodies: Bodies) -> Leader | None:
 
 @compiled
 def _nearest_ahead(
-    s: FloatArray,
-    l: FloatArray,
-    extents: FloatArray,
+    table: BodyTable,
     ego_s: float,
     ego_l: float,
     half_width: float,
     step: float,
 ) -> tuple[int, FloatArray, FloatArray]:
-    """Give (body, its rearmost point, its speed); body -1 if there is none."""
+    """Return (body, its rearmost point, its speed); body -1 if there is none."""
+    s, l, extents = table.s, table.l, table.extents
     nearest, found = np.inf, -1
     for b in range(s.shape[0]):
         ahead = ego_s < s[b, 0] < nearest
@@ -262,7 +249,7 @@ def touched_by(
     radius: float,
     least: float | FloatArray,
 ) -> str | None:
-    """Name the body that a trajectory comes nearest to, if it comes too near.
+    """Return the id of the body that a trajectory comes nearest to, if too near.
 
     Args:
         trajectory: Of the ego, at its own times.
@@ -274,13 +261,13 @@ def touched_by(
         least: Gap that is too small, one for all or one for each [m].
     """
     column = np.rint(trajectory.t / bodies.step).astype(np.int64)
-    column = column[column < bodies.poses.shape[2]]
+    column = column[column < bodies.table.poses.shape[2]]
     heading = trajectory.heading
     points = np.stack([trajectory.x, trajectory.y, np.cos(heading), np.sin(heading)])
     gaps = gaps_to(
         np.ascontiguousarray(points[:, : column.size]),
-        np.ascontiguousarray(bodies.poses[:, :, column]),
-        bodies.extents,
+        np.ascontiguousarray(bodies.table.poses[:, :, column]),
+        bodies.table.extents,
         np.array(discs),
         radius,
     )

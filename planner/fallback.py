@@ -1,7 +1,7 @@
-"""What to drive when a cycle finds no trajectory: three rungs, each safer than none.
+"""The trajectory of a cycle that finds none: three fallbacks in order.
 
 The last plan shifted by one step; a full stop within the limits on its path; emergency
-braking on the path, whatever stands there.
+braking on the path, even if it is blocked.
 """
 
 import math
@@ -29,16 +29,16 @@ Blocker = Callable[[Trajectory], str | None]
 def fallback(
     scene: Scene, last: Trajectory | None, blocker: Blocker, horizon: float
 ) -> tuple[PlanStatus, Trajectory]:
-    """Take the highest rung that is free.
+    """Return the first fallback that is free.
 
     Args:
         scene: Of this cycle.
-        last: What was driven in the last cycle.
-        blocker: Names what a trajectory would hit or cross, None if nothing.
+        last: The trajectory driven in the last cycle.
+        blocker: Returns the id of what a trajectory would hit or cross, or None.
         horizon: Length of the stopping trajectories [s].
 
     Returns:
-        The rung and its trajectory; emergency braking is never refused.
+        Its status and trajectory; emergency braking is never rejected.
     """
     if last is not None:
         shifted = shifted_plan(scene, last)
@@ -61,7 +61,7 @@ def fallback(
 
 
 def shifted_plan(scene: Scene, last: Trajectory) -> Trajectory | None:
-    """Cut the driven step off the last plan; None if the ego is not on it."""
+    """Return the last plan without its driven step; None if the ego is not on it."""
     here = last.at(scene.step)
     off = math.hypot(here.x - scene.ego.x, here.y - scene.ego.y)
     if off > SAME_PLACE or abs(here.speed - scene.ego.speed) > SAME_SPEED:
@@ -89,7 +89,7 @@ def stopping_trajectory(
 
     Args:
         scene: Of this cycle.
-        offset: Where the path goes [m].
+        offset: Lateral offset that the path settles on [m].
         deceleration: Along the path [m/s²].
         horizon: Length of the trajectory [s].
 
@@ -136,7 +136,7 @@ def stopping_trajectory(
 def braking_on_arc(
     ego: CartesianState, deceleration: float, step: float, horizon: float
 ) -> Trajectory:
-    """Brake with the steering held: the rung that needs no path."""
+    """Brake with the steering held: the fallback that needs no path."""
     t = step * np.arange(round(horizon / step) + 1, dtype=np.float64)
     stop_time = ego.speed / deceleration
     moving = np.minimum(t, stop_time)
@@ -158,7 +158,7 @@ def braking_on_arc(
 
 
 def _stopping_offsets(scene: Scene, last: Trajectory | None) -> tuple[float, ...]:
-    """Offsets that a stopping path may settle on, the most wanted first."""
+    """Return offsets that a stopping path may settle on, in order of preference."""
     here = scene.ego_frenet
     if last is None:
         return (here.l,)
@@ -169,7 +169,7 @@ def _stopping_offsets(scene: Scene, last: Trajectory | None) -> tuple[float, ...
 def _settling_path(
     scene: Scene, offset: float, driven: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(l, l', l'') of a quintic over s that ends parallel to the path at `offset`."""
+    """Return (l, l', l'') of a quintic over s, parallel to the path at `offset`."""
     ego = scene.ego_frenet
     length = max(MIN_PATH_LENGTH, 2.0 * max(ego.s_dot, 0.0))
     start = (ego.l, ego.l_prime, ego.l_second)

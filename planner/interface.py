@@ -1,4 +1,4 @@
-"""The contract between a planner and whoever calls it."""
+"""The contract between a planner and its caller."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -29,12 +29,12 @@ class PlanStats:
     removed: Mapping[str, int] = field(default_factory=dict)  # check -> removed by it
     costs: Mapping[str, float] = field(default_factory=dict)  # of the chosen one
     blocker: str | None = None  # what the cheapest colliding candidate would hit
-    explanation: str = ""  # why this one, for a planner that has something to say
+    explanation: str = ""  # why this one; planners may leave it empty
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alternative:
-    """A trajectory that a cycle looked at, thinned to be drawn; (n_points,) [m]."""
+    """A trajectory that a cycle considered, thinned for display; (n_points,) [m]."""
 
     verdict: str  # KEPT, or the check that removed it, as in PlanStats.removed
     x: FloatArray
@@ -46,7 +46,7 @@ KEPT = "kept"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpeedGraph:
-    """The s-T graph of a cycle, to be drawn: when which vehicle is where on the path.
+    """The s-T graph of a cycle, for display: when which vehicle is where on the path.
 
     `distance` is the chosen one at the times `t`, both (n_knots,). A vehicle forbids
     the distances from `lower` to `upper`, both (n_vehicles, n_knots), NaN where it is
@@ -66,11 +66,10 @@ class PlanResult:
     """Outcome of one planning cycle.
 
     `trajectory` is None only when the scene was invalid. `memory` belongs to the
-    planner: the caller hands it back in the next cycle and looks at nothing in it.
-    `alternatives` gives some of the trajectories looked at to who wants to draw them,
-    `speed_graph` the s-T graph behind the chosen one. They are calls because only who
-    draws should pay for it, and belong right after the cycle because they hold on to
-    all that it calculated.
+    planner: the caller passes it to the next cycle unchanged. `alternatives` returns
+    some of the trajectories considered, `speed_graph` the s-T graph behind the chosen
+    one, for display. They are calls so that only a display pays for them; make them
+    right after the cycle, since they keep all of its data alive.
     """
 
     status: PlanStatus
@@ -78,17 +77,17 @@ class PlanResult:
     memory: object
     stats: PlanStats = field(default_factory=PlanStats)
     alternatives: Callable[[], tuple[Alternative, ...]] | None = None
-    speed_graph: Callable[[], SpeedGraph] | None = None
+    speed_graph: Callable[[], SpeedGraph | None] | None = None
 
 
 class Planner(Protocol):
-    """Anything that turns a scene into a trajectory."""
+    """A planner: turns a scene into a trajectory."""
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         """Plan from the ego in `scene`; infeasibility is a status, not an error.
 
         Args:
-            scene: What is known now.
+            scene: The present situation.
             memory: `PlanResult.memory` of the cycle before, None in the first one.
 
         Returns:

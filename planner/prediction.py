@@ -1,14 +1,13 @@
-"""Where other vehicles will be: simple predictors behind one signature.
+"""Where other vehicles will be: simple predictors behind one signature, `Predictor`."""
 
-`Predictor` is the signature; better ones take the place of these without a change
-elsewhere.
-"""
-
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
 
+from planner.errors import InvalidInputError
 from planner.numerics.compiled import compiled, inlined
+from planner.reference_path.frenet import FRENET_REACH, MIN_STRETCH
 from planner.reference_path.linear_curvature import curvature_at, point_at
 from planner.reference_path.path import (
     PathTable,
@@ -16,99 +15,74 @@ from planner.reference_path.path import (
     as_input,
 )
 from planner.reference_path.projection import EVERYWHERE, NO_DIRECTION, foot
-from planner.scene import Prediction
+from planner.scene import Prediction, RoadUsers
 from planner.states import FloatArray
 
 # A vehicle follows the ego's road while its heading and place agree with the road.
 LANE_HEADING_TOLERANCE = 0.5  # [rad]; lane changes stay below 0.2, turns exceed it
 LANE_REACH = 20.0  # [m]; two carriageways of three lanes
-MIN_STRETCH = 0.2  # 1 - kappa_r l, below which the frame is too close to its pole
 LATERAL_HOLD = 1.5  # for which a lateral speed is held [s]
-FRENET_REACH = 40.0  # [m]; farther from the path a vehicle has no Frenet place
 
 
 class Predictor(Protocol):
-    """Anything that says where vehicles will be."""
+    """A model of where other vehicles will be."""
 
     def __call__(
-        self,
-        path: ReferencePath,
-        x: FloatArray,
-        y: FloatArray,
-        heading: FloatArray,
-        speed: FloatArray,
-        acceleration: FloatArray,
-        lateral_speed: FloatArray,
-        step: float,
-        n_steps: int,
+        self, path: ReferencePath, vehicles: RoadUsers, times: FloatArray
     ) -> Prediction:
-        """Predict n vehicles at the times 0, step, ... (n_steps - 1) * step."""
+        """Predict vehicles.
+
+        Args:
+            path: Reference path of the ego.
+            vehicles: As they are now.
+            times: Evenly spaced from 0 on, at least two, (n_steps,) [s].
+
+        Returns:
+            The prediction, (n, n_steps).
+        """
         ...
 
 
 def constant_speed(
-    path: ReferencePath,
-    x: FloatArray,
-    y: FloatArray,
-    heading: FloatArray,
-    speed: FloatArray,
-    acceleration: FloatArray,  # noqa: ARG001 - part of the predictor signature
-    lateral_speed: FloatArray,
-    step: float,
-    n_steps: int,
+    path: ReferencePath, vehicles: RoadUsers, times: FloatArray
 ) -> Prediction:
     """Keep the speed, along the lane where there is one, else along the heading.
 
-    Args:
-        path: Reference path of the ego.
-        x: Centres of the rectangles, (n,) [m].
-        y: As x.
-        heading: (n,) [rad].
-        speed: (n,) [m/s].
-        acceleration: (n,) [m/s²]; not used.
-        lateral_speed: Across the lane, positive to the vehicle's left, (n,) [m/s]. It
-            is held for `LATERAL_HOLD`: a lane change goes on, but nobody knows how far.
-        step: Time between columns [s].
-        n_steps: Number of columns, the first is now.
-
-    Returns:
-        The prediction, (n, n_steps).
+    A lateral speed is held for `LATERAL_HOLD`: a lane change goes on, but how far is
+    not known. The acceleration is not used. See `Predictor`.
     """
-    t = step * np.arange(n_steps)
-    distance = speed[:, None] * t
-    return _roll_out(path, (x, y, heading, lateral_speed), distance, step)
+    return _roll_out(path, vehicles, vehicles.speed[:, None] * times, times)
 
 
 def held_braking(
-    path: ReferencePath,
-    x: FloatArray,
-    y: FloatArray,
-    heading: FloatArray,
-    speed: FloatArray,
-    acceleration: FloatArray,
-    lateral_speed: FloatArray,
-    step: float,
-    n_steps: int,
+    path: ReferencePath, vehicles: RoadUsers, times: FloatArray
 ) -> Prediction:
-    """Like `constant_speed`, but a vehicle that brakes goes on braking until it stands.
+    """Predict as `constant_speed`, but let braking vehicles brake until they stand.
 
-    Someone who brakes for a signal, a queue or an obstacle does so for longer than an
-    instant; someone who speeds up may stop doing so at any time.
+    A vehicle that brakes for a signal, a queue or an obstacle does so for longer than
+    an instant; one that speeds up may stop doing so at any time. See `Predictor`.
     """
-    t = step * np.arange(n_steps)
-    braking = np.minimum(acceleration, -1e-3)[:, None]
-    until = np.minimum(t, -speed[:, None] / braking)  # the time still spent moving
-    distance = speed[:, None] * until + 0.5 * braking * until**2
-    return _roll_out(path, (x, y, heading, lateral_speed), distance, step)
+    braking = np.minimum(vehicles.acceleration, -1e-3)[:, None]
+    until = np.minimum(times, -vehicles.speed[:, None] / braking)  # time in motion
+    distance = vehicles.speed[:, None] * until + 0.5 * braking * until**2
+    return _roll_out(path, vehicles, distance, times)
+
+
+# those that a scenario can name
+PREDICTORS: Mapping[str, Predictor] = {
+    "constant_speed": constant_speed,
+    "held_braking": held_braking,
+}
 
 
 def _roll_out(
-    path: ReferencePath,
-    now: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    distance: FloatArray,
-    step: float,
+    path: ReferencePath, vehicles: RoadUsers, distance: FloatArray, times: FloatArray
 ) -> Prediction:
     """Move each vehicle `distance` (n, n_steps) along its lane or heading."""
+    if times.size < 2:
+        raise InvalidInputError(f"a prediction needs two times, not {times.size}")
+    step = float(times[1] - times[0])
+    now = (vehicles.x, vehicles.y, vehicles.heading, vehicles.lateral_speed)
     x, y, heading, lateral_speed = (as_input(column) for column in now)
     table = roll_out(path.table, (x, y, heading, lateral_speed), distance, step)
     return Prediction(step, *table)

@@ -1,4 +1,4 @@
-"""What a planner sees in one cycle."""
+"""The scene: the input of a planner in one cycle."""
 
 from dataclasses import dataclass, field
 
@@ -6,8 +6,27 @@ import numpy as np
 
 from planner.errors import InvalidInputError
 from planner.reference_path.path import ReferencePath
-from planner.states import CartesianState, FloatArray, FrenetState, freeze
+from planner.states import (
+    BoolArray,
+    CartesianState,
+    FloatArray,
+    FrenetState,
+    freeze,
+)
 from planner.vehicle import Vehicle
+
+OFF_ROAD_TOLERANCE = 0.01  # a body this far over the edge is still on the road [m]
+# of the table of road users, in the order of its rows
+COLUMNS = (
+    "x",
+    "y",
+    "heading",
+    "speed",
+    "acceleration",
+    "lateral_speed",
+    "length",
+    "width",
+)
 
 
 def _freeze_columns(record: object, names: tuple[str, ...], shape: object) -> None:
@@ -41,7 +60,7 @@ class RoadBounds:
             raise InvalidInputError("left bounds must exceed right bounds")
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Give (left, right) at arc lengths `s` [m], in the shape of `s`."""
+        """Return (left, right) at arc lengths `s` [m], in the shape of `s`."""
         return np.interp(s, self.s, self.left), np.interp(s, self.s, self.right)
 
 
@@ -69,11 +88,11 @@ class Lanes:
 
     @classmethod
     def none(cls) -> "Lanes":
-        """Make a road without marked lanes."""
+        """Return the lanes of a road without markings."""
         return cls(np.zeros(1), np.empty((0, 1)), np.empty((0, 1)))
 
     def at(self, s: float) -> tuple[FloatArray, FloatArray]:
-        """Give (centres, widths) at arc length `s`, (n_lanes,) each [m]."""
+        """Return (centres, widths) at arc length `s`, (n_lanes,) each [m]."""
         centres = np.array([np.interp(s, self.s, row) for row in self.centre])
         widths = np.array([np.interp(s, self.s, row) for row in self.width])
         return centres, widths
@@ -102,7 +121,7 @@ class Obstacles:
 
     @classmethod
     def none(cls) -> "Obstacles":
-        """Make the empty set."""
+        """Return the empty set."""
         empty = np.empty(0)
         return cls((), empty, empty, empty, empty, empty, empty)
 
@@ -131,32 +150,96 @@ class Prediction:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Vehicles:
-    """Other road users; arrays are (n,), (x, y) is the centre of the rectangle."""
+class RoadUsers:
+    """Other vehicles at one moment; arrays are (n,), (x, y) the rectangle's centre.
+
+    The arrays are the rows of one read-only table in the order of `COLUMNS`;
+    `from_table` makes the record of such a table without copying it.
+    """
 
     ids: tuple[str, ...]
     x: FloatArray  # [m]
     y: FloatArray
-    heading: FloatArray  # [rad]
+    heading: FloatArray  # counter-clockwise from +x [rad]
     speed: FloatArray  # [m/s]
     acceleration: FloatArray  # [m/s²]
+    lateral_speed: FloatArray  # across the lane, positive to the vehicle's left [m/s]
     length: FloatArray  # [m]
     width: FloatArray
+    table: FloatArray = field(init=False, repr=False)  # (8, n)
+
+    def __post_init__(self) -> None:
+        """Copy the arrays into one table and check their shapes."""
+        _freeze_columns(self, COLUMNS, (len(self.ids),))
+        _set_rows(self, np.array([getattr(self, name) for name in COLUMNS]))
+
+    @classmethod
+    def from_table(cls, ids: tuple[str, ...], table: FloatArray) -> "RoadUsers":
+        """Make the record of a table without copying it; the table becomes read-only.
+
+        Args:
+            ids: Of the vehicles, (n,).
+            table: Rows in the order of `COLUMNS`, (8, n).
+
+        Raises:
+            InvalidInputError: If the table has another shape.
+        """
+        if table.shape != (len(COLUMNS), len(ids)):
+            raise InvalidInputError(f"table: {table.shape} for {len(ids)} vehicles")
+        made = object.__new__(cls)
+        object.__setattr__(made, "ids", ids)
+        _set_rows(made, np.ascontiguousarray(table, dtype=np.float64))
+        return made
+
+    def among(self, kept: BoolArray) -> "RoadUsers":
+        """Return those marked in `kept`, (n,); this record itself if all are."""
+        if kept.all():
+            return self
+        indices = np.flatnonzero(kept)
+        ids = tuple(self.ids[i] for i in indices)
+        return RoadUsers.from_table(ids, np.take(self.table, indices, axis=1))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Vehicles(RoadUsers):
+    """Other vehicles now, and where they are predicted to be."""
+
     prediction: Prediction
 
     def __post_init__(self) -> None:
-        """Copy, check and freeze the arrays."""
-        names = ("x", "y", "heading", "speed", "acceleration", "length", "width")
-        _freeze_columns(self, names, (len(self.ids),))
+        """Copy the arrays into one table and check their shapes."""
+        RoadUsers.__post_init__(self)  # super() does not know a class with slots
+        self._check_prediction()
+
+    @classmethod
+    def predicted(cls, users: RoadUsers, prediction: Prediction) -> "Vehicles":
+        """Add a prediction to road users; they share their table."""
+        made = object.__new__(cls)
+        for name in ("ids", *COLUMNS, "table"):
+            object.__setattr__(made, name, getattr(users, name))
+        object.__setattr__(made, "prediction", prediction)
+        made._check_prediction()
+        return made
+
+    def _check_prediction(self) -> None:
+        """Raise unless there is one prediction for each vehicle."""
         if self.prediction.x.shape[0] != len(self.ids):
             raise InvalidInputError(
                 f"{self.prediction.x.shape[0]} predictions for {len(self.ids)} vehicles"
             )
 
 
+def _set_rows(record: RoadUsers, table: FloatArray) -> None:
+    """Set the table of a record and its rows, read-only."""
+    table.setflags(write=False)
+    object.__setattr__(record, "table", table)
+    for name, row in zip(COLUMNS, table, strict=True):
+        object.__setattr__(record, name, row)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """Everything that one planning cycle may know."""
+    """The input of one planning cycle."""
 
     time: float  # since the ego entered [s]
     step: float  # time between planning cycles [s]

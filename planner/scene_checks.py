@@ -5,14 +5,14 @@ import math
 import numpy as np
 
 from planner.numerics.compiled import compiled, inlined
-from planner.scene import Scene
+from planner.scene import COLUMNS, Scene
 from planner.states import CartesianState, FloatArray, FrenetState
 
 POSE = ("x", "y", "heading")
 
 
 def invalid(scene: Scene) -> str | None:
-    """Say what makes a scene unusable, None if nothing does."""
+    """Return what makes a scene unusable, None if nothing does."""
     for record in (CartesianState, FrenetState):
         state = scene.ego if record is CartesianState else scene.ego_frenet
         for name in record.__slots__:
@@ -29,13 +29,13 @@ def invalid(scene: Scene) -> str | None:
 
 
 def _all_usable(scene: Scene) -> bool:
-    """Look at all arrays at once; `_odd_array` says which one is odd."""
+    """Check all arrays at once; `_odd_array` names the one that is odd."""
     fixed, moving, road = scene.obstacles, scene.vehicles, scene.road
     ahead = moving.prediction
     return _usable(
         (fixed.x, fixed.y, fixed.heading, fixed.length, fixed.width, fixed.radius),
-        (moving.x, moving.y, moving.heading, moving.speed, moving.acceleration),
-        (moving.length, moving.width, road.left, road.right),
+        tuple(moving.table),
+        (road.left, road.right),
         (ahead.x, ahead.y, ahead.heading),
         (ahead.s, ahead.l),
     )
@@ -43,7 +43,7 @@ def _all_usable(scene: Scene) -> bool:
 
 @inlined
 def _finite(arrays: tuple[FloatArray, ...]) -> bool:
-    """Tell whether all numbers are finite."""
+    """Check that all numbers are finite."""
     wrong = 0.0  # x - x is 0 unless x is inf or nan, and nan stays
     for array in arrays:
         for value in array.flat:
@@ -59,7 +59,7 @@ def _usable(
     ahead: tuple[FloatArray, ...],
     places: tuple[FloatArray, ...],
 ) -> bool:
-    """Tell whether all are finite; places may be inf, but not nan."""
+    """Check that all are finite; places may be inf, but not nan."""
     nowhere = 0
     for array in places:
         for value in array.flat:
@@ -69,11 +69,11 @@ def _usable(
 
 
 def _odd_array(scene: Scene) -> str | None:
-    """Name an array that is not finite; a prediction may be out of reach."""
+    """Return the name of an array that is not finite; places may be inf."""
     ahead = scene.vehicles.prediction
     for record, names in (
         (scene.obstacles, (*POSE, "length", "width", "radius")),
-        (scene.vehicles, (*POSE, "speed", "acceleration", "length", "width")),
+        (scene.vehicles, COLUMNS),
         (ahead, POSE),
         (scene.road, ("left", "right")),
     ):

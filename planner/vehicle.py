@@ -1,4 +1,4 @@
-"""The ego vehicle: dimensions, limits, single-track model and its three-disc cover."""
+"""The ego vehicle: dimensions, limits and its three-disc cover."""
 
 import math
 from dataclasses import dataclass, fields
@@ -7,17 +7,27 @@ from planner.errors import InvalidInputError
 from planner.states import CartesianState
 
 
+class VehicleError(InvalidInputError):
+    """Numbers that do not make a vehicle; `field` is the one that is not allowed."""
+
+    def __init__(self, field: str, value: float, allowed: str) -> None:
+        super().__init__(f"{field} is {value:g}; allowed: {allowed}")
+        self.field = field
+        self.value = value
+        self.allowed = allowed
+
+
 def _require_positive(record: object) -> None:
     """Raise unless every number of the record is positive and finite."""
     for field in fields(record):  # type: ignore[arg-type]
         value = getattr(record, field.name)
         if isinstance(value, int | float) and not 0.0 < value < math.inf:
-            raise InvalidInputError(f"{field.name} = {value} must be positive")
+            raise VehicleError(field.name, value, "positive and finite")
 
 
 @dataclass(frozen=True, slots=True)
 class VehicleLimits:
-    """What the vehicle can do; the planner stays inside."""
+    """Limits of the vehicle's motion, which planners keep to."""
 
     max_speed: float = 20.0  # [m/s]
     max_acceleration: float = 3.0  # [m/s²], Table 4.1
@@ -27,12 +37,13 @@ class VehicleLimits:
     max_curvature: float = 0.2  # 1/5 m, a compact car's turning circle [1/m]
 
     def __post_init__(self) -> None:
-        """Refuse limits that are not positive and finite."""
+        """Raise unless the limits are positive, finite and consistent."""
         _require_positive(self)
         if self.emergency_deceleration < self.max_deceleration:
-            raise InvalidInputError(
-                f"emergency_deceleration = {self.emergency_deceleration} must be at "
-                f"least max_deceleration = {self.max_deceleration}"
+            raise VehicleError(
+                "emergency_deceleration",
+                self.emergency_deceleration,
+                f"at least max_deceleration = {self.max_deceleration:g}",
             )
 
 
@@ -51,13 +62,12 @@ class Vehicle:
     limits: VehicleLimits = VehicleLimits()
 
     def __post_init__(self) -> None:
-        """Refuse dimensions that do not make a vehicle."""
+        """Raise unless the dimensions make a vehicle."""
         _require_positive(self)
-        if self.rear_overhang + self.wheelbase > self.length:
-            raise InvalidInputError(
-                f"rear_overhang + wheelbase = {self.rear_overhang + self.wheelbase:g} "
-                f"must not exceed length = {self.length:g}"
-            )
+        room = self.length - self.rear_overhang
+        if self.wheelbase > room:
+            allowed = f"at most length - rear_overhang = {room:g}"
+            raise VehicleError("wheelbase", self.wheelbase, allowed)
 
     @property
     def front_reach(self) -> float:
@@ -84,26 +94,10 @@ class Vehicle:
             self.centre_offset + third,
         )
 
-    def steering_angle(self, curvature: float) -> float:
-        """Front wheel angle that drives `curvature` [rad]; [Thesis] eq. 3.7."""
-        return math.atan(self.wheelbase * curvature)
 
-
-def single_track_rates(
-    state: CartesianState, steering_angle: float, vehicle: Vehicle
-) -> tuple[float, float, float]:
-    """Rates of the kinematic single-track model; [Thesis] eq. 3.8.
-
-    Args:
-        state: Pose and speed of the rear axle.
-        steering_angle: Front wheel angle, positive to the left [rad].
-        vehicle: Gives the wheelbase.
-
-    Returns:
-        (x_dot [m/s], y_dot [m/s], heading_dot [rad/s]).
-    """
+def centre_from_rear_axle(ego: CartesianState, vehicle: Vehicle) -> tuple[float, float]:
+    """Return the centre of the ego's rectangle, given its rear axle [m]."""
     return (
-        state.speed * math.cos(state.heading),
-        state.speed * math.sin(state.heading),
-        state.speed * math.tan(steering_angle) / vehicle.wheelbase,
+        ego.x + vehicle.centre_offset * math.cos(ego.heading),
+        ego.y + vehicle.centre_offset * math.sin(ego.heading),
     )

@@ -6,6 +6,7 @@ its output is the same byte for byte once its comments (date, paths) are strippe
 """
 
 import argparse
+import importlib.metadata
 import importlib.util
 import os
 import re
@@ -45,7 +46,7 @@ def source_names() -> list[str]:
 
 
 def net_path(name: str) -> Path:
-    """Say where the built network `name` lies."""
+    """Return the file of the built network `name`."""
     return ROOT / name / f"{name}.net.xml"
 
 
@@ -84,7 +85,7 @@ def convert(name: str) -> str:
 
 
 def is_stale(name: str) -> bool:
-    """Say whether the committed network differs from its sources."""
+    """Check whether the committed network differs from its sources."""
     built = net_path(name)
     return not built.is_file() or built.read_text(encoding="utf-8") != convert(name)
 
@@ -114,7 +115,8 @@ def _sumo_home() -> Path:
         suffix = ".exe" if os.name == "nt" else ""
         if (Path(folder) / "bin" / f"netconvert{suffix}").is_file():
             return Path(folder)
-    raise NetworkError('netconvert is missing: pip install "rearview[nets]"')
+    release = importlib.metadata.version("sumolib")
+    raise NetworkError(f"netconvert is missing: pip install eclipse-sumo=={release}")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,8 +1,8 @@
-"""The road networks that come with the package, and networks that users bring.
+"""The road networks of the package, and networks of users.
 
 The four roads of the cruise planner have the same cross-section: two carriageways of
 three lanes of 10/3 m, right-hand traffic, 50 km/h. The ego's reference line is the
-centre line of the middle lane; scenario road s = 0 lies `lead_in` after the begin of
+centre line of the middle lane; scenario road s = 0 lies `LEAD_IN` after the begin of
 that line. The one-way roads for lane changes have lanes of 3.5 m and 60 km/h; there
 the reference line is the lane that the ego starts in. The one-way roads for dense
 obstacles are one carriageway of the first kind.
@@ -23,17 +23,10 @@ from sumo_nets.net_reader import Net, check_complete, check_route, read_net
 # Road for background traffic behind the place where scenarios begin [m].
 LEAD_IN = 100.0
 
-SPEED_LIMIT = 13.89  # 50 km/h [m/s]; background cars go slower or faster by a factor
-
-
-# Of the one-way roads for lane changes: lanes of 3.5 m, 60 km/h.
-ONE_WAY_LEAD_IN = 300.0  # [m]
-ONE_WAY_SPEED_LIMIT = 16.67  # [m/s]
-
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """One way that the traffic of a stream takes."""
+    """One route of the traffic of a stream."""
 
     route: tuple[str, ...]  # edge ids
     share: float  # of the stream's vehicles, relative to the other turns
@@ -53,23 +46,19 @@ class Stream:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """A road network and the way the ego takes through it."""
+    """A road network and the ego's route through it."""
 
     name: str
     net_file: Path
     route: tuple[str, ...]  # edge ids; reaches beyond the last junction
     lane: int  # the ego's lane; 0 is the rightmost
-    lead_in: float  # reference line before the scenario's road begins [m]
-    speed_limit: float  # [m/s]
     streams: tuple[Stream, ...]
     description: str
     segments: tuple[Segment, ...] = ()  # of the reference line, if known exactly
 
     @classmethod
-    def from_file(
-        cls, path: str | Path, route: Sequence[str], lane: int = 0, lead_in: float = 0.0
-    ) -> Self:
-        """Take a network that the user brings.
+    def from_file(cls, path: str | Path, route: Sequence[str], lane: int = 0) -> Self:
+        """Build the record of a user's network.
 
         Traffic: "own" along the ego's route, and "oncoming" the same way back if every
         edge has a counterpart.
@@ -79,7 +68,6 @@ class Network:
             route: Edge ids; must reach beyond the last junction, since traffic at a
                 junction does not see an ego whose route ends before it.
             lane: The ego's lane, 0 is the rightmost.
-            lead_in: Length of the route before the scenario's road begins [m].
 
         Raises:
             NetworkError: If the file is missing, truncated or not a network, an edge
@@ -98,8 +86,6 @@ class Network:
             net_file=net_file,
             route=edges,
             lane=lane,
-            lead_in=lead_in,
-            speed_limit=net.edges[edges[0]].lanes[lane].speed,
             streams=tuple(streams),
             description=f"{net_file} from {edges[0]} to {edges[-1]}",
         )
@@ -150,7 +136,7 @@ def network(name: str) -> Network:
 
 
 def _way_back(net: Net, route: tuple[str, ...]) -> tuple[str, ...]:
-    """Find the edges that lead the route back, () unless all of it has them."""
+    """Return the edges of the reverse route, () unless it is complete."""
     back: list[str] = []
     for edge_id in reversed(route):
         edge = net.edges[edge_id]
@@ -182,8 +168,6 @@ def _road(name: str, segments: tuple[Segment, ...], description: str) -> Network
         net_file=net_path(name),
         route=own,
         lane=1,
-        lead_in=LEAD_IN,
-        speed_limit=SPEED_LIMIT,
         streams=(
             Stream("own", (Turn(own, 1.0),)),
             Stream("oncoming", (Turn(oncoming, 1.0),)),
@@ -201,8 +185,6 @@ def _one_way(name: str, n_edges: int, lane: int, description: str) -> Network:
         net_file=net_path(name),
         route=edges,
         lane=lane,
-        lead_in=ONE_WAY_LEAD_IN,
-        speed_limit=ONE_WAY_SPEED_LIMIT,
         streams=(Stream("own", (Turn(edges, 1.0),)),),
         description=description,
     )
@@ -273,7 +255,7 @@ def _intersection() -> Network:
     clockwise = ("west", "north", "east", "south")
 
     def turns(arm: str) -> tuple[Turn, ...]:
-        """Lead half of the traffic of `arm` to the left, over two of three lanes."""
+        """Return the turns from `arm`; half of the traffic turns left."""
         place = clockwise.index(arm)
         shares = ((1, 0.5), (2, 0.35), (3, 0.15))  # left, straight on, right
         return tuple(
@@ -286,8 +268,6 @@ def _intersection() -> Network:
         net_file=net_path("intersection"),
         route=("west_in", "north_out"),
         lane=1,
-        lead_in=LEAD_IN,
-        speed_limit=SPEED_LIMIT,
         streams=(
             Stream("own", turns("west")),
             Stream("oncoming", turns("east")),

@@ -27,17 +27,17 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 def line(length: float) -> Segment:
-    """Make a straight segment of `length` [m]."""
+    """Build a straight segment of `length` [m]."""
     return ("line", float(length), 0.0, 0.0)
 
 
 def arc(length: float, curvature: float) -> Segment:
-    """Make a circular arc; `curvature` [1/m] is positive to the left."""
+    """Build a circular arc; `curvature` [1/m] is positive to the left."""
     return ("arc", float(length), float(curvature), float(curvature))
 
 
 def clothoid(length: float, begin: float, end: float) -> Segment:
-    """Make a segment whose curvature [1/m] grows linearly from `begin` to `end`."""
+    """Build a segment whose curvature [1/m] grows linearly from `begin` to `end`."""
     return ("clothoid", float(length), float(begin), float(end))
 
 
@@ -50,7 +50,7 @@ def parse_segment(text: str) -> Segment:
     kind, *words = text.split() or [""]
     if len(words) != NUMBERS.get(kind):
         raise NetworkError(
-            f'"{text}" is none of "line LENGTH", "arc LENGTH CURVATURE", '
+            f'"{text}" is invalid; allowed: "line LENGTH", "arc LENGTH CURVATURE", '
             '"clothoid LENGTH CURVATURE CURVATURE"'
         )
     try:
@@ -64,11 +64,6 @@ def parse_segment(text: str) -> Segment:
     if kind == "arc":
         return arc(numbers[0], numbers[1])
     return clothoid(numbers[0], numbers[1], numbers[2])
-
-
-def total_length(segments: Sequence[Segment]) -> float:
-    """Add up the lengths of `segments` [m]."""
-    return float(sum(segment[1] for segment in segments))
 
 
 def sample(

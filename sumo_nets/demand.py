@@ -87,7 +87,7 @@ class Demand:
             raise NetworkError(f"{name} = {value:g} must be in [0, {highest:g}]")
 
     def flow(self, stream: str) -> float:
-        """Say how many vehicles per hour the stream of this name gets."""
+        """Return the flow of the stream of this name [veh/h]."""
         flows = {
             "own": self.own_veh_per_h,
             EGO_LANE: self.ego_lane_veh_per_h,
@@ -195,7 +195,7 @@ def routes_text(
     ego: EgoType | None = None,
     leader: LeaderType | None = None,
 ) -> str:
-    """Give the text of a route file with the types that are used."""
+    """Return the text of a route file with the types in use."""
     root = ElementTree.Element("routes")
     for entering in (ego, leader):
         if entering is not None:
@@ -224,7 +224,7 @@ def routes_text(
 
 
 def _fed(network: Network, demand: Demand) -> Iterator[tuple[Stream, int | None]]:
-    """Give the streams, and the lane in which each departs."""
+    """Return the streams, and the departure lane of each."""
     for stream in network.streams:
         yield stream, demand.own_lane if stream.name == OWN else None
         if stream.name == OWN:
@@ -296,7 +296,9 @@ def _check_models(models: tuple[tuple[str, float], ...]) -> None:
     names = [name for name, _ in models]
     for name, share in models:
         if name not in MODELS:
-            raise NetworkError(f'models: "{name}" is none of {", ".join(MODELS)}')
+            raise NetworkError(
+                f'models: "{name}" is unknown; allowed: {", ".join(MODELS)}'
+            )
         if not 0.0 <= share < np.inf:
             raise NetworkError(f"models: share {share:g} of {name} must be >= 0")
     if len(set(names)) < len(names) or sum(share for _, share in models) <= 0.0:

@@ -64,7 +64,7 @@ def densify(piece: Piece, spacing: float) -> Piece:
 
 
 def resample(piece: Piece, spacing: float, like: Piece) -> Piece:
-    """Take as many points, evenly along `piece`, as `like` needs for `spacing` [m]."""
+    """Sample `piece` evenly with as many points as `like` needs for `spacing` [m]."""
     total = float(np.linalg.norm(np.diff(like.points, axis=0), axis=1).sum())
     lengths = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)
     along = np.concatenate(([0.0], np.cumsum(lengths)))
@@ -167,7 +167,7 @@ def _drop_doubles(points: FloatArray, rows: list[int]) -> list[int]:
 
 
 def _drop_kinks(points: FloatArray, rows: list[int]) -> list[int]:
-    """Take out sharp corners at short sides: reversals and jogs to the side."""
+    """Remove sharp corners at short sides: reversals and sideways jogs."""
     rows = list(rows)
     place = 1
     while place < len(rows) - 1:

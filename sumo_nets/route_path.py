@@ -146,7 +146,7 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
 
 
 def _pieces(net: Net, uses: Sequence[LaneUse]) -> tuple[list[Piece], list[float]]:
-    """Turn the uses of edges and the junctions between them into pieces and limits.
+    """Convert the uses of edges and the junctions between them into pieces and limits.
 
     A lane inside a junction may be a single point: it is left out.
     """
@@ -188,7 +188,7 @@ def _check_bridged(use: LaneUse, inside: Sequence[Lane], following: LaneUse) -> 
 
 
 def _edge_piece(use: LaneUse, left_hand: bool) -> Piece:  # noqa: FBT001
-    """Give the line on one edge, moving over where the lane is changed."""
+    """Return the line on one edge, blended where the lane is changed."""
     ends = []
     for lane in (use.entered, use.left):
         left, right, lines = _carriageway(lane, left_hand)
@@ -231,7 +231,7 @@ def _carriageway(
 
 
 def _shape(lane: Lane) -> FloatArray:
-    """Give the centre line of a lane without points that repeat, (n, 2)."""
+    """Return the centre line of a lane without points that repeat, (n, 2)."""
     points = lane.points
     kept = np.ones(len(points), dtype=bool)
     kept[1:] = np.any(np.diff(points, axis=0) != 0.0, axis=1)
@@ -249,7 +249,7 @@ def _stop_lines(
     uses: Sequence[LaneUse], spans: Sequence[LaneSpan]
 ) -> tuple[StopLine, ...]:
     """Find the stop lines: ends of lanes whose connection has a signal."""
-    # A route may come back to a lane, so that lanes are told apart by their order.
+    # A route may return to a lane, so lanes are distinguished by their order.
     ends = [span.end for span in spans if not span.lane.startswith(":")]
     return tuple(
         StopLine(use.link.signal, use.link.signal_link, end)

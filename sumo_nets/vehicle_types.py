@@ -14,7 +14,7 @@ from sumo_nets.errors import NetworkError
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class VehicleKind:
     """Body and engine of a kind of vehicle."""
 
     length: float  # [m]
@@ -44,9 +44,9 @@ class Temper:
 
 KINDS = MappingProxyType(
     {
-        "car": Kind(4.6, 1.8, 2.6, 4.5, 8.5, 50.0, 1.4, "passenger"),
-        "van": Kind(5.9, 2.0, 2.2, 4.0, 8.0, 40.0, 1.2, "delivery"),
-        "truck": Kind(10.0, 2.5, 1.2, 3.5, 7.0, 25.0, 1.0, "truck"),
+        "car": VehicleKind(4.6, 1.8, 2.6, 4.5, 8.5, 50.0, 1.4, "passenger"),
+        "van": VehicleKind(5.9, 2.0, 2.2, 4.0, 8.0, 40.0, 1.2, "delivery"),
+        "truck": VehicleKind(10.0, 2.5, 1.2, 3.5, 7.0, 25.0, 1.0, "truck"),
     }
 )
 
@@ -76,12 +76,12 @@ class VehicleType:
 
     @property
     def id(self) -> str:
-        """Name of the vType: car_normal_IDM."""
+        """Id of the vType, for example car_normal_IDM."""
         return f"{self.kind}_{self.temper}_{self.model}"
 
 
 def type_attributes(vehicle_type: VehicleType) -> dict[str, str]:
-    """Give the attributes of a vType element."""
+    """Return the attributes of a vType element."""
     kind = KINDS[vehicle_type.kind]
     temper = TEMPERS[vehicle_type.temper]
     # Nobody brakes comfortably harder than in an emergency.
@@ -121,7 +121,7 @@ def speed_factor(vehicle_type: VehicleType, rng: np.random.Generator) -> float:
 
 @dataclass(frozen=True, slots=True)
 class LeaderType:
-    """A steady driver who goes no faster than so; its vType has the id "leader"."""
+    """A steady leader with a maximum speed; its vType has the id "leader"."""
 
     kind: str
     max_speed: float  # [m/s]
@@ -134,7 +134,9 @@ class LeaderType:
         """
         if self.kind not in KINDS:
             known = ", ".join(KINDS)
-            raise NetworkError(f'leader kind "{self.kind}" is none of {known}')
+            raise NetworkError(
+                f'leader kind "{self.kind}" is unknown; allowed: {known}'
+            )
         if not 0.0 < self.max_speed < np.inf:
             raise NetworkError(
                 f"leader max_speed = {self.max_speed:g} must be > 0 and finite"
@@ -146,7 +148,7 @@ class LeaderType:
         return KINDS[self.kind].length
 
     def attributes(self) -> dict[str, str]:
-        """Give the attributes of the vType element."""
+        """Return the attributes of the vType element."""
         highest = min(self.max_speed, KINDS[self.kind].max_speed)
         return {
             **type_attributes(VehicleType(self.kind, "normal", "Krauss")),
@@ -158,7 +160,7 @@ class LeaderType:
 
 @dataclass(frozen=True, slots=True)
 class EgoType:
-    """What the traffic has to know of the ego; its vType has the id "ego"."""
+    """The ego as the traffic sees it; its vType has the id "ego"."""
 
     length: float  # [m]
     width: float  # [m]
@@ -183,7 +185,7 @@ class EgoType:
             )
 
     def attributes(self) -> dict[str, str]:
-        """Give the attributes of the vType element."""
+        """Return the attributes of the vType element."""
         return {
             "id": "ego",
             "vClass": "passenger",
@@ -201,14 +203,3 @@ class EgoType:
             "sigma": "0",
             "color": "red",
         }
-
-
-def ego_type(
-    length: float,
-    width: float,
-    decel: float,
-    emergency_decel: float,
-    max_speed: float,
-) -> EgoType:
-    """Describe the ego to the traffic, see `EgoType`."""
-    return EgoType(length, width, decel, emergency_decel, max_speed)

@@ -1,8 +1,8 @@
 """The command line: `rearview run | report | sweep | results | ...`.
 
-Exit status: 0 arrived (or done), 1 any other outcome of an episode, 2 bad input, 3 a
-mistake of ours, 130 Ctrl-C. Heavy modules are imported where they are needed, so that
-`--help` comes at once.
+Exit status: 0 arrived (or done), 1 any other outcome of an episode, 2 bad input, 3 an
+internal error, 130 Ctrl-C. Heavy modules are imported where they are needed, so that
+`--help` is immediate.
 """
 
 import io
@@ -12,12 +12,14 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
 from experiments.cli import (
+    replan_command,
     report_commands,
     results_commands,
     sweep_commands,
@@ -28,20 +30,20 @@ from experiments.cli.user_errors import (
     BAD_INPUT,
     INTERRUPTED,
     OTHER_OUTCOME,
-    one_line_errors,
+    report_user_errors,
 )
 from experiments.errors import ConfigError
 
 if TYPE_CHECKING:
     from experiments.config import Scenario
     from experiments.cosim.records import StepRecord
-    from experiments.episode.run import Outcome
+    from experiments.episode.run_folder import Outcome
 
-# typer brings its own copy of click and hands out only some of its exceptions
+# typer bundles click and exports only some of its exceptions
 _UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 
 app = typer.Typer(
-    help="Drives trajectory planners through SUMO traffic.",
+    help="Run trajectory planners in closed loop with SUMO traffic.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -50,14 +52,15 @@ app = typer.Typer(
 sweep_commands.add_to(app)
 results_commands.add_to(app)
 report_commands.add_to(app)
+replan_command.add_to(app)
 thesis_command.add_to(app)
 
 
 def main() -> None:
-    """Run the command line; a mistake in its words is one line, as any other."""
+    """Run the command line; report usage errors in one line."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # no ³ on a terminal of ASCII
+            stream.reconfigure(errors="replace")  # ASCII terminals cannot show ³
     try:
         status = app(prog_name="rearview", standalone_mode=False)
     except _UsageError as error:
@@ -68,36 +71,64 @@ def main() -> None:
     sys.exit(status)
 
 
+def _print_version(*, asked: bool) -> None:
+    """Print the version and exit if `--version` was given."""
+    if asked:
+        sys.stdout.write(f"rearview {metadata.version('rearview')}\n")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    *,
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            help="Print the version.",
+            is_eager=True,
+            callback=lambda asked: _print_version(asked=asked),
+        ),
+    ] = False,
+) -> None:
+    """Drives trajectory planners through SUMO traffic."""
+
+
 @app.command()
 def run(
     scenario: Annotated[
-        str, typer.Argument(metavar="NAME|FILE", help="Shipped scenario, or a .yaml.")
+        str,
+        typer.Argument(metavar="NAME|FILE", help="Shipped scenario, or a .yaml file."),
     ],
     *,
     planner: Annotated[
-        str | None, typer.Option(help="Planner by name, or module:factory.")
+        str | None, typer.Option(help="Registered planner, or module:factory.")
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(help="Seed of traffic, obstacles.")
+        int | None, typer.Option(help="Seed of traffic and obstacles.")
     ] = None,
     overrides: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Any key: ego.goal_m=200."),
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Override a key: ego.goal_m=200."
+        ),
     ] = None,
     gui: Annotated[bool, typer.Option("--gui", help="Show SUMO's window.")] = False,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the results row as one JSON line.")
+        bool, typer.Option("--json", help="Print the results row as one line of JSON.")
     ] = False,
-    out: Annotated[Path, typer.Option(help="Where run folders go.")] = Path("runs"),
+    out: Annotated[Path, typer.Option(help="Parent folder of run folders.")] = Path(
+        "runs"
+    ),
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Log to stderr, with tracebacks.")
     ] = False,
 ) -> None:
-    """Run one episode and leave its run folder."""
+    """Run one episode and write its run folder."""
     logging.basicConfig(level=logging.DEBUG if verbose else logging.CRITICAL)
     for noisy in ("numba", "matplotlib"):
         logging.getLogger(noisy).setLevel(logging.WARNING)
-    with one_line_errors():
+    with report_user_errors():
         from experiments.config.scenario_file import load_scenario
 
         if gui:
@@ -122,7 +153,7 @@ def run(
 @app.command("list")
 def list_() -> None:
     """List scenarios, networks, sweeps and planners."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.config.scenario_file import load_scenario, scenario_names
         from experiments.config.sweep_file import load_sweep, sweep_names
         from experiments.planners.registry import PLANNERS
@@ -140,7 +171,7 @@ def list_() -> None:
 def schema(
     *,
     sweep: Annotated[
-        bool, typer.Option("--sweep", help="Of sweep files instead of scenarios.")
+        bool, typer.Option("--sweep", help="For sweep files instead of scenarios.")
     ] = False,
 ) -> None:
     """Print the JSON Schema of scenario or sweep files, for editors."""
@@ -151,7 +182,7 @@ def schema(
 
 
 def _show_usage_error(error: Any) -> None:
-    """Write one line; `rearview` alone shows the help instead."""
+    """Report a usage error in one line; `rearview` alone shows the help."""
     if type(error).__name__ == "NoArgsIsHelpError":
         error.show()
         return
@@ -161,11 +192,12 @@ def _show_usage_error(error: Any) -> None:
 
 
 def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> int:
-    """Run, show, and give the exit status."""
-    with one_line_errors():
+    """Run an episode, display it, and return the exit status."""
+    with report_user_errors():
         from experiments.cli.compile_notice import compilation_announced
         from experiments.cli.episode_progress import progress
-        from experiments.episode.run import RunFolder, run_episode
+        from experiments.episode.run import run_episode
+        from experiments.episode.run_folder import OutputOptions
         from experiments.interrupts import interrupts_between_steps
 
         with (
@@ -184,7 +216,7 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
                 out=out,
                 gui=gui,
                 on_step=on_step,
-                choice=RunFolder(keeps_candidates=True),
+                output=OutputOptions(keeps_candidates=True),
             )
         return _report(outcome, as_json=as_json)
 
@@ -193,7 +225,7 @@ def _crashed(
     scenario: "Scenario", out: Path, process: int, death: str, *, as_json: bool
 ) -> int:
     """Record an episode whose process died."""
-    with one_line_errors():
+    with report_user_errors():
         from experiments.episode.run import record_crash
         from experiments.storage.atomic_folder import remove_unfinished
 
@@ -203,7 +235,7 @@ def _crashed(
 
 
 def _end_with_window(episode: Callable[[], int]) -> NoReturn:
-    """Run, then end at once: SUMO's window would keep the process from ending."""
+    """Run, then exit at once: SUMO's window would keep the process alive."""
     try:
         status = episode()
     except typer.Exit as stop:
@@ -214,7 +246,7 @@ def _end_with_window(episode: Callable[[], int]) -> NoReturn:
 
 
 def _report(outcome: "Outcome", *, as_json: bool) -> int:
-    """Write the page, print the outcome and turn it into an exit status."""
+    """Write the page, print the outcome and return the exit status."""
     page = report_commands.write_page(outcome.folder)
     if as_json:
         row: dict[str, Any] = {**outcome.row, "run_folder": str(outcome.folder)}
@@ -237,7 +269,7 @@ def _print_list(title: str, lines: dict[str, str]) -> None:
 
 
 def _require_display() -> None:
-    """Refuse --gui where no window can open."""
+    """Reject --gui where no window can open."""
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise ConfigError(
             "--gui: there is no display (DISPLAY is not set); allowed: a desktop "
@@ -247,7 +279,7 @@ def _require_display() -> None:
 
 @contextmanager
 def _stdout_to_stderr() -> Iterator[None]:
-    """Send what SUMO or a planner prints to stderr: stdout is for the outcome."""
+    """Redirect output of SUMO or a planner to stderr: stdout is for the outcome."""
     sys.stdout.flush()
     kept = os.dup(1)
     try:

@@ -1,4 +1,4 @@
-"""Says why a step takes long, once inner loops are really being compiled.
+"""Announces the compilation of inner loops, which makes a step take long.
 
 What is compiled stays in a cache, function by function: another planner, or a scene
 with something new in it, may need loops that none before it needed.
@@ -22,7 +22,7 @@ class _Announcer(Listener):  # type: ignore[misc]  # numba has no types
         self._said = False
 
     def on_start(self, event: Event) -> None:
-        """Take note that a function is compiled, not loaded."""
+        """Announce the first compilation; loading from the cache does not get here."""
         if self._said or not _is_ours(event.data["dispatcher"].py_func.__module__):
             return
         self._said = True
@@ -30,16 +30,16 @@ class _Announcer(Listener):  # type: ignore[misc]  # numba has no types
         sys.stderr.flush()
 
     def on_end(self, event: Event) -> None:
-        """Nothing more to say."""
+        """Do nothing."""
 
 
 @contextmanager
 def compilation_announced() -> Iterator[None]:
-    """Announce the first compilation of a loop of ours within the block."""
+    """Announce the first compilation of one of our loops within the block."""
     with install_listener("numba:compile", _Announcer()):
         yield
 
 
 def _is_ours(module: str) -> bool:
-    """Tell our loops from those of a user's planner, which may not be cached."""
+    """Check whether a loop is ours; those of users' planners may not be cached."""
     return module.partition(".")[0] in PACKAGES

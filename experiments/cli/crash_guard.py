@@ -1,4 +1,4 @@
-"""Keeps a crash of the simulator from passing in silence.
+"""Runs an episode in a child process and reports its crashes.
 
 SUMO runs inside the process and can take it down. The episode therefore runs in a
 forked child, before anything heavy is loaded; the parent sees how it ended.
@@ -12,15 +12,14 @@ from time import monotonic, sleep
 
 import typer
 
-MISTAKE_OF_OURS = 3  # exit status after an error that no one foresaw
-INTERRUPTED = 130  # exit status after Ctrl-C
-TERMINATED = 143  # exit status after SIGTERM
-NOTICE_AFTER = 1.0  # that a step goes on after Ctrl-C, the user is told [s]
-PATIENCE = 5.0  # for an episode to end after SIGTERM, before SIGKILL [s]
+from experiments.cli.user_errors import INTERNAL_ERROR, INTERRUPTED, TERMINATED
+
+NOTICE_AFTER = 1.0  # the step still runs after Ctrl-C: tell the user [s]
+TERMINATION_GRACE = 5.0  # between SIGTERM and SIGKILL [s]
 
 
 class _TerminatedError(KeyboardInterrupt):
-    """SIGTERM, which ends an episode as Ctrl-C does."""
+    """SIGTERM, which ends an episode like Ctrl-C."""
 
 
 def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> int:
@@ -48,7 +47,7 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
     os.close(writing)
     try:
         _, state = os.waitpid(child, 0)
-    except _TerminatedError:  # sent to the parent alone, perhaps
+    except _TerminatedError:  # possibly sent to the parent only
         _stop(child, crashed)
         return TERMINATED
     except KeyboardInterrupt:  # from the terminal, which sends it to both
@@ -59,12 +58,12 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
 
 
 def _on_terminate(*_: object) -> None:
-    """Turn SIGTERM into an exception, so that nothing half-written is left."""
+    """Raise an exception on SIGTERM, so that nothing half-written is left."""
     raise _TerminatedError
 
 
 def _wait_for_the_step(child: int, crashed: Callable[[int, str], int]) -> None:
-    """Wait for a process to complete its step, after a second Ctrl-C no longer."""
+    """Wait for a process to complete its step, until a second Ctrl-C."""
     try:
         if not _has_ended(child, NOTICE_AFTER):
             words = "waiting for the step to end; Ctrl-C again stops at once\n"
@@ -76,17 +75,17 @@ def _wait_for_the_step(child: int, crashed: Callable[[int, str], int]) -> None:
 
 
 def _stop(child: int, crashed: Callable[[int, str], int]) -> None:
-    """End a process; one that does not end in time is killed, and has crashed."""
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # this one is being obeyed
+    """Stop a process; if it does not end in time, kill it and report a crash."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # already being handled
     os.kill(child, signal.SIGTERM)
-    if not _has_ended(child, PATIENCE):
+    if not _has_ended(child, TERMINATION_GRACE):
         os.kill(child, signal.SIGKILL)
         _, state = os.waitpid(child, 0)
         crashed(child, _death(state, ended=False) or "")
 
 
 def _has_ended(child: int, patience: float) -> bool:
-    """Tell whether a process ends before `patience` [s] is over."""
+    """Check whether a process ends within `patience` [s]."""
     deadline = monotonic() + patience
     while monotonic() < deadline:
         if os.waitpid(child, os.WNOHANG) != (0, 0):
@@ -96,16 +95,16 @@ def _has_ended(child: int, patience: float) -> bool:
 
 
 def _death(state: int, *, ended: bool) -> str | None:
-    """Say how a process died before its episode ended, None if it did not."""
+    """Describe how a process died before its episode ended; None if it did not."""
     if os.WIFSIGNALED(state):
         return f"died of {signal.Signals(os.WTERMSIG(state)).name}"
-    if not ended:  # someone's code called os._exit
+    if not ended:  # a user's code called os._exit
         return f"left with exit status {os.WEXITSTATUS(state)} before the end"
     return None
 
 
 def _was_written(reading: int) -> bool:
-    """Tell whether anything is in a pipe; a grandchild may hold it open."""
+    """Check whether a pipe holds data; a grandchild may keep it open."""
     os.set_blocking(reading, False)
     try:
         return bool(os.read(reading, 1))
@@ -116,16 +115,16 @@ def _was_written(reading: int) -> bool:
 
 
 def _status(episode: Callable[[], int]) -> int:
-    """Run and give an exit status whatever happens."""
+    """Run and return an exit status whatever happens."""
     try:
         status = episode()
     except typer.Exit as leave:
         status = leave.exit_code
     except KeyboardInterrupt:
         status = INTERRUPTED
-    except BaseException:  # noqa: BLE001, an error of ours: show it, never hang
+    except BaseException:  # noqa: BLE001, internal error: show it, never hang
         sys.excepthook(*sys.exc_info())
-        status = MISTAKE_OF_OURS
+        status = INTERNAL_ERROR
     sys.stdout.flush()
     sys.stderr.flush()
     return status

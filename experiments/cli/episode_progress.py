@@ -16,7 +16,7 @@ OnStep = Callable[[StepRecord], None]
 
 @contextmanager
 def progress(scenario: Scenario) -> Iterator[OnStep]:
-    """Show how far the ego has come.
+    """Display the progress of an episode.
 
     Yields:
         What takes every step.
@@ -30,7 +30,7 @@ def progress(scenario: Scenario) -> Iterator[OnStep]:
 
 @contextmanager
 def _bar(scenario: Scenario) -> Iterator[OnStep]:
-    """Show a bar."""
+    """Display a bar."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
@@ -59,7 +59,7 @@ def _bar(scenario: Scenario) -> Iterator[OnStep]:
 
 
 def _lines(scenario: Scenario) -> OnStep:
-    """Write a line now and then."""
+    """Write a line every `LINE_INTERVAL` seconds."""
     last = monotonic()
 
     def on_step(record: StepRecord) -> None:
@@ -75,6 +75,6 @@ def _lines(scenario: Scenario) -> OnStep:
 
 
 def _words(record: StepRecord) -> str:
-    """Say where the ego is."""
+    """Format time, position and speed of the ego."""
     s = "" if record.ego_frenet is None else f"s = {record.ego_frenet.s:.0f} m, "
     return f"t = {record.time:.1f} s, {s}v = {record.ego.speed:.1f} m/s"

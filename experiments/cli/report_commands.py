@@ -1,4 +1,4 @@
-"""`rearview report | figure | video`: what a run or a sweep left, to be looked at."""
+"""`rearview report | figure | video`: pages, figures and films of runs and sweeps."""
 
 import sys
 from pathlib import Path
@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from experiments.cli.user_errors import one_line_errors
+from experiments.cli.user_errors import report_user_errors
 
-_FOLDER_HELP = "Folder of a run or a sweep.  [the newest run in runs]"
+_FOLDER_HELP = "Folder of a run or a sweep.  [newest run in runs]"
 
 
 def add_to(app: typer.Typer) -> None:
@@ -29,11 +29,13 @@ def report(
     ] = None,
     runs: Annotated[
         bool,
-        typer.Option("--runs", help="Of a sweep: also of each run that has a trace."),
+        typer.Option(
+            "--runs", help="For a sweep: also write the page of each run with a trace."
+        ),
     ] = False,
 ) -> None:
-    """Write the page of a run or a sweep: one file, opens anywhere, offline."""
-    with one_line_errors():
+    """Write the self-contained HTML page of a run or a sweep."""
+    with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.run.page import is_run, save_run_page
         from experiments.report.sweep.page import save_run_pages, save_sweep_page
@@ -58,8 +60,8 @@ def figure(
         typer.Option("-o", "--output", help=".png, .svg or .pdf  [FOLDER/figure.png]"),
     ] = None,
 ) -> None:
-    """Draw a run from above and over time, or the metrics of a sweep by planner."""
-    with one_line_errors():
+    """Draw a figure of a run or a sweep for a paper."""
+    with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.figures.save import save_figure
 
@@ -69,20 +71,18 @@ def figure(
 def video(
     run_folder: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="RUN", help="A folder that `run` left.  [the newest run in runs]"
-        ),
+        typer.Argument(metavar="RUN", help="Run folder.  [newest run in runs]"),
     ] = None,
     *,
     output: Annotated[
         Path, typer.Option("-o", "--output", help="An .mp4 or .gif file.")
     ],
     speed: Annotated[
-        float, typer.Option(help="How much faster than the run it is.")
+        float, typer.Option(help="Playback speed relative to real time.")
     ] = 1.0,
 ) -> None:
-    """Film a run from above: road, vehicles, the ego and its plan."""
-    with one_line_errors():
+    """Film a run in top view: road, vehicles, ego and plan."""
+    with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.figures.video import save_film
 
@@ -103,5 +103,5 @@ def write_page(folder: Path) -> Path | None:
     try:
         return save_run_page(folder)
     except ResultsError as error:
-        sys.stderr.write(f"rearview: no page of this run: {error}\n")
+        sys.stderr.write(f"rearview: no page written: {error}\n")
         return None

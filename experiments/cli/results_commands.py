@@ -1,4 +1,4 @@
-"""`rearview results | compare`: what came out of a sweep."""
+"""`rearview results | compare`: results of a sweep."""
 
 import csv
 import json
@@ -10,11 +10,11 @@ from typing import Annotated, Any
 
 import typer
 
-from experiments.cli.user_errors import one_line_errors
+from experiments.cli.user_errors import report_user_errors
 
 
 class Format(StrEnum):
-    """How rows are printed."""
+    """Output format of rows."""
 
     TABLE = "table"
     CSV = "csv"
@@ -43,17 +43,18 @@ def results(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
     *,
     rebuild: Annotated[
-        bool, typer.Option("--rebuild", help="Gather the rows from all run folders.")
+        bool,
+        typer.Option("--rebuild", help="Collect the rows from all run folders again."),
     ] = False,
     sql: Annotated[
-        str | None, typer.Option(help="A SELECT about the table runs.  [a summary]")
+        str | None, typer.Option(help="A SELECT on the table runs.  [a summary]")
     ] = None,
     form: Annotated[
-        Format, typer.Option("--format", help="How the rows are printed.")
+        Format, typer.Option("--format", help="Output format.")
     ] = Format.TABLE,
 ) -> None:
-    """Show the results of a sweep: one row a run."""
-    with one_line_errors():
+    """Print the results of a sweep, by default a summary."""
+    with report_user_errors():
         from experiments.comparison import results as found
         from experiments.sweep.folder import require_sweep
 
@@ -68,23 +69,26 @@ def results(
 def compare(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
     *,
-    baseline: Annotated[str, typer.Option(help="Planner to compare the others with.")],
+    baseline: Annotated[
+        str, typer.Option(help="Planner that the others are compared with.")
+    ],
     where: Annotated[
         str | None,
-        typer.Option(metavar="SQL", help="Only these runs: scenario = 'curved'"),
+        typer.Option(metavar="SQL", help="Condition on runs: scenario = 'curved'"),
     ] = None,
     metric: Annotated[
-        list[str] | None, typer.Option(help="Only this metric; may be repeated.")
+        list[str] | None,
+        typer.Option(help="Metric or rate; may be repeated.  [the usual ones]"),
     ] = None,
     median: Annotated[
-        bool, typer.Option("--median", help="Medians instead of means.")
+        bool, typer.Option("--median", help="Compare medians instead of means.")
     ] = False,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help=".csv, .md or .tex")
+        Path | None, typer.Option("-o", "--output", help="A .csv, .md or .tex file.")
     ] = None,
 ) -> None:
-    """Compare planners with a baseline on common seeds, with intervals and tests."""
-    with one_line_errors():
+    """Compare planners with a baseline on common seeds."""
+    with report_user_errors():
         import numpy as np
 
         from experiments.comparison.compare import compare as compared
@@ -106,7 +110,7 @@ def compare(
 
 
 def _print(names: Sequence[str], rows: Sequence[Sequence[Any]], form: Format) -> None:
-    """Print rows."""
+    """Print rows in a format."""
     if form is Format.CSV:
         writer = csv.writer(sys.stdout, lineterminator="\n")
         writer.writerow(names)
@@ -120,7 +124,7 @@ def _print(names: Sequence[str], rows: Sequence[Sequence[Any]], form: Format) ->
 
 
 def _print_table(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    """Print rows for people; as wide as they are where no terminal limits it."""
+    """Print rows as a table, in full width unless a terminal limits it."""
     from rich.console import Console
     from rich.table import Table
 

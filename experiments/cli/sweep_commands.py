@@ -12,14 +12,14 @@ from experiments.cli.report_commands import write_page
 from experiments.cli.user_errors import (
     INTERRUPTED,
     OTHER_OUTCOME,
-    one_line_errors,
+    report_user_errors,
 )
 
 if TYPE_CHECKING:
     from experiments.cli.sweep_session import SweepSession
 
-WITHOUT_YES = 20_000  # runs of a sweep that nobody is asked about
-SWEEPS = Path("sweeps")  # where the folders of sweeps go
+WITHOUT_YES = 20_000  # runs of a sweep that need no confirmation
+SWEEPS = Path("sweeps")  # parent of the folders of sweeps
 
 
 def add_to(app: typer.Typer) -> None:
@@ -31,21 +31,24 @@ def add_to(app: typer.Typer) -> None:
 
 def sweep(
     file: Annotated[
-        str, typer.Argument(metavar="NAME|FILE", help="Shipped sweep, or a .yaml.")
+        str, typer.Argument(metavar="NAME|FILE", help="Shipped sweep, or a .yaml file.")
     ],
     *,
     workers: Annotated[
         int | None,
-        typer.Option(min=0, help="Processes; 0: this one, unguarded.  [one a core]"),
+        typer.Option(
+            min=0, help="Processes; 0: this one, not isolated.  [one per core]"
+        ),
     ] = None,
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler: tcp://...")
     ] = None,
     limit: Annotated[
-        int | None, typer.Option(min=1, help="Drive no more than so many runs.")
+        int | None, typer.Option(min=1, help="Execute at most this many runs.")
     ] = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what would run, and how long.")
+        bool,
+        typer.Option("--dry-run", help="Print the number of runs and an estimate."),
     ] = False,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the sweep.  [sweeps/NAME]")
@@ -54,8 +57,8 @@ def sweep(
         bool, typer.Option("--yes", help=f"Allow more than {WITHOUT_YES} runs.")
     ] = False,
 ) -> None:
-    """Drive all runs of a sweep that are not there yet."""
-    with one_line_errors():
+    """Execute the missing runs of a sweep and collect the results."""
+    with report_user_errors():
         from experiments.cli.sweep_session import SweepSession
         from experiments.config.sweep_file import load_sweep
         from experiments.errors import ConfigError
@@ -78,15 +81,15 @@ def sweep(
 def rerun(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
     run_id: Annotated[
-        str, typer.Argument(metavar="RUN_ID", help="Its id, or how that begins.")
+        str, typer.Argument(metavar="RUN_ID", help="Run id, or its beginning.")
     ],
     *,
     open_folder: Annotated[
-        bool, typer.Option("--open", help="Open the new folder on the desktop.")
+        bool, typer.Option("--open", help="Open the new folder in the file manager.")
     ] = False,
 ) -> None:
-    """Repeat one run of a sweep with its whole trace, and compare the trace hash."""
-    with one_line_errors():
+    """Repeat one run of a sweep and compare the traces."""
+    with report_user_errors():
         from experiments.sweep.rerun import repeat
 
         repeated = repeat(folder, run_id)
@@ -103,12 +106,14 @@ def rerun(
 def cluster(
     *,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Worker processes.  [one a core]")
+        int | None, typer.Option(min=1, help="Worker processes.  [one per core]")
     ] = None,
-    port: Annotated[int, typer.Option(help="Of the scheduler; 0: any free one.")] = 0,
+    port: Annotated[
+        int, typer.Option(help="Port of the scheduler; 0: any free one.")
+    ] = 0,
 ) -> None:
-    """Start a scheduler with workers on this machine, until Ctrl-C."""
-    with one_line_errors():
+    """Run a dask scheduler with workers on this machine until Ctrl-C."""
+    with report_user_errors():
         from experiments.sweep.executors.cluster import local_cluster
         from experiments.sweep.executors.local import cores
 
@@ -125,7 +130,7 @@ def cluster(
 
 
 def _drive(session: "SweepSession", again: str) -> None:
-    """Drive, and say how to go on if it is interrupted."""
+    """Execute a sweep, and print how to resume it if interrupted."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         for line in session.drive():
@@ -133,6 +138,6 @@ def _drive(session: "SweepSession", again: str) -> None:
             sys.stdout.flush()
     except KeyboardInterrupt:
         sys.stderr.write(
-            f"rearview: interrupted; all finished runs are whole, go on with: {again}\n"
+            f"rearview: interrupted; finished runs are kept, resume with: {again}\n"
         )
         raise typer.Exit(INTERRUPTED) from None

@@ -1,4 +1,4 @@
-"""A sweep from the command to the last line: survey, lock, pilot, drive, results."""
+"""A sweep from the command to the last line: survey, lock, estimate, drive, results."""
 
 import os
 from collections.abc import Iterator
@@ -18,13 +18,13 @@ from experiments.sweep.progress import Counts, SweepProgress, duration, sweep_pr
 from experiments.sweep.schedule import Survey, drive_missing, survey
 
 STOPPED = (
-    "the sweep stops, all finished runs are whole; once that is mended, the same "
-    "command goes on"
+    "the sweep stops, finished runs are kept; once this is fixed, the same command "
+    "resumes"
 )
 
 
 class SweepSession:
-    """One call of `rearview sweep`; what it yields are lines for people."""
+    """One call of `rearview sweep`; yields lines for the terminal."""
 
     def __init__(
         self,
@@ -37,7 +37,7 @@ class SweepSession:
     ) -> None:
         if cluster is not None and workers is not None:
             raise ConfigError(
-                "--workers: is not for --cluster, whose workers it has itself"
+                "--workers: not allowed with --cluster, which has its own workers"
             )
         self._sweep = sweep
         self._folder = folder
@@ -47,14 +47,14 @@ class SweepSession:
         self._plan = Plan(sweep, document)
 
     def preview(self) -> Iterator[str]:
-        """Say what would run and how long it would take; leaves nothing."""
+        """Describe what would run and estimate its duration; write nothing."""
         found = self._survey()
         yield self._numbers(found)
         if found.missing:
-            yield self._pilot(found, Path(os.devnull))[0]
+            yield self._estimate(found, Path(os.devnull))[0]
 
     def drive(self) -> Iterator[str]:
-        """Drive what is missing and gather the results."""
+        """Execute the missing runs and collect the results."""
         found = self._survey()
         yield self._numbers(found)
         if self._cluster is not None and found.missing:
@@ -64,7 +64,7 @@ class SweepSession:
         with locked(self._folder):
             take(self._folder, self._sweep, found.code)
             if found.missing:
-                estimate, warm = self._pilot(found, self._folder / LOG)
+                estimate, warm = self._estimate(found, self._folder / LOG)
                 yield estimate
                 yield from self._drive(found, warm)
             else:
@@ -73,12 +73,12 @@ class SweepSession:
         yield f"report: {_page(self._folder)}"
 
     def _survey(self) -> Survey:
-        """Go through all runs, in a place that is fit for them."""
+        """Check the folder and all runs."""
         require_place(self._folder)
         return survey(self._plan, self._folder)
 
     def _drive(self, found: Survey, warm: WorkerSettings) -> Iterator[str]:
-        """Drive under the eyes of a progress display."""
+        """Execute the missing runs with a progress display."""
         todo = found.missing if self._limit is None else self._limit
         counts = Counts(min(todo, found.missing), found.there)
         with sweep_progress(self._sweep.name, self._folder, counts) as progress:
@@ -105,40 +105,42 @@ class SweepSession:
             f"({counts.rate:.2f} runs/s): {statuses}"
         )
         for failure, count in counts.by_failure.items():
-            yield f"{count} without an episode: {failure}"
+            yield f"{count} lost: {failure}"
 
     def _leave(self, progress: SweepProgress, error: BaseException) -> None:
-        """Leave results and progress of a sweep that stops, if the disk allows."""
+        """Write results and progress of a sweep that stops, if the disk allows."""
         interrupted = isinstance(error, KeyboardInterrupt)
         with suppress(ResultsError):
             rebuild(self._folder)
             progress.write("interrupted" if interrupted else f"stopped: {error}")
 
     def _numbers(self, found: Survey) -> str:
-        """Say how many runs there are."""
-        there = f", {found.there} of them are there" if found.there else ""
-        others = f"; {found.others} others stay in its results" if found.others else ""
+        """Describe the numbers of planned and finished runs."""
+        there = f", {found.there} of them finished" if found.there else ""
+        others = (
+            f"; {found.others} other runs stay in its results" if found.others else ""
+        )
         return f"{self._sweep.name}: {found.planned} runs{there}{others}"
 
-    def _pilot(self, found: Survey, log: Path) -> tuple[str, WorkerSettings]:
-        """Try one run of each kind; say how long all will take."""
-        from experiments.sweep.estimate import fly
+    def _estimate(self, found: Survey, log: Path) -> tuple[str, WorkerSettings]:
+        """Time one run of each kind and extrapolate to all."""
+        from experiments.sweep.estimate import estimate_duration
         from experiments.sweep.executors.local import cores
 
         workers = cores() if self._workers is None else max(1, self._workers)
         settings = WorkerSettings(self._sweep.memory_mb, log, Path.cwd())
-        pilot = fly(found, settings, self._sweep.timeout_s, workers)
-        warm = replace(settings, warm_up=pilot.warm_up)
-        if pilot.seconds is None:
-            return "no estimate: not one run came to its end", warm
+        estimate = estimate_duration(found, settings, self._sweep.timeout_s, workers)
+        warm = replace(settings, warm_up=estimate.warm_up)
+        if estimate.seconds is None:
+            return "no estimate: none of the timed runs finished", warm
         share = 1.0 if self._limit is None else min(1.0, self._limit / found.missing)
-        seconds = pilot.seconds * share
+        seconds = estimate.seconds * share
         if self._cluster is not None:
-            return f"about {duration(seconds)} of one core like these here", warm
+            return f"about {duration(seconds)} on one core of this machine", warm
         return f"about {duration(seconds / workers)} with {workers} workers", warm
 
     def _executor(self, settings: WorkerSettings) -> Executor:
-        """Start those who drive."""
+        """Start the executor."""
         if self._cluster is not None:
             from experiments.sweep.executors.cluster import ClusterExecutor
 
@@ -153,7 +155,7 @@ class SweepSession:
 
 
 def _page(folder: Path) -> Path:
-    """Give the page of the sweep, written again if the results are newer."""
+    """Return the page of the sweep, rewritten if the results are newer."""
     page = folder / PAGE_FILE
     results = folder / RESULTS
     if not page.exists() or page.stat().st_mtime_ns < results.stat().st_mtime_ns:

@@ -1,4 +1,4 @@
-"""`rearview thesis`: the published claims beside what this code measures."""
+"""`rearview thesis`: recompute the published claims."""
 
 import sys
 from enum import StrEnum
@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from experiments.cli.user_errors import INTERRUPTED, one_line_errors
+from experiments.cli.user_errors import INTERRUPTED, report_user_errors
 
 OUT = Path("runs/thesis")
 
 
 class ChapterName(StrEnum):
-    """What can be asked for."""
+    """Chapters that can be recomputed."""
 
     CRUISE = "cruise"
     DENSE = "dense"
@@ -28,27 +28,29 @@ def add_to(app: typer.Typer) -> None:
 def thesis(
     chapters: Annotated[
         list[ChapterName] | None,
-        typer.Argument(metavar="[CHAPTER]...", help="cruise, dense, lane_change."),
+        typer.Argument(metavar="[CHAPTER]...", help="Chapters to recompute.  [all]"),
     ] = None,
     *,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Few layouts, no SUMO: under a minute.")
+        bool, typer.Option("--quick", help="Few layouts, no SUMO; under a minute.")
     ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Where it goes.  [runs/thesis, with --quick runs/thesis_quick]"
+            help="Output folder.  [runs/thesis; with --quick runs/thesis_quick]"
         ),
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
 ) -> None:
-    """Recompute the thesis: page, numbers and document; goes on where it was ended."""
-    with one_line_errors():
+    """Recompute the published claims of the thesis."""
+    with report_user_errors():
+        from experiments.report.figures.save import require_matplotlib
         from experiments.thesis.chapters import CHAPTERS, chapter_data, kept_chapters
         from experiments.thesis.effort import FULL, QUICK
         from experiments.thesis.processes import in_processes
         from experiments.thesis.reproduction import write_reproduction
 
+        require_matplotlib("thesis")
         asked = [str(name) for name in chapters or ChapterName]
         effort = QUICK if quick else FULL
         folder = out or (OUT.with_name("thesis_quick") if quick else OUT)
@@ -63,7 +65,7 @@ def thesis(
         except KeyboardInterrupt:
             sys.stderr.write(
                 f"interrupted; finished chapters are kept in {folder}, the same "
-                "command goes on from there\n"
+                "command resumes\n"
             )
             raise typer.Exit(INTERRUPTED) from None
         found = kept_chapters(list(CHAPTERS), effort, folder)

@@ -1,4 +1,4 @@
-"""What all commands do with an error that the user can mend: one line."""
+"""Report errors that users can fix in one line."""
 
 import sys
 from collections.abc import Iterator
@@ -8,12 +8,18 @@ import typer
 
 from experiments.errors import ExperimentError
 
-ARRIVED, OTHER_OUTCOME, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130  # exit status
+# exit statuses
+ARRIVED = 0  # or done
+OTHER_OUTCOME = 1
+BAD_INPUT = 2
+INTERNAL_ERROR = 3
+INTERRUPTED = 130  # by Ctrl-C
+TERMINATED = 143  # by SIGTERM
 
 
 @contextmanager
-def one_line_errors() -> Iterator[None]:
-    """Turn errors that the user can mend into one line and exit status 2."""
+def report_user_errors() -> Iterator[None]:
+    """Report errors that users can fix in one line, with exit status 2."""
     try:
         yield
     except _user_errors() as error:
@@ -23,7 +29,7 @@ def one_line_errors() -> Iterator[None]:
 
 
 def _user_errors() -> tuple[type[Exception], ...]:
-    """List the families of errors that say in one line what to do."""
+    """Return the error classes whose messages tell users what to do."""
     from planner.errors import PlannerError
     from sumo_nets.errors import NetworkError
 

@@ -1,4 +1,4 @@
-"""Planners against a baseline, on common seeds: the table of a paper."""
+"""Comparison of planners with a baseline on common seeds."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,30 +11,14 @@ from experiments.comparison.results import LABEL, Row, axis_columns
 from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError
 from experiments.metrics import columns
+from experiments.metrics.catalogue import ALL_COLUMNS, MEANS, RATES
 
 Statistic = Callable[..., float]
-
-RATES: Mapping[str, Callable[[Row], bool | None]] = {
-    "arrived": lambda row: row[columns.ARRIVED],
-    "collided": lambda row: _above_zero(row[columns.COLLISIONS]),
-    "off road": lambda row: _above_zero(row[columns.OFF_ROAD_STEPS]),
-}
-MEANS = (
-    columns.TRAVEL_TIME,
-    columns.MEAN_SPEED,
-    columns.MIN_CLEARANCE,
-    columns.MIN_TTC,
-    columns.RMS_JERK,
-    columns.MAX_ACCELERATION,
-    columns.REAR_MAX_DECELERATION,
-    columns.PLANNING_P50,
-    columns.PLANNING_P99,
-)
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One metric of one planner, beside that of the baseline."""
+    """One metric of one planner, compared with the baseline."""
 
     metric: str
     label: str
@@ -47,7 +31,7 @@ class Line:
     p_value: float | None = None
     p_holm: float | None = None
     seeds_needed: int | None = None  # for a power of 0.8
-    rate: bool = False  # how often something happened, not how much
+    rate: bool = False  # a share of runs, not a mean
 
 
 def compare(
@@ -97,9 +81,8 @@ def _line(
     baseline: Mapping[tuple[str, ...], Row] | None,
     statistic: Statistic,
 ) -> Line | None:
-    """Compare one planner by one metric; None if it does not apply to any run."""
-    read = RATES.get(metric) or (lambda row: row[metric])
-    values = {key: read(row) for key, row in own.items()}
+    """Compare one planner in one metric; None if it applies to no run."""
+    values = {key: _value(metric, row) for key, row in own.items()}
     known = {key: value for key, value in values.items() if value is not None}
     if not known:
         return None
@@ -109,7 +92,7 @@ def _line(
     line = Line(metric, label, len(data), value, rate=rate)
     if baseline is None:
         return line
-    there = {key: read(row) for key, row in baseline.items()}
+    there = {key: _value(metric, row) for key, row in baseline.items()}
     common = [key for key in known if there.get(key) is not None]
     if not common:
         return line
@@ -121,7 +104,7 @@ def _line(
 
 
 def _with_rates(line: Line, first: list[Any], second: list[Any]) -> Line:
-    """Add the comparison of a rate."""
+    """Add the paired comparison of a rate."""
     found = st.paired_rates(first, second)
     gained, lost = found.only_second / found.pairs, found.only_first / found.pairs
     needed = st.seeds_for_rates(gained, lost) if gained != lost else None
@@ -136,7 +119,7 @@ def _with_rates(line: Line, first: list[Any], second: list[Any]) -> Line:
 
 
 def _with_difference(line: Line, found: st.PairedDifference) -> Line:
-    """Add the comparison of a quantity."""
+    """Add the paired comparison of a quantity."""
     return replace(
         line,
         pairs=found.pairs,
@@ -149,7 +132,7 @@ def _with_difference(line: Line, found: st.PairedDifference) -> Line:
 
 
 def _corrected(lines: Sequence[Line]) -> list[Line]:
-    """Correct all p values together."""
+    """Correct all p values together (Holm)."""
     tested = [line.p_value for line in lines if line.p_value is not None]
     corrected = iter(st.holm(tested))
     return [
@@ -159,7 +142,7 @@ def _corrected(lines: Sequence[Line]) -> list[Line]:
 
 
 def _by_label(rows: Sequence[Row]) -> dict[str, dict[tuple[str, ...], Row]]:
-    """Sort rows by planner, then by everything that makes a pair."""
+    """Group rows by planner, then by the key of a pair."""
     axes = axis_columns(list(rows[0]))
     groups: dict[str, dict[tuple[str, ...], Row]] = {}
     for row in rows:
@@ -170,12 +153,12 @@ def _by_label(rows: Sequence[Row]) -> dict[str, dict[tuple[str, ...], Row]]:
 
 
 def _check_metric(metric: str, rows: Sequence[Row]) -> None:
-    """Refuse a metric that is none."""
+    """Reject unknown metrics."""
     if metric in RATES:
         return
     numbers = [
         name
-        for name in columns.ALL_COLUMNS
+        for name in ALL_COLUMNS
         if any(isinstance(row[name], int | float) for row in rows)
         and name not in (columns.SEED, columns.ARRIVED)
     ]
@@ -185,6 +168,9 @@ def _check_metric(metric: str, rows: Sequence[Row]) -> None:
         raise ConfigError(f"--metric {metric}: no such metric; {hint}")
 
 
-def _above_zero(count: int | None) -> bool | None:
-    """Tell whether anything was counted; None where nothing was."""
+def _value(metric: str, row: Row) -> Any:
+    """Look up a column, or whether that of a rate is above zero; None if unknown."""
+    if metric not in RATES:
+        return row[metric]
+    count = row[RATES[metric]]
     return None if count is None else count > 0

@@ -1,4 +1,4 @@
-"""Statistics of many runs: intervals, tests between two planners, seeds needed.
+"""Statistical inference: intervals, paired tests, required numbers of seeds.
 
 Rates, means, paired differences; on scipy where it has the method. Pairs are runs of
 two planners in the same scenario with the same seed.
@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import stats
+from scipy import optimize, stats
 
 from planner.states import FloatArray
 
@@ -25,13 +25,13 @@ CONFIDENCE = 0.95
 RESAMPLES = 9999
 SEED = 0  # of the resampling: the same runs give the same interval
 # Relative efficiency of Wilcoxon's signed ranks against the t test on normal
-# differences, 3 / pi (Hodges and Lehmann 1956): it needs so many more pairs.
+# differences, 3 / pi (Hodges and Lehmann 1956): it needs correspondingly more pairs.
 WILCOXON_EFFICIENCY = 3.0 / math.pi
 LEAST_PAIRS = 2
-# From here on the normal approximation of the power is exact to a pair in thousands.
+# From here on the normal approximation of the power is accurate to about 0.1 %.
 MANY_PAIRS = 10_000
-# From here on the percentile interval: BCa would look at n² numbers for a correction
-# that goes with 1 / sqrt(n).
+# From here on the percentile interval: BCa needs n² numbers for a correction of order
+# 1 / sqrt(n).
 MANY = 5000
 BATCH = 10_000_000  # numbers resampled at a time: 80 MB
 
@@ -47,7 +47,7 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class PairedDifference:
-    """How far a quantity differs between two planners on common seeds."""
+    """Difference of a quantity between two planners on common seeds."""
 
     pairs: int
     center: Interval  # mean or median of the differences, second minus first
@@ -57,11 +57,11 @@ class PairedDifference:
 
 @dataclass(frozen=True, slots=True)
 class PairedRates:
-    """How far a rate differs between two planners on common seeds."""
+    """Difference of a rate between two planners on common seeds."""
 
     pairs: int
     difference: Interval  # second minus first
-    only_first: int  # pairs in which it happened to the first only
+    only_first: int  # pairs in which the event occurred for the first only
     only_second: int
     p_value: float  # McNemar, exact, two-sided
 
@@ -148,7 +148,7 @@ def wilcoxon(difference: FloatArray) -> float:
 def paired_rates(
     first: Sequence[bool], second: Sequence[bool], confidence: float = CONFIDENCE
 ) -> PairedRates:
-    """Compare how often something happened on common seeds.
+    """Compare a rate on common seeds.
 
     Args:
         first: Of the baseline, one value a seed.
@@ -221,7 +221,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def seeds_for_difference(effect: float, power: float = 0.8, level: float = 0.05) -> int:
-    """Count the seeds that would tell two planners apart by a paired quantity.
+    """Compute the number of seeds needed to detect a paired difference.
 
     Args:
         effect: Cohen's d of the paired differences, not 0.
@@ -243,7 +243,7 @@ def seeds_for_difference(effect: float, power: float = 0.8, level: float = 0.05)
 def seeds_for_rates(
     rate_gained: float, rate_lost: float, power: float = 0.8, level: float = 0.05
 ) -> int:
-    """Count the seeds that would tell two planners apart by a paired rate.
+    """Compute the number of seeds needed to detect a difference of paired rates.
 
     Args:
         rate_gained: Share of pairs in which it happens to the second only.
@@ -268,7 +268,7 @@ def _resampled(
     confidence: float,
     method: Literal["BCa", "percentile"],
 ) -> tuple[float, float]:
-    """Give the ends of a bootstrap interval; nan where it is not defined."""
+    """Return the ends of a bootstrap interval; NaN where it is undefined."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a degenerate BCa warns and gives nan
         result = stats.bootstrap(
@@ -284,25 +284,24 @@ def _resampled(
 
 
 def _unknown(value: float) -> Interval:
-    """Give the interval of a single value: it may be anything."""
+    """Return the unbounded interval of a single value."""
     return Interval(value, -math.inf, math.inf)
 
 
 def _crossing(
     score: Callable[[float], float], level: float, low: float, high: float
 ) -> float:
-    """Find where a falling score crosses a level, by halving; the end if nowhere."""
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if score(middle) > level:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    """Find where a falling score crosses a level; an end if it does not."""
+    if score(low) <= level:
+        return low
+    if score(high) >= level:
+        return high
+    root = optimize.brentq(lambda at: score(at) - level, low, high, xtol=1e-15)
+    return float(root)
 
 
 def _power_of_t(effect: float, pairs: int, level: float) -> float:
-    """Give the power of the two-sided paired t test."""
+    """Compute the power of the two-sided paired t test."""
     freedom = pairs - 1
     critical = float(stats.t.ppf(1.0 - level / 2.0, freedom))
     shift = effect * math.sqrt(pairs)

@@ -1,4 +1,4 @@
-"""The results of a sweep: one row a run, gathered from the run folders.
+"""The results of a sweep: one row per run, collected from the run folders.
 
 The run folders are the truth; `results.parquet` can be rebuilt from them at any time.
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 from experiments.errors import ConfigError, ResultsError
 from experiments.metrics import columns
-from experiments.metrics.columns import ALL_COLUMNS, TIMING_COLUMNS
+from experiments.metrics.catalogue import ALL_COLUMNS
 from experiments.storage.run_files import METRICS, read_json, read_manifest
 from experiments.sweep.folder import RESULTS, finished, require_sweep, run_folders
 
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 RUN_ID, LABEL, REASON, FAILURE = "run_id", "label", "reason", "failure"
 ATTEMPTS, EXIT_CODE, WALL = "attempts", "exit_code", "wall_s"
 TRACE_HASH, TRACE_KEPT = "trace_hash", "trace_kept"
-# of the wall clock or of luck: left out of every comparison of results
-UNSTEADY_COLUMNS = (*TIMING_COLUMNS, WALL, ATTEMPTS)
 
 ALL_RUNS = "SELECT * FROM runs"
 
@@ -65,7 +63,7 @@ def rebuild(folder: Path) -> int:
 
 
 def refresh(folder: Path) -> Path:
-    """Give the Parquet file, rebuilt if runs came or went since it was written."""
+    """Return the Parquet file, rebuilt if the number of runs has changed."""
     require_sweep(folder)
     path = folder / RESULTS
     if not path.exists() or _rows_in(path) != len(finished(folder)):
@@ -76,7 +74,7 @@ def refresh(folder: Path) -> Path:
 def query(
     folder: Path, sql: str = ALL_RUNS, option: str = "--sql"
 ) -> duckdb.DuckDBPyRelation:
-    """Ask the results of a sweep.
+    """Query the results of a sweep.
 
     Args:
         folder: Of the sweep.
@@ -95,7 +93,7 @@ def query(
     try:
         statements = connection.extract_statements(sql)
         if [one.type for one in statements] != [duckdb.StatementType.SELECT]:
-            raise ConfigError(f"{option}: allowed: one SELECT about the table runs")
+            raise ConfigError(f"{option}: allowed: one SELECT on the table runs")
         return connection.sql(sql)
     except duckdb.Error as error:
         raise _misunderstood(option, error) from error
@@ -104,7 +102,7 @@ def query(
 def fetch(
     relation: duckdb.DuckDBPyRelation, option: str = "--sql"
 ) -> list[tuple[Any, ...]]:
-    """Fetch the rows of a question; some mistakes show only here."""
+    """Fetch the rows of a query; some errors appear only here."""
     try:
         found: list[tuple[Any, ...]] = relation.fetchall()
     except duckdb.Error as error:
@@ -113,14 +111,14 @@ def fetch(
 
 
 def rows(folder: Path, sql: str = ALL_RUNS, option: str = "--sql") -> list[Row]:
-    """Ask the results of a sweep, see `query`; gives rows as dictionaries."""
+    """Query the results of a sweep, see `query`, and return rows as dictionaries."""
     relation = query(folder, sql, option)
     names = relation.columns
     return [dict(zip(names, row, strict=True)) for row in fetch(relation, option)]
 
 
 def dataframe(folder: Path, sql: str = ALL_RUNS) -> "pd.DataFrame":
-    """Ask the results of a sweep; gives a pandas DataFrame, without pyarrow.
+    """Query the results of a sweep and return a pandas DataFrame, without pyarrow.
 
     Raises:
         ConfigError: If pandas is not there.
@@ -128,48 +126,51 @@ def dataframe(folder: Path, sql: str = ALL_RUNS) -> "pd.DataFrame":
     try:
         import pandas as pd
     except ImportError as error:
-        raise ConfigError(
-            'a DataFrame needs pandas: pip install "rearview[dataframes]"'
-        ) from error
+        raise ConfigError("a DataFrame needs pandas: pip install pandas") from error
     relation = query(folder, sql)
     frame: pd.DataFrame = relation.df()
     return frame
 
 
 def axis_columns(names: Sequence[str]) -> list[str]:
-    """Pick the columns that are axes of the sweep."""
+    """Return the columns that are axes of the sweep."""
     known = {RUN_ID, LABEL, *ALL_COLUMNS, *_BEHIND}
     return [name for name in names if name not in known]
 
 
 def _misunderstood(option: str, error: duckdb.Error) -> ConfigError:
-    """Make the error about a question, of the first line of what SQL says."""
+    """Build the error of an invalid query from the first line of DuckDB's message."""
     return ConfigError(f"{option}: {str(error).splitlines()[0]}")
 
 
 def _row(run: Path) -> Row:
-    """Read the row of one run: identity, axes, metrics, how it went."""
-    about = read_manifest(run)
+    """Read the row of one run: identity, axes, metrics, execution."""
+    try:
+        about, metrics = read_manifest(run), read_json(run / METRICS)
+    except ResultsError as error:
+        raise ResultsError(
+            f"{error}; remove its folder and run the sweep again"
+        ) from error
     sweep = about.get("sweep", {})
     point = {key: _cell(value) for key, value in sweep.get("point", {}).items()}
     row = {
         RUN_ID: run.name,
         LABEL: sweep.get("label"),
         **{key: value for key, value in point.items() if key not in ALL_COLUMNS},
-        **read_json(run / METRICS),
+        **metrics,
         **{key: about.get(key) for key in _BEHIND},
     }
-    # every file brings names of its own: two thirds of the memory of a row
+    # shared keys save two thirds of the memory of a row
     return {sys.intern(key): value for key, value in row.items()}
 
 
 def _cell(value: Any) -> Any:
-    """Write a list or a section on an axis as text."""
+    """Format a list or a section on an axis as text."""
     return json.dumps(value) if isinstance(value, list | dict) else value
 
 
 def _order(row: Row) -> tuple[Any, ...]:
-    """Sort by scenario, planner, axes, seed; numbers by size, before words."""
+    """Return the sort key: scenario, planner, axes, seed; numbers before text."""
     axes = sorted(axis_columns(list(row)))
     keys = (columns.SCENARIO, LABEL, *axes, columns.SEED)
     return tuple(
@@ -179,7 +180,7 @@ def _order(row: Row) -> tuple[Any, ...]:
 
 
 def _names(rows: Sequence[Row]) -> list[str]:
-    """Give the columns: axes between identity and metrics, each once."""
+    """Return the column names: identity, axes, metrics, execution."""
     found = list(dict.fromkeys(chain.from_iterable(rows)))
     axes = axis_columns(found)
     metrics = [name for name in found if name not in {RUN_ID, LABEL, *axes, *_BEHIND}]
@@ -211,7 +212,7 @@ def _write(rows: Sequence[Row], path: Path) -> None:
 
 
 def _sql_type(name: str, values: Sequence[Any]) -> str:
-    """Choose the type of a column from what is in it."""
+    """Infer the type of a column from its values."""
     kinds = {type(value) for value in values if value is not None}
     if name in _TEXTS or str in kinds:
         return "VARCHAR"
@@ -223,19 +224,19 @@ def _sql_type(name: str, values: Sequence[Any]) -> str:
 
 
 def _typed(value: Any, kind: str) -> Any:
-    """Bring a value into the type of its column."""
+    """Convert a value to the type of its column."""
     return {"VARCHAR": str, "BOOLEAN": bool, "BIGINT": int, "DOUBLE": float}[kind](
         value
     )
 
 
 def _quoted(name: str) -> str:
-    """Write a column's name in SQL."""
+    """Quote a column name for SQL."""
     return '"' + name.replace('"', '""') + '"'
 
 
 def _rows_in(path: Path) -> int:
-    """Count the rows of a Parquet file, -1 if it is none."""
+    """Count the rows of a Parquet file; -1 if it is not one."""
     quoted = str(path).replace("'", "''")
     try:
         with duckdb.connect() as database:

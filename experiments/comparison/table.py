@@ -1,4 +1,4 @@
-"""The table of a comparison as people read it, and as files: CSV, Markdown, LaTeX."""
+"""The table of a comparison for the terminal, and as CSV, Markdown, LaTeX."""
 
 import csv
 import io
@@ -44,20 +44,20 @@ _LATEX = {"%": r"\%", "_": r"\_", "&": r"\&", "#": r"\#", "$": r"\$"}
 
 
 def cells(lines: Sequence[Line]) -> list[tuple[str, ...]]:
-    """Write the lines of a comparison as text."""
+    """Format the lines of a comparison."""
     return [_cells(line) for line in lines]
 
 
 def export(lines: Sequence[Line], path: Path) -> None:
-    """Write a comparison into a file; the ending says how.
+    """Write a comparison to a file in the format of its suffix.
 
     Raises:
-        ConfigError: If the ending is none of .csv, .md, .tex.
+        ConfigError: If the suffix is not .csv, .md or .tex.
         ResultsError: If the file cannot be written.
     """
     if path.suffix not in EXPORTS:
         allowed = ", ".join(EXPORTS)
-        raise ConfigError(f"{path}: allowed endings: {allowed}")
+        raise ConfigError(f"{path}: unknown suffix; allowed: {allowed}")
     try:
         path.write_text(EXPORTS[path.suffix](lines), encoding="utf-8")
     except OSError as error:
@@ -133,7 +133,7 @@ EXPORTS: dict[str, Callable[[Sequence[Line]], str]] = {
 
 
 def _cells(line: Line) -> tuple[str, ...]:
-    """Write one line."""
+    """Format one line."""
     rate, other = line.rate, line.difference
     return (
         line.metric,
@@ -150,12 +150,12 @@ def _cells(line: Line) -> tuple[str, ...]:
 
 
 def _number(value: float, *, rate: bool) -> str:
-    """Write a value, a rate in percent."""
+    """Format a value, a rate in percent."""
     return f"{100.0 * value:.1f} %" if rate else f"{value:.4g}"
 
 
 def _interval(interval: Interval, *, rate: bool) -> str:
-    """Write the ends of an interval."""
+    """Format the ends of an interval."""
     if not (math.isfinite(interval.low) and math.isfinite(interval.high)):
         return "unknown"
     if rate:
@@ -164,17 +164,17 @@ def _interval(interval: Interval, *, rate: bool) -> str:
 
 
 def _p(value: float) -> str:
-    """Write a p value."""
+    """Format a p value."""
     return f"< {SMALL_P:g}" if value < SMALL_P else f"{value:.3f}"
 
 
 def _ends(interval: Interval) -> tuple[float, float, float]:
-    """Give estimate and ends."""
+    """Return the estimate and the ends of its interval."""
     return interval.value, interval.low, interval.high
 
 
 def _latex(text: str) -> str:
-    """Write text for LaTeX."""
+    """Escape text for LaTeX."""
     if text.startswith("< "):
         return f"${text}$"
     return "".join(_LATEX.get(character, character) for character in text)

@@ -27,7 +27,7 @@ class Strict(BaseModel):
 
 
 def as_section(key: str) -> Callable[[Any], Any]:
-    """Make a reader that lets a bare name stand for `{key: name}`."""
+    """Build a reader that lets a bare name stand for `{key: name}`."""
 
     def read(value: Any) -> Any:
         return {key: value} if isinstance(value, str) else value
@@ -36,7 +36,7 @@ def as_section(key: str) -> Callable[[Any], Any]:
 
 
 def mismatch(key: str, problem: str) -> PydanticCustomError:
-    """Make an error about `key`, seen from the section that is checked."""
+    """Build an error about `key`, seen from the section that is checked."""
     return PydanticCustomError(
         "inconsistent", "{problem}", {"key": key, "problem": problem}
     )

@@ -1,5 +1,8 @@
-"""The ego: where it starts, what it wants, what it is."""
+"""The ego: its start, its goal and its body."""
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -13,54 +16,100 @@ from experiments.config.base import (
     Strict,
     mismatch,
 )
+from planner.vehicle import Vehicle, VehicleError, VehicleLimits
+
+BODY = Vehicle()  # defaults and consistency are those of the planner's vehicle
+_CONFIG_NAMES = {  # of the planner -> of the file
+    name: f"{name}{unit}"
+    for unit, names in {
+        "_m": ("length", "width", "wheelbase", "rear_overhang"),
+        "_mps": ("max_speed",),
+        "_mps2": (
+            "max_acceleration",
+            "max_deceleration",
+            "emergency_deceleration",
+            "max_lateral_acceleration",
+        ),
+        "_1pm": ("max_curvature",),
+    }.items()
+    for name in names
+}
+_NAME = re.compile(r"\b(" + "|".join(_CONFIG_NAMES) + r")\b")
+
+
+@contextmanager
+def _named_as_in_the_file() -> Iterator[None]:
+    """Turn an error of the planner's vehicle into one about a key of the file."""
+    try:
+        yield
+    except VehicleError as error:
+        allowed = _NAME.sub(lambda found: _CONFIG_NAMES[found[0]], error.allowed)
+        problem = f"is {error.value:g}; allowed: {allowed}"
+        raise mismatch(_CONFIG_NAMES[error.field], problem) from error
 
 
 class Limits(Strict):
-    """What the vehicle can do."""
+    """Limits of the vehicle's motion."""
 
-    max_speed_mps: Annotated[float, Field(gt=0.0, le=70.0)] = 20.0
-    max_acceleration_mps2: Rate = 3.0
-    max_deceleration_mps2: Rate = 4.5
-    emergency_deceleration_mps2: Rate = 8.0
-    max_lateral_acceleration_mps2: Rate = 4.0
-    max_curvature_1pm: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
+    max_speed_mps: Annotated[float, Field(gt=0.0, le=70.0)] = BODY.limits.max_speed
+    max_acceleration_mps2: Rate = BODY.limits.max_acceleration
+    max_deceleration_mps2: Rate = BODY.limits.max_deceleration
+    emergency_deceleration_mps2: Rate = BODY.limits.emergency_deceleration
+    max_lateral_acceleration_mps2: Rate = BODY.limits.max_lateral_acceleration
+    max_curvature_1pm: Annotated[float, Field(gt=0.0, le=1.0)] = (
+        BODY.limits.max_curvature
+    )
 
     @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        """Refuse emergency braking that is weaker than service braking."""
-        if self.emergency_deceleration_mps2 < self.max_deceleration_mps2:
-            raise mismatch(
-                "emergency_deceleration_mps2",
-                f"is {self.emergency_deceleration_mps2:g}; allowed: at least "
-                f"max_deceleration_mps2 = {self.max_deceleration_mps2:g}",
-            )
+    def _consistent(self) -> Self:
+        """Raise unless the planner accepts the limits."""
+        with _named_as_in_the_file():
+            self.to_planner()
         return self
+
+    def to_planner(self) -> VehicleLimits:
+        """Make the planner's limits."""
+        return VehicleLimits(
+            self.max_speed_mps,
+            self.max_acceleration_mps2,
+            self.max_deceleration_mps2,
+            self.emergency_deceleration_mps2,
+            self.max_lateral_acceleration_mps2,
+            self.max_curvature_1pm,
+        )
 
 
 class EgoVehicle(Strict):
     """Dimensions and limits of the ego."""
 
-    length_m: Size = 4.8
-    width_m: Annotated[float, Field(gt=0.0, le=4.0)] = 1.9
-    wheelbase_m: Size = 2.8
-    rear_overhang_m: Size = Field(default=1.0, description="rear axle to rear bumper")
+    length_m: Size = BODY.length
+    width_m: Annotated[float, Field(gt=0.0, le=4.0)] = BODY.width
+    wheelbase_m: Size = BODY.wheelbase
+    rear_overhang_m: Size = Field(
+        default=BODY.rear_overhang, description="rear axle to rear bumper"
+    )
     limits: Limits = Limits()
 
     @model_validator(mode="after")
-    def _axles_inside(self) -> Self:
-        """Refuse axles outside the body."""
-        room = self.length_m - self.rear_overhang_m
-        if self.wheelbase_m > room:
-            raise mismatch(
-                "wheelbase_m",
-                f"is {self.wheelbase_m:g}; allowed: at most length_m - "
-                f"rear_overhang_m = {room:g}",
-            )
+    def _consistent(self) -> Self:
+        """Raise unless the planner accepts the dimensions."""
+        with _named_as_in_the_file():
+            self.to_planner()
         return self
+
+    def to_planner(self) -> Vehicle:
+        """Make the planner's vehicle."""
+        return Vehicle(
+            self.length_m,
+            self.width_m,
+            self.wheelbase_m,
+            self.rear_overhang_m,
+            self.limits.to_planner(),
+        )
 
 
 class Ego(Strict):
-    """Where the ego starts, what it wants, and what it is."""
+    """Start, goal and body of the ego."""
 
     start_m: Position = Field(
         default=0.0, description="rear axle on the reference path"
@@ -77,7 +126,7 @@ class Ego(Strict):
 
     @model_validator(mode="after")
     def _goal_ahead(self) -> Self:
-        """Refuse a goal behind the start."""
+        """Raise if the goal is behind the start, or the ego starts too fast."""
         if self.goal_m <= self.start_m:
             raise mismatch(
                 "goal_m",

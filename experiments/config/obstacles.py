@@ -29,11 +29,13 @@ class Obstacle(Strict):
     radius_m: Size | None = None
     length_m: Size | None = None
     width_m: Size | None = None
-    heading_rad: Heading = Field(default=0.0, description="against the reference path")
+    heading_rad: Heading = Field(
+        default=0.0, description="relative to the reference path"
+    )
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
-        """Refuse a body that is both shapes or neither."""
+        """Reject a body that has both shapes or neither."""
         rectangle = self.length_m is not None and self.width_m is not None
         either = self.length_m is not None or self.width_m is not None
         if (self.radius_m is None) != rectangle or either != rectangle:
@@ -46,7 +48,8 @@ class RandomObstacles(Strict):
 
     first_m: Position = Field(description="centre of the first one")
     spacing_m: Annotated[
-        tuple[Spacing, Spacing], Field(description="least and most, centre to centre")
+        tuple[Spacing, Spacing],
+        Field(description="minimum and maximum, centre to centre"),
     ] = (28.0, 45.0)
     max_offset_m: Annotated[float, Field(ge=0.0, le=50.0)] = 3.0
     radius_m: tuple[Size, Size] = (0.3, 1.5)
@@ -56,7 +59,7 @@ class RandomObstacles(Strict):
 
     @model_validator(mode="after")
     def _ranges_rise(self) -> Self:
-        """Refuse a range that runs downwards."""
+        """Reject a descending range."""
         for key in ("spacing_m", "radius_m"):
             least, most = getattr(self, key)
             if least > most:
@@ -70,29 +73,29 @@ class ObstacleField(Strict):
     """Discs drawn from the seed that crowd a winding course for the ego."""
 
     count: Count | tuple[Count, Count] = Field(
-        default=(10, 25), description="how many, or least and most"
+        default=(10, 25), description="number of discs, or minimum and maximum"
     )
-    first_m: Position = Field(description="centres from here on")
-    last_m: Position = Field(description="centres up to here")
+    first_m: Position = Field(description="smallest s of a centre")
+    last_m: Position = Field(description="largest s of a centre")
     radii_m: Annotated[tuple[Size, ...], Field(min_length=1)] = Field(
-        default=THESIS_RADII, description="each disc has one of them, equally likely"
+        default=THESIS_RADII, description="radii, drawn with equal probability"
     )
     passable: bool = Field(
         default=True,
-        description="false: a row of them closes the road, in the last two thirds",
+        description="false: a row of discs blocks the road in its last two thirds",
     )
     course_margin_m: Margin = Field(
         default=0.5,
-        description="least distance of the ego's body on its course from obstacles "
-        "and from the road's edges",
+        description="minimum distance of the ego's body to obstacles and road edges "
+        "on a feasible course",
     )
     gap_m: Annotated[float, Field(ge=0.0, le=50.0)] = Field(
-        default=1.0, description="least distance between obstacles, but in the row"
+        default=1.0, description="minimum distance between obstacles, except in the row"
     )
 
     @model_validator(mode="after")
     def _ranges_rise(self) -> Self:
-        """Refuse a range that runs downwards."""
+        """Reject a descending range."""
         least, most = self.counts
         if least > most:
             raise mismatch(
@@ -111,7 +114,7 @@ class ObstacleField(Strict):
         return (self.count, self.count) if isinstance(self.count, int) else self.count
 
 
-class Obstacles(Strict):
+class ObstaclesConfig(Strict):
     """Static bodies: listed one by one, or drawn from the seed."""
 
     listed: tuple[Obstacle, ...] = ()

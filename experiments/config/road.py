@@ -17,7 +17,7 @@ def _edge_id(value: Any) -> Any:
 EdgeId = Annotated[str, BeforeValidator(_edge_id)]
 
 
-class Network(Strict):
+class NetworkConfig(Strict):
     """A network of the catalogue, or any SUMO net with a route through it."""
 
     name: str | None = Field(default=None, description="network of the catalogue")
@@ -33,7 +33,7 @@ class Network(Strict):
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
-        """Refuse a network that is named twice or only half."""
+        """Reject a network given by both name and file, or incompletely."""
         if (self.name is None) == (self.file is None):
             raise mismatch("", "allowed: a catalogue name, or file, route, lane")
         if self.file is not None and (self.route is None or self.lane is None):
@@ -44,7 +44,7 @@ class Network(Strict):
 
 
 def _segment_kind(value: Any) -> Any:
-    """Give the kind of a segment, None for what is no segment."""
+    """Return the kind of a segment, None if it is not a segment."""
     return value[0] if isinstance(value, list | tuple) and value else None
 
 
@@ -82,7 +82,7 @@ class Road(Strict):
 
     @model_validator(mode="after")
     def _lanes_on_the_road(self) -> Self:
-        """Refuse lanes that are wider than the road."""
+        """Reject lanes that are wider than the road."""
         if self.lanes is not None:
             widest = 2.0 * self.half_width_m / self.lanes.count
             if self.lanes.width_m > widest:
@@ -95,7 +95,7 @@ class Road(Strict):
 
     @model_validator(mode="after")
     def _edges_inside_bends(self) -> Self:
-        """Refuse a road that is wider than its bends."""
+        """Reject a road whose half width exceeds the radius of a bend."""
         bends = (abs(bend) for segment in self.segments for bend in segment[2:])
         sharpest = max(bends, default=0.0)
         if self.half_width_m * sharpest >= 1.0:

@@ -9,11 +9,11 @@ from experiments.config.ego import Ego
 from experiments.config.obstacles import (
     DrawnSection,
     Obstacle,
-    Obstacles,
+    ObstaclesConfig,
     read_obstacles,
 )
-from experiments.config.road import Network, Road
-from experiments.config.traffic import ScriptedVehicle, Traffic, read_traffic
+from experiments.config.road import NetworkConfig, Road
+from experiments.config.traffic import ScriptedVehicleConfig, Traffic, read_traffic
 from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
 
@@ -32,25 +32,26 @@ class Simulation(Strict):
 
     step_s: Annotated[float, Field(ge=0.01, le=1.0)] = 0.1
     warmup_s: Annotated[float, Field(ge=0.0, le=3600.0)] = Field(
-        default=60.0, description="traffic runs alone before the ego enters"
+        default=60.0, description="duration of traffic before the ego enters"
     )
     duration_s: Annotated[float, Field(gt=0.0, le=3600.0)] = 90.0
     horizon_s: Annotated[float, Field(gt=0.0, le=20.0)] = Field(
-        default=5.0, description="how far vehicles are predicted"
+        default=5.0, description="prediction horizon of vehicles"
     )
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     blocked_after_s: Annotated[float, Field(gt=0.0, le=3600.0)] = Field(
-        default=20.0, description="standing this long without a way on ends the episode"
+        default=20.0,
+        description="the episode ends after standing this long without a way on",
     )
     predictor: Literal["constant_speed", "held_braking"] = Field(
         default="constant_speed",
-        description="where vehicles are expected: on at their speed, or who brakes "
-        "goes on braking until it stands",
+        description="constant_speed: vehicles keep their speed; held_braking: braking "
+        "vehicles are predicted to brake to a stop",
     )
     without_ego: bool = Field(
         default=False,
-        description="world sumo: drive the same seed without the ego too, to measure "
-        "what it costs those behind",
+        description="world sumo: also drive the same seed without the ego, to measure "
+        "its cost to the vehicles behind",
     )
 
 
@@ -65,27 +66,31 @@ class Scenario(Strict):
     world: Literal["sumo", "kinematic"] = "sumo"
     network: (
         Annotated[
-            Network,
-            BeforeValidator(as_section("name"), json_schema_input_type=str | Network),
+            NetworkConfig,
+            BeforeValidator(
+                as_section("name"), json_schema_input_type=str | NetworkConfig
+            ),
         ]
         | None
-    ) = Field(default=None, description="world sumo: a name of the catalogue or a file")
+    ) = Field(
+        default=None, description="world sumo: a network of the catalogue or a file"
+    )
     road: Road | None = Field(default=None, description="world kinematic")
     ego: Ego
     obstacles: Annotated[
-        Obstacles,
+        ObstaclesConfig,
         BeforeValidator(
             read_obstacles,
             json_schema_input_type=Literal["none"]
             | tuple[Obstacle, ...]
             | DrawnSection,
         ),
-    ] = Obstacles()
+    ] = ObstaclesConfig()
     traffic: Annotated[
         Traffic | None,
         BeforeValidator(read_traffic, json_schema_input_type=Literal["none"] | Traffic),
     ] = Field(default=None, description="world sumo")
-    vehicles: tuple[ScriptedVehicle, ...] = Field(
+    vehicles: tuple[ScriptedVehicleConfig, ...] = Field(
         default=(), description="world kinematic"
     )
     planner: Annotated[
@@ -96,7 +101,7 @@ class Scenario(Strict):
 
     @model_validator(mode="after")
     def _fits_world(self) -> Self:
-        """Refuse keys of the other world, and things beyond the road."""
+        """Reject keys of the other world, and objects beyond the road."""
         sumo = self.world == "sumo"
         needed, foreign = ("network", "road") if sumo else ("road", "network")
         if getattr(self, needed) is None:
@@ -147,7 +152,7 @@ class Scenario(Strict):
     def error(
         self, path: KeyPath, problem: str, written: KeyPath | None = None
     ) -> ConfigError:
-        """Make the error about a key, naming the place where it was written.
+        """Build the error about a key, naming the place where it was written.
 
         Args:
             path: The key.
@@ -164,7 +169,7 @@ class Scenario(Strict):
         return ConfigError(f"{where}: {dotted(path)}: {problem}{clash}")
 
     def resolved(self) -> dict[str, Any]:
-        """Give the whole configuration as plain data that reads back the same."""
+        """Return the whole configuration as plain data that reads back the same."""
         data: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
         if self.network is not None and self.network.name is not None:
             data["network"] = self.network.name

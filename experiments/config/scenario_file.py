@@ -38,7 +38,7 @@ def scenario_names() -> list[str]:
 
 
 def find_scenario(name: str) -> Path:
-    """Turn a shipped name or a path into the path of the file.
+    """Resolve a shipped name or a path to the path of the file.
 
     Raises:
         ConfigError: If there is neither a file nor a shipped scenario of that name.
@@ -136,7 +136,7 @@ def check_scenario(document: Document) -> Scenario:
 
 
 def scenario_schema() -> dict[str, Any]:
-    """Make the JSON Schema of a scenario file."""
+    """Build the JSON Schema of a scenario file."""
     schema = Scenario.model_json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
@@ -169,7 +169,7 @@ def config_hash(resolved: dict[str, Any]) -> str:
 
 
 def tuples(value: Any) -> Any:
-    """Turn lists into tuples, which is what strict, frozen sections hold."""
+    """Convert lists to the tuples of strict, frozen sections."""
     if isinstance(value, list):
         return tuple(tuples(item) for item in value)
     if isinstance(value, dict):
@@ -178,7 +178,7 @@ def tuples(value: Any) -> Any:
 
 
 def parse_key(text: str) -> KeyPath | None:
-    """Split `a.b[0]` into a key path; None if it is none."""
+    """Split `a.b[0]` into a key path; None if invalid."""
     path: list[str | int] = []
     position = 0
     while position < len(text):
@@ -205,7 +205,7 @@ def _parse_override(text: str) -> tuple[KeyPath, Plain, str]:
 
 
 def _override(document: Document, path: KeyPath, value: Plain, option: str) -> None:
-    """Put `value` at `path`, making the sections on the way."""
+    """Set `value` at `path`, creating the sections on the way."""
     node: Any = document.data
     for part, following in pairwise(path):
         node = _step_into(node, part, following, option)
@@ -241,7 +241,7 @@ def _step_into(node: Any, part: str | int, following: str | int, option: str) ->
 
 
 def _choose_planner(document: Document, name: str) -> None:
-    """Take another planner; settings of the file stay only with their own planner."""
+    """Replace the planner; settings of the file apply only to their own planner."""
     current = document.data.get("planner") if isinstance(document.data, dict) else None
     if isinstance(current, dict) and current.get("name") == name:
         return
@@ -249,7 +249,7 @@ def _choose_planner(document: Document, name: str) -> None:
 
 
 def _anchor_network(document: Document) -> None:
-    """Make a network file's path absolute; it is written relative to the scenario."""
+    """Resolve a network file's path, which is relative to the scenario file."""
     folder = Path(document.name).parent
     network = document.data.get("network") if isinstance(document.data, dict) else None
     if isinstance(network, dict):

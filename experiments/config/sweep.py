@@ -28,12 +28,14 @@ class SweptPlanner(Strict):
     name: str = Field(min_length=1)
     settings: dict[str, Any] = Field(default_factory=dict)
     label: str | None = Field(
-        default=None, min_length=1, description="name in tables; the planner's if none"
+        default=None,
+        min_length=1,
+        description="label in tables; default: the planner's name",
     )
 
     @property
     def shown(self) -> str:
-        """Name in tables."""
+        """Label in tables."""
         return self.label or self.name
 
 
@@ -44,12 +46,12 @@ class Sample(Strict):
     count: Annotated[int, Field(ge=1, le=1_000_000)]
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 0
     ranges: dict[str, tuple[Number, Number]] = Field(
-        min_length=1, description="scenario key: [least, most]"
+        min_length=1, description="scenario key: [minimum, maximum]"
     )
 
     @model_validator(mode="after")
     def _fits_method(self) -> Self:
-        """Refuse ranges that do not rise, and counts that spoil a Sobol sequence."""
+        """Reject ranges that do not ascend, and unbalanced Sobol counts."""
         for key, (least, most) in self.ranges.items():
             if not least < most:
                 problem = f"is [{least}, {most}]; allowed: [least, most], rising"
@@ -76,7 +78,7 @@ class Axes(Strict):
 
     @model_validator(mode="after")
     def _keys_once(self) -> Self:
-        """Refuse lists to zip of different length, and a key on two axes."""
+        """Reject zipped lists of different lengths, and a key on two axes."""
         lengths = {key: len(values) for key, values in self.zip.items()}
         if len(set(lengths.values())) > 1:
             shown = ", ".join(f"{key} has {n}" for key, n in lengths.items())
@@ -136,16 +138,16 @@ class Sweep(Strict):
         default=300.0, description="wall clock of one run"
     )
     memory_mb: Annotated[float, Field(ge=100.0, le=1e6)] = Field(
-        default=4000.0, description="resident memory of the process of a run"
+        default=4000.0, description="resident memory of the process of a run [MB]"
     )
     retries: Annotated[int, Field(ge=0, le=10)] = Field(
-        default=1, description="of a run whose process was lost"
+        default=1, description="further attempts for a run whose process was lost"
     )
     keep_traces: Annotated[KeepTraces, Field(strict=False)] = KeepTraces.FAILURES
 
     @model_validator(mode="after")
     def _labels_differ(self) -> Self:
-        """Refuse two planners that no table could tell apart."""
+        """Reject two planners with the same label."""
         labels = [planner.shown for planner in self.planners]
         for index, label in enumerate(labels):
             if label in labels[:index]:

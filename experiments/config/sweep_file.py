@@ -21,7 +21,7 @@ def sweep_names() -> list[str]:
 
 
 def find_sweep(name: str) -> Path:
-    """Turn a shipped name or a path into the path of the file.
+    """Resolve a shipped name or a path to the path of the file.
 
     Raises:
         ConfigError: If there is neither a file nor a shipped sweep of that name.
@@ -64,13 +64,13 @@ def load_sweep(name: str) -> tuple[Sweep, Document]:
 
 
 def sweep_schema() -> dict[str, Any]:
-    """Make the JSON Schema of a sweep file."""
+    """Build the JSON Schema of a sweep file."""
     schema = Sweep.model_json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
 def _anchor_scenarios(data: dict[str, Any], folder: Path) -> None:
-    """Make the paths of scenario files absolute; they are relative to the sweep."""
+    """Resolve the paths of scenario files, which are relative to the sweep file."""
     scenarios = data.get("scenarios")
     if not isinstance(scenarios, list):
         return

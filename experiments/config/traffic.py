@@ -34,25 +34,26 @@ TEMPERS: Mapping[str, tuple[float, float]] = MappingProxyType(
 USUAL_TEMPER = "mixed"
 
 
-class SlowLeader(Strict):
+class SlowLeaderConfig(Strict):
     """A vehicle ahead in the ego's lane that enters together with the ego."""
 
     gap_m: Annotated[float, Field(ge=5.0, le=500.0)] = Field(
-        default=60.0, description="from the ego's front to its rear when both enter"
+        default=60.0,
+        description="gap from the ego's front to the leader's rear at entry",
     )
     speed_mps: Annotated[float, Field(gt=0.0, le=70.0)] = Field(
-        description="its highest speed"
+        description="maximum speed of the leader"
     )
     kind: Literal["car", "van", "truck"] = "truck"
 
 
 def _flow(data: dict[str, Any]) -> float | None:
-    """Give the flow where none is written: none beside a density."""
+    """Return the default flow: none beside a density."""
     return USUAL_FLOW if data["density"] is None else None
 
 
 def _share(place: int) -> Callable[[dict[str, Any]], float]:
-    """Make the default of a share of drivers, which follows from their temper."""
+    """Build the default of a share of drivers, which follows from their temper."""
     return lambda data: TEMPERS[data["temper"] or USUAL_TEMPER][place]
 
 
@@ -61,25 +62,24 @@ class Traffic(Strict):
 
     density: Literal["light", "medium", "dense"] | None = Field(
         default=None,
-        description="in place of own_veh_per_h: 350, 700 or 1200 vehicles an hour in "
-        "each lane that is fed",
+        description="replaces own_veh_per_h: 350, 700 or 1200 vehicles per hour and "
+        "fed lane",
     )
     own_veh_per_h: Flow | None = Field(
         default_factory=_flow,
         description="on the ego's carriageway; 900 unless density is given",
     )
     ego_lane_veh_per_h: Flow = Field(
-        default=0.0, description="more of them, in the ego's lane"
+        default=0.0, description="additional flow in the ego's lane"
     )
-    slow_leader: SlowLeader | None = None
+    slow_leader: SlowLeaderConfig | None = None
     oncoming_veh_per_h: Flow = 600.0
     cross_veh_per_h: Flow = Field(default=300.0, description="on each crossing arm")
     van_share: Share = 0.1
     truck_share: Share = 0.08
     temper: Literal["cautious", "normal", "aggressive", "mixed"] | None = Field(
         default=None,
-        description="of the drivers: all of one temper, or a mix; in place of the two "
-        "shares below",
+        description="temper of the drivers, or a mix; replaces the two shares below",
     )
     cautious_share: Share = Field(
         default_factory=_share(0), description="0.25 unless temper is given"
@@ -88,10 +88,10 @@ class Traffic(Strict):
         default_factory=_share(1), description="0.2 unless temper is given"
     )
     own_lane: Annotated[int, Field(ge=0, le=20)] | None = Field(
-        default=None, description="lane that feeds the ego's carriageway; any if none"
+        default=None, description="lane that feeds the ego's carriageway; default: any"
     )
     keep_right: bool = Field(
-        default=True, description="drivers go back to the right lane when they can"
+        default=True, description="drivers return to the right lane when possible"
     )
     models: dict[str, Annotated[float, Field(gt=0.0, le=1000.0)]] | None = Field(
         default=None,
@@ -101,7 +101,7 @@ class Traffic(Strict):
 
     @model_validator(mode="after")
     def _shares_fit(self) -> Self:
-        """Refuse shares of more than everything."""
+        """Reject shares that exceed 1 in total."""
         for one, other in (
             ("van_share", "truck_share"),
             ("cautious_share", "aggressive_share"),
@@ -115,7 +115,7 @@ class Traffic(Strict):
 
     @model_validator(mode="after")
     def _said_once(self) -> Self:
-        """Refuse a preset and numbers that say something else, or nothing at all."""
+        """Reject a preset beside numbers, or neither of them."""
         flow = self.own_veh_per_h
         if self.density is None and flow is None:
             raise mismatch("own_veh_per_h", "is null; allowed: a number, or density")
@@ -143,7 +143,7 @@ def read_traffic(value: Any) -> Any:
     return None if value == "none" else value
 
 
-class ScriptedVehicle(Strict):
+class ScriptedVehicleConfig(Strict):
     """A vehicle of the kinematic world: constant speed along the reference path."""
 
     s_m: Position = Field(description="centre at the start")

@@ -31,7 +31,7 @@ _BOUNDS = {
 
 
 def describe(error: ValidationError, document: Document, schema: Schema) -> str:
-    """Turn the first mistake into `FILE:LINE: key.path: what; allowed: ...`.
+    """Format the first mistake as `FILE:LINE: key.path: what; allowed: ...`.
 
     Args:
         error: What pydantic found.
@@ -55,7 +55,7 @@ def describe(error: ValidationError, document: Document, schema: Schema) -> str:
 
 
 def unknown_name(name: str, allowed: list[str]) -> str:
-    """Say what a misspelt name may have meant, and the allowed names."""
+    """Suggest the closest name, and list the allowed ones."""
     close = get_close_matches(name, allowed, n=1)
     hint = f"did you mean {close[0]}? " if close else ""
     return f"{hint}allowed: {', '.join(allowed)}"
@@ -81,14 +81,14 @@ def _written_path(item: Mapping[str, Any], data: Any) -> KeyPath:
 
 
 def _is_missing_key(item: Mapping[str, Any]) -> bool:
-    """Tell a missing key from a list that is too short."""
+    """Check for a missing key, as opposed to a list that is too short."""
     return item["type"] == "missing" and isinstance(item["loc"][-1], str)
 
 
 def _inconsistent_path(
     item: Mapping[str, Any], loc: list[str | int], data: Any
 ) -> KeyPath:
-    """Put the key that a section's own check named behind the section."""
+    """Append the key named by a section's own check to the path of the section."""
     section = _written_path({"type": "", "loc": loc}, data)
     key = item["ctx"]["key"]
     parts = [part for part in key.replace("[", ".[").split(".") if part]
@@ -98,7 +98,7 @@ def _inconsistent_path(
 def _problem(
     item: Mapping[str, Any], path: KeyPath, document: Document, schema: Schema
 ) -> str:
-    """Say what is wrong at `path`."""
+    """Describe the problem at `path`."""
     kind = item["type"]
     if kind == "inconsistent":
         return str(item["ctx"]["problem"])
@@ -133,7 +133,7 @@ def _shown(value: Any) -> str:
 
 
 def _branches(node: Schema, path: KeyPath, root: Schema) -> list[Schema]:
-    """Give every alternative that the schema allows at `path`."""
+    """Return every alternative that the schema allows at `path`."""
     nodes = _expand(node, root)
     for part in path:
         nodes = [
@@ -157,7 +157,7 @@ def _expand(node: Schema, root: Schema) -> list[Schema]:
 
 
 def _children(node: Schema, part: str | int) -> list[Schema]:
-    """Give the schemas of one key or one item."""
+    """Return the schemas of one key or one item."""
     if isinstance(part, str):
         named = node.get("properties", {})
         child = named.get(part, node.get("additionalProperties"))
@@ -173,13 +173,13 @@ def _keys(nodes: list[Schema]) -> list[str]:
 
 
 def _allowed(nodes: list[Schema]) -> str:
-    """Say in words what the alternatives allow."""
+    """Describe what the alternatives allow."""
     texts = [_words(node) for node in nodes if node.get("type") != "null"]
     return " or ".join(dict.fromkeys(texts)) or "nothing"
 
 
 def _words(node: Schema) -> str:
-    """Say in words what one schema allows."""
+    """Describe what one schema allows."""
     if "const" in node:
         return str(node["const"])
     if "enum" in node:

@@ -43,7 +43,7 @@ class Document:
     places: dict[KeyPath, str] = field(default_factory=dict)
 
     def where(self, path: KeyPath) -> str:
-        """Say where a key path was written.
+        """Return where a key path was written.
 
         An option that wrote something below it counts more than the file; where nothing
         wrote it, the nearest key above does.
@@ -60,7 +60,7 @@ class Document:
         return self.places.get(path, self.name)
 
     def beside(self, path: KeyPath) -> str:
-        """Name the options that may clash with what a file says at a key path.
+        """List the options that may conflict with the file at a key path.
 
         Returns:
             Words to put behind a message; none if an option wrote the value itself.
@@ -158,7 +158,7 @@ class _Converter:
         for key_node, value_node in node.value:
             if key_node.tag != _TAG + "str" or key_node.value == "<<":
                 raise self.error(
-                    key_node, path, f"has a key that is no name: {key_node.value!r}"
+                    key_node, path, f"has a key that is not a name: {key_node.value!r}"
                 )
             key = key_node.value
             inner = (*path, key)
@@ -182,15 +182,15 @@ class _Converter:
         try:
             return _integer(text) if kind == "int" else _number(text)
         except ValueError:  # a tag forced onto another text: !!int abc
-            raise self.error(node, path, f"is no {kind}: {text!r}") from None
+            raise self.error(node, path, f"is not a valid {kind}: {text!r}") from None
 
     def error(self, node: yaml.Node, path: KeyPath, problem: str) -> ConfigError:
-        """Make the error about `node`."""
+        """Build the error about `node`."""
         key = dotted(path) or "the file"
         return ConfigError(f"{self.place(node)}: {key}: {problem}")
 
     def place(self, node: yaml.Node) -> str:
-        """Say where `node` begins."""
+        """Return where `node` begins."""
         return f"{self.name}:{node.start_mark.line + 1}"
 
 

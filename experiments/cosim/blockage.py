@@ -1,4 +1,4 @@
-"""When standing still means that there is no way on."""
+"""Detects an ego that stands because there is no way on."""
 
 from experiments.cosim.records import TrafficState
 from planner.interface import PlanStats
@@ -7,16 +7,16 @@ STANDING = 0.1  # slower is standing [m/s]
 WAITING_ROOM = 15.0  # from the front bumper to the line one waits at [m]
 
 
-class Standstill:
-    """Tells an ego that is blocked from one that waits.
+class BlockageDetector:
+    """Distinguishes an ego that is blocked from one that waits.
 
-    Blocked is who has stood for `patience` while the planner named a static body, a
-    vehicle that stood just as long, or nothing but a reason. Who stands at a closed
-    stop line waits, and so does who stands behind a vehicle on the way to one: the
-    queue will move. Waiting does not count as standing.
+    The ego is blocked if it has stood for `patience` while the planner named a static
+    body, a vehicle that stood just as long, or only a reason. An ego that stands at a
+    closed stop line waits, and so does one behind a vehicle on the way to the line:
+    the queue will move. Waiting does not count as standing.
 
     Args:
-        patience: How long [s].
+        patience: Time of standing after which the ego is blocked [s].
         front_reach: From the ego's rear axle to its front bumper [m].
     """
 
@@ -26,7 +26,7 @@ class Standstill:
         self._since: float | None = None  # the ego stands since then [s]
         self._still: dict[str, float] = {}  # vehicle -> stands since then [s]
 
-    def blocked(
+    def update(
         self,
         s: float,
         speed: float,
@@ -34,14 +34,14 @@ class Standstill:
         stop_lines: tuple[float, ...],
         stats: PlanStats,
     ) -> str | None:
-        """Look at one step.
+        """Update with one step.
 
         Args:
             s: Of the ego's rear axle [m].
             speed: Of the ego [m/s].
-            traffic: Everyone else, now.
+            traffic: All other vehicles, now.
             stop_lines: The closed ones ahead [m].
-            stats: What the last plan said.
+            stats: Of the last plan.
 
         Returns:
             The reason why the ego is blocked, or None if it is not (yet).
@@ -67,23 +67,24 @@ class Standstill:
         stop_lines: tuple[float, ...],
         stats: PlanStats,
     ) -> bool:
-        """Tell whether a closed stop line is why the ego stands."""
+        """Check whether the ego stands because of a closed stop line."""
         if not stop_lines:
             return False
         at_line = min(stop_lines) - s - self._front_reach <= WAITING_ROOM
-        return at_line or stats.blocker in traffic.ids
+        return at_line or stats.blocker in traffic.vehicles.ids
 
     def _watch(self, traffic: TrafficState) -> None:
-        """Keep account of who stands since when."""
-        for name, speed in zip(traffic.ids, traffic.speed.tolist(), strict=True):
+        """Record since when each vehicle stands."""
+        users = traffic.vehicles
+        for name, speed in zip(users.ids, users.speed.tolist(), strict=True):
             if speed < STANDING:
                 self._still.setdefault(name, traffic.time)
             else:
                 self._still.pop(name, None)
 
     def _stands_as_long(self, traffic: TrafficState, blocker: str | None) -> bool:
-        """Tell whether the blocker will not go away by itself, as far as one can."""
-        if blocker not in traffic.ids:
+        """Check that the blocker is static or has stood for as long as the ego."""
+        if blocker not in traffic.vehicles.ids:
             return True  # a static body, or no body at all
         since = self._still.get(blocker or "", traffic.time)
         return traffic.time - since >= self._patience - 1e-9

@@ -1,22 +1,19 @@
-"""Our own judgement of every step: contacts, clearance, and leaving the road.
+"""Our own check of every step: contacts, clearance, and leaving the road.
 
-SUMO's collision detection misses overlaps across lane lines and sees some that are
-none, so it is a cross-check only. Here the ego's rectangle is held against every
-vehicle and every static body, swept from the step before to this one, so that nothing
-passes through anything between two samples.
+SUMO's collision detection misses overlaps across lane lines and reports some contacts
+that are not there, so it is a cross-check only. Here the ego's rectangle is compared
+with every vehicle and every static body, swept from the step before to this one, so
+that nothing passes through anything between two samples.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from experiments.cosim.records import TrafficState
-from experiments.cosim.sumo import frames
-from planner.numerics.compiled import compiled
-from planner.reference_path.path import ReferencePath
-from planner.scene import Obstacles, RoadBounds
+from experiments.cosim.road import Road
+from planner.numerics.compiled import compiled, inlined
+from planner.scene import RoadUsers
 from planner.shapes.rectangles import (
     CONTACT_TOLERANCE,
     HALF_LENGTH,
@@ -28,19 +25,21 @@ from planner.shapes.rectangles import (
     core_distance,
     swept_contact,
 )
-from planner.states import CartesianState, FloatArray
-from planner.vehicle import Vehicle
+from planner.states import BoolArray, CartesianState, FloatArray, IntArray
+from planner.vehicle import Vehicle, centre_from_rear_axle
 
 # Corners and middles of the sides, as parts of (half length, half width).
 OUTLINE = np.array(
     [(1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)],
     dtype=np.float64,
 )
+UNKNOWN = -1  # row of a vehicle that was not there a step ago
+N_RECTANGLE = 6  # numbers of a rectangle grown by a radius, as `rectangles` names them
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
-    """What one step came to."""
+class StepCheck:
+    """The result of checking one step."""
 
     contacts: tuple[str, ...]  # bodies touched since the step before, vehicles first
     clearance: float  # to the nearest body now [m]; 0 on contact, inf without one
@@ -48,142 +47,140 @@ class Verdict:
     off_road: float  # how far the body reaches over the road's edge [m]; 0 inside
 
 
-class Truth:
-    """Judges one episode, step by step; remembers only the step before.
+class CollisionMonitor:
+    """Checks one episode, step by step; keeps only the step before.
 
     Args:
+        road: Of the episode, with its static bodies.
         vehicle: The ego's dimensions.
-        path: Reference path.
-        road: Lateral room along the path.
-        obstacles: Static bodies.
     """
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        path: ReferencePath,
-        road: RoadBounds,
-        obstacles: Obstacles,
-    ) -> None:
+    def __init__(self, road: Road, vehicle: Vehicle) -> None:
         self._vehicle = vehicle
-        self._path = path
         self._road = road
-        self._static_ids = obstacles.ids
+        static = road.obstacles
         self._static = np.column_stack(
             (
-                obstacles.x,
-                obstacles.y,
-                obstacles.heading,
-                obstacles.length / 2.0,
-                obstacles.width / 2.0,
-                obstacles.radius,
+                static.x,
+                static.y,
+                static.heading,
+                static.length / 2.0,
+                static.width / 2.0,
+                static.radius,
             )
         )
-        self._ids: tuple[str, ...] = ()
-        self._rows: FloatArray | None = None
+        self._before: RoadUsers | None = None
         self._ego: FloatArray | None = None
 
-    def judge(self, ego: CartesianState, traffic: TrafficState, near: float) -> Verdict:
-        """Judge the step that led to this moment.
+    def check(self, ego: CartesianState, vehicles: RoadUsers, near: float) -> StepCheck:
+        """Check the step that led to this moment.
 
         A vehicle is compared with itself a step ago by its id; one that has just come
-        into view is judged as it is now.
+        into view is checked as it is now.
 
         Args:
             ego: Rear axle, now.
-            traffic: Everyone else, now.
-            near: About where the ego is on the path [m].
+            vehicles: All others, now.
+            near: Rough arc length of the ego on the path [m].
 
         Returns:
-            The verdict.
+            The result.
         """
         ego_row = self._ego_row(ego)
-        rows = self._body_rows(traffic)
-        before, known = self._before(traffic.ids, rows)
-        ego_before = ego_row if self._ego is None else self._ego
-        touched, nearest, clearance = _hold_against(
-            ego_before, ego_row, before, rows, known
+        before = vehicles if self._before is None else self._before
+        touched, nearest, clearance = _check_bodies(
+            ego_row if self._ego is None else self._ego,
+            ego_row,
+            before.table,
+            vehicles.table,
+            self._rows_before(vehicles.ids),
+            self._static,
         )
-        self._ids, self._rows, self._ego = traffic.ids, rows, ego_row
-        return Verdict(
-            tuple(self._name(int(i)) for i in np.flatnonzero(touched)),
+        self._before, self._ego = vehicles, ego_row
+        names = (*vehicles.ids, *self._road.obstacles.ids)
+        return StepCheck(
+            tuple(names[i] for i in np.flatnonzero(touched)),
             float(clearance),
-            self._name(nearest) if nearest >= 0 else None,
+            names[nearest] if nearest >= 0 else None,
             self._off_road(ego_row, near),
         )
 
-    def _name(self, index: int) -> str:
-        """Give the id of a row; vehicles come before static bodies."""
-        count = len(self._ids)
-        return self._ids[index] if index < count else self._static_ids[index - count]
-
     def _ego_row(self, ego: CartesianState) -> FloatArray:
-        """Pack the ego's rectangle."""
-        x, y = frames.centre_from_rear_axle(ego, self._vehicle)
+        """Return the ego's rectangle as numbers, (6,)."""
+        x, y = centre_from_rear_axle(ego, self._vehicle)
         half_length, half_width = self._vehicle.length / 2.0, self._vehicle.width / 2.0
         return np.array((x, y, ego.heading, half_length, half_width, 0.0))
 
-    def _body_rows(self, traffic: TrafficState) -> FloatArray:
-        """Pack all rectangles, vehicles before static bodies, (n, 6)."""
-        count = len(traffic.ids)
-        rows = np.empty((count + len(self._static), 6))
-        rows[:count, X] = traffic.x
-        rows[:count, Y] = traffic.y
-        rows[:count, HEADING] = traffic.heading
-        rows[:count, HALF_LENGTH] = traffic.length / 2.0
-        rows[:count, HALF_WIDTH] = traffic.width / 2.0
-        rows[:count, RADIUS] = 0.0
-        rows[count:] = self._static
-        return rows
-
-    def _before(
-        self, ids: tuple[str, ...], rows: FloatArray
-    ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Find where each body was a step ago, and whether that is known."""
-        known = np.ones(len(rows), np.bool_)
-        if ids == self._ids and self._rows is not None:
-            return self._rows, known
-        before = rows.copy()
-        place = {name: i for i, name in enumerate(self._ids)}
-        for i, name in enumerate(ids):
-            was = place.get(name)
-            if was is None or self._rows is None:
-                known[i] = False
-            else:
-                before[i] = self._rows[was]
-        return before, known
+    def _rows_before(self, ids: tuple[str, ...]) -> IntArray:
+        """Return each vehicle's column in the table a step ago, (n,), or `UNKNOWN`."""
+        if self._before is None:
+            return np.full(len(ids), UNKNOWN, np.int64)
+        if ids == self._before.ids:
+            return np.arange(len(ids))
+        place = {name: i for i, name in enumerate(self._before.ids)}
+        return np.array([place.get(name, UNKNOWN) for name in ids], np.int64)
 
     def _off_road(self, ego: FloatArray, near: float) -> float:
-        """Measure how far the body's outline reaches over the road's edge [m]."""
+        """Return how far the body's outline reaches over the road's edge [m]."""
         cos, sin = math.cos(ego[HEADING]), math.sin(ego[HEADING])
         along, across = (OUTLINE * ego[HALF_LENGTH : HALF_WIDTH + 1]).T
-        s, l = self._path.project(
+        s, l = self._road.path.project(
             ego[X] + along * cos - across * sin,
             ego[Y] + along * sin + across * cos,
             near=near,
         )
-        left, right = self._road.at(s)
+        left, right = self._road.bounds.at(s)
         return max(float(np.max(l - left)), float(np.max(right - l)), 0.0)
 
 
+@inlined
+def _fill_rectangle(table: FloatArray, k: int, row: FloatArray) -> None:
+    """Copy vehicle `k` of a table of road users into the numbers of a rectangle."""
+    row[X], row[Y], row[HEADING] = table[0, k], table[1, k], table[2, k]
+    row[HALF_LENGTH], row[HALF_WIDTH] = table[6, k] / 2.0, table[7, k] / 2.0
+    row[RADIUS] = 0.0
+
+
 @compiled
-def _hold_against(
+def _check_bodies(
     ego_before: FloatArray,
     ego: FloatArray,
     before: FloatArray,
     now: FloatArray,
-    known: NDArray[np.bool_],
-) -> tuple[NDArray[np.bool_], int, float]:
-    """Give contacts (n,), the nearest body's index (-1 without one) and its distance.
+    rows_before: IntArray,
+    static: FloatArray,
+) -> tuple[BoolArray, int, float]:
+    """Check all bodies, vehicles before static ones.
 
     Circles about the rectangles decide for bodies that are far away.
+
+    Args:
+        ego_before: The ego's rectangle a step ago, (6,).
+        ego: The same now.
+        before: Table of the road users a step ago, (8, m).
+        now: The same now, (8, n).
+        rows_before: Column of each vehicle in `before`, or `UNKNOWN`, (n,).
+        static: Rectangles that do not move, (n_static, 6).
+
+    Returns:
+        (contacts (n + n_static,), index of the nearest body or -1, its distance [m]).
     """
-    touched = np.zeros(now.shape[0], dtype=np.bool_)
+    n = now.shape[1]
+    touched = np.zeros(n + static.shape[0], dtype=np.bool_)
     nearest, clearance = -1, np.inf
     ego_circle = math.hypot(ego[HALF_LENGTH], ego[HALF_WIDTH])
     ego_travel = math.hypot(ego[X] - ego_before[X], ego[Y] - ego_before[Y])
-    for i in range(now.shape[0]):
-        body = now[i]
+    body, was = np.empty(N_RECTANGLE), np.empty(N_RECTANGLE)
+    for i in range(n + static.shape[0]):
+        known = True
+        if i < n:
+            _fill_rectangle(now, i, body)
+            known = rows_before[i] != UNKNOWN
+            if known:
+                _fill_rectangle(before, rows_before[i], was)
+        else:
+            body[:] = static[i - n]
+            was[:] = body
         circle = math.hypot(body[HALF_LENGTH], body[HALF_WIDTH]) + body[RADIUS]
         dx, dy = body[X] - ego[X], body[Y] - ego[Y]
         apart = math.hypot(dx, dy) - circle - ego_circle
@@ -203,9 +200,9 @@ def _hold_against(
                 nearest, clearance = i, gap
             if gap <= CONTACT_TOLERANCE:
                 touched[i] = True
-        if known[i] and not touched[i]:
+        if known and not touched[i]:
             # Circles turn with their bodies: only the centres' travel counts.
-            travel = math.hypot(body[X] - before[i, X], body[Y] - before[i, Y])
+            travel = math.hypot(body[X] - was[X], body[Y] - was[Y])
             if apart <= ego_travel + travel + CONTACT_TOLERANCE:
-                touched[i] = swept_contact(ego_before, ego, before[i], body)
+                touched[i] = swept_contact(ego_before, ego, was, body)
     return touched, nearest, clearance

@@ -1,15 +1,15 @@
-"""The closed loop: observe, project, plan, track, advance, judge.
+"""The closed loop: observe, check, plan, track, advance.
 
-The loop knows a `World`, not a simulator. Its caller owns the world and closes it.
+The loop uses a `World`, not a simulator. Its caller owns the world and closes it.
 """
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 
-from experiments.cosim.blockage import Standstill
-from experiments.cosim.collision_monitor import Truth
+from experiments.cosim.blockage import BlockageDetector
+from experiments.cosim.collision_monitor import CollisionMonitor
 from experiments.cosim.plant import (
     PlannerOutputError,
     Plant,
@@ -20,9 +20,9 @@ from experiments.cosim.records import (
     Ending,
     EpisodeStatus,
     StepRecord,
-    TrafficState,
 )
-from experiments.cosim.scene_builder import SceneFrame, make_scene
+from experiments.cosim.road import EgoTask
+from experiments.cosim.scene_builder import Outlook, build_scene
 from experiments.cosim.signals import closed_stop_lines
 from experiments.cosim.world import World
 from experiments.errors import SimulationError
@@ -30,58 +30,52 @@ from planner.errors import OutsidePathDomainError
 from planner.interface import Planner, PlanResult, PlanStats
 from planner.prediction import Predictor, constant_speed
 from planner.reference_path.frenet import cartesian_to_frenet_one
-from planner.scene import Lanes
+from planner.scene import OFF_ROAD_TOLERANCE
 from planner.states import CartesianState, FrenetState
-from planner.vehicle import Vehicle
 
 log = logging.getLogger(__name__)
 
-OFF_ROAD_TOLERANCE = 0.01  # a body this far over the edge is still on the road [m]
 TIME_TOLERANCE = 1e-9  # [s]
 TO_MS = 1e3  # from seconds
 
 
 @dataclass(frozen=True, slots=True)
-class LoopSettings:
-    """What an episode is, apart from its world."""
+class EpisodeOptions:
+    """When an episode ends, and what its planner foresees."""
 
-    vehicle: Vehicle
-    target_speed: float  # [m/s]
-    goal_s: float  # the ego has arrived when its rear axle is here [m]
     duration: float = 90.0  # [s]
+    blocked_after: float = 20.0  # of standing without a way on [s]
     horizon: float = 5.0  # of the predictions [s]
     predictor: Predictor = constant_speed
-    radius: float = 120.0  # vehicles farther from the ego are not planned with [m]
-    blocked_after: float = 20.0  # of standing without a way on [s]
-    comfortable_deceleration: float = 3.0  # that a yellow light may ask for [m/s²]
-    lanes: Lanes = field(default_factory=Lanes.none)  # along the world's path
 
 
 def run_loop(
     world: World,
     planner: Planner,
     plant: Plant,
-    settings: LoopSettings,
+    task: EgoTask,
+    options: EpisodeOptions,
     on_step: Callable[[StepRecord], None],
 ) -> Ending:
-    """Drive one episode from entering to its end.
+    """Run one episode from entering to its end.
 
     Args:
         world: Not entered yet; the caller closes it afterwards.
-        planner: Asked once a step.
+        planner: Called once a step.
         plant: Moves the ego along the trajectory.
-        settings: Goal, limits and patience.
-        on_step: Gets every step in order. In the last one nothing was planned, or
-            nothing that could be driven: its plan is None. Where the simulator fails
+        task: The ego's goal and body.
+        options: Duration, patience and predictions.
+        on_step: Called with every step in order. In the last one nothing was planned,
+            or nothing that could be driven: its plan is None. If the simulator fails
             there is no such last step.
 
     Returns:
         How the episode ended. Failures of planner and simulator are endings too;
-        only errors in this package come out as exceptions.
+        only errors of this package are raised.
     """
     try:
         ego = world.enter()
-        return _Episode(world, planner, plant, settings, on_step).run(ego)
+        return _Episode(world, planner, plant, task, options, on_step).run(ego)
     except SimulationError as error:
         log.warning("simulator failed: %s", error)
         return Ending(EpisodeStatus.SIMULATOR_FAILED, str(error))
@@ -95,29 +89,21 @@ class _Episode:
         world: World,
         planner: Planner,
         plant: Plant,
-        settings: LoopSettings,
+        task: EgoTask,
+        options: EpisodeOptions,
         on_step: Callable[[StepRecord], None],
     ) -> None:
-        vehicle = settings.vehicle
+        vehicle, road = task.vehicle, world.road
         self._world = world
         self._planner = planner
         self._plant = plant
-        self._settings = settings
+        self._task = task
+        self._options = options
         self._on_step = on_step
-        self._frame = SceneFrame(
-            world.step,
-            vehicle,
-            world.path,
-            world.road,
-            world.obstacles,
-            settings.target_speed,
-            settings.predictor,
-            settings.horizon,
-            settings.radius,
-            settings.lanes,
-        )
-        self._truth = Truth(vehicle, world.path, world.road, world.obstacles)
-        self._standstill = Standstill(settings.blocked_after, vehicle.front_reach)
+        self._road = road
+        self._outlook = Outlook(world.step, options.horizon, options.predictor)
+        self._monitor = CollisionMonitor(road, vehicle)
+        self._blockage = BlockageDetector(options.blocked_after, vehicle.front_reach)
         self._memory: object = None
         self._stats = PlanStats()
         self._off_road_steps = 0
@@ -141,46 +127,38 @@ class _Episode:
     def _observe(
         self, index: int, ego: CartesianState, before: FrenetState | None
     ) -> StepRecord:
-        """Look at the world and judge the step that led here."""
+        """Observe the world and check the step that led here."""
         traffic = self._world.observe()
         near = None if before is None else before.s
         try:
-            frenet = cartesian_to_frenet_one(self._world.path, ego, near)
+            frenet = cartesian_to_frenet_one(self._road.path, ego, near)
         except OutsidePathDomainError:
             frenet = None
         s = frenet.s if frenet is not None else near or 0.0
-        verdict = self._truth.judge(ego, traffic, s)
-        self._off_road_steps += verdict.off_road > OFF_ROAD_TOLERANCE
+        check = self._monitor.check(ego, traffic.vehicles, s)
+        self._off_road_steps += check.off_road > OFF_ROAD_TOLERANCE
         return StepRecord(
             index,
             traffic.time,
             ego,
             frenet,
             traffic,
-            self._stop_lines(s, ego.speed, traffic),
+            closed_stop_lines(
+                traffic.signals,
+                s + self._task.vehicle.front_reach,
+                ego.speed,
+                self._task.vehicle.limits,
+            ),
             None,
             None,
-            verdict.contacts,
-            verdict.clearance,
-            verdict.nearest,
-            verdict.off_road,
-        )
-
-    def _stop_lines(
-        self, s: float, speed: float, traffic: TrafficState
-    ) -> tuple[float, ...]:
-        """Say which stop lines are closed for the ego."""
-        settings = self._settings
-        return closed_stop_lines(
-            traffic.signals,
-            s + settings.vehicle.front_reach,
-            speed,
-            settings.vehicle.limits,
-            settings.comfortable_deceleration,
+            check.contacts,
+            check.clearance,
+            check.nearest,
+            check.off_road,
         )
 
     def _ending(self, record: StepRecord) -> Ending | None:
-        """Say whether and how the episode has ended, worst news first."""
+        """Return how the episode has ended, the worst ending first, or None."""
         frenet, time = record.ego_frenet, f"at t = {record.time:.1f} s"
         if record.contacts:
             hit = ", ".join(record.contacts)
@@ -191,20 +169,20 @@ class _Episode:
                 EpisodeStatus.OFF_ROAD,
                 f"at {where} m the ego has no place on the reference path, {time}",
             )
-        if frenet.s >= self._settings.goal_s:
+        if frenet.s >= self._task.goal:
             return self._arrival(time)
-        if record.time >= self._settings.duration - TIME_TOLERANCE:
+        if record.time >= self._options.duration - TIME_TOLERANCE:
             return Ending(
                 EpisodeStatus.TIMEOUT,
-                f"s = {frenet.s:.1f} m of {self._settings.goal_s:.1f} m {time}",
+                f"s = {frenet.s:.1f} m of {self._task.goal:.1f} m {time}",
             )
-        reason = self._standstill.blocked(
+        reason = self._blockage.update(
             frenet.s, record.ego.speed, record.traffic, record.stop_lines, self._stats
         )
         return None if reason is None else Ending(EpisodeStatus.BLOCKED, reason)
 
     def _arrival(self, time: str) -> Ending:
-        """Judge an ego that has reached its goal."""
+        """Return the ending of an ego that has reached its goal."""
         steps = self._off_road_steps
         if steps == 0:
             return Ending(EpisodeStatus.ARRIVED, f"arrived {time}")
@@ -214,7 +192,7 @@ class _Episode:
         )
 
     def _drive(self, record: StepRecord) -> tuple[StepRecord, CartesianState]:
-        """Plan from a record; give it back with its plan, and the ego's next state.
+        """Plan from a record; return it with its plan, and the ego's next state.
 
         Raises:
             PlannerOutputError: If there is nothing that can be driven.
@@ -228,11 +206,13 @@ class _Episode:
         return replace(record, plan=plan, planning_ms=planning_ms), after
 
     def _plan(self, record: StepRecord) -> tuple[PlanResult, float]:
-        """Ask the planner and take the time [ms]."""
+        """Call the planner and measure its time [ms]."""
         if record.ego_frenet is None:
             raise PlannerOutputError("there is no way to plan off the reference path")
-        scene = make_scene(
-            self._frame,
+        scene = build_scene(
+            self._road,
+            self._task,
+            self._outlook,
             record.traffic,
             record.ego,
             record.ego_frenet,

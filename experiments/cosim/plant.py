@@ -3,9 +3,9 @@
 import math
 from typing import Protocol
 
-from experiments.cosim.sumo import frames
 from experiments.errors import ExperimentError
 from planner.interface import PlanResult
+from planner.numerics.angles import wrapped
 from planner.states import CartesianState, Trajectory
 
 START_TOLERANCE = 0.1  # from the ego to the trajectory's first point [m]
@@ -18,12 +18,12 @@ class PlannerOutputError(ExperimentError):
 
 
 class Plant(Protocol):
-    """What moves the ego along a trajectory."""
+    """A model of how the ego follows a trajectory."""
 
     def step(
         self, ego: CartesianState, trajectory: Trajectory, step: float
     ) -> CartesianState:
-        """Give the ego's state one `step` [s] after `ego`."""
+        """Return the ego's state one `step` [s] after `ego`."""
         ...
 
 
@@ -36,7 +36,7 @@ class PerfectTracking:
         trajectory: Trajectory,
         step: float,
     ) -> CartesianState:
-        """Give the trajectory's state at `step` [s], its heading wrapped.
+        """Return the trajectory's state at `step` [s], its heading wrapped.
 
         Raises:
             PlannerOutputError: If that state is not finite.
@@ -48,7 +48,7 @@ class PerfectTracking:
         return CartesianState(
             after.x,
             after.y,
-            frames.wrapped(after.heading),
+            wrapped(after.heading),
             after.curvature,
             after.speed,
             after.acceleration,
@@ -58,7 +58,7 @@ class PerfectTracking:
 def drivable_trajectory(
     plan: PlanResult, ego: CartesianState, step: float
 ) -> Trajectory:
-    """Hand out the trajectory of a plan after checking that it can be driven.
+    """Return the trajectory of a plan after checking that it can be driven.
 
     Args:
         plan: What the planner returned.
@@ -93,7 +93,7 @@ def drivable_trajectory(
 
 
 def check_motion(before: CartesianState, after: CartesianState, step: float) -> None:
-    """Refuse a step that is farther than the ego's speeds go.
+    """Raise if a step is longer than the ego's speeds allow.
 
     Args:
         before: The ego now.

@@ -1,13 +1,11 @@
-"""What one simulation step says: traffic, signals, the ego, and how an episode ends."""
+"""Records of one simulation step (traffic, signals, the ego) and of an ending."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 
-import numpy as np
-
-from planner.errors import InvalidInputError
 from planner.interface import PlanResult
-from planner.states import CartesianState, FloatArray, FrenetState, freeze
+from planner.scene import RoadUsers
+from planner.states import CartesianState, FrenetState
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,40 +19,17 @@ class Signal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrafficState:
-    """All vehicles but the ego and its ghost at one moment; arrays are (n,).
-
-    (x, y) is the centre of each rectangle.
-    """
+    """All vehicles but the ego and its ghost at one moment, and the signals."""
 
     time: float  # since the ego entered [s]
-    ids: tuple[str, ...]
-    x: FloatArray  # [m]
-    y: FloatArray
-    heading: FloatArray  # [rad], counter-clockwise from +x
-    speed: FloatArray  # [m/s]
-    acceleration: FloatArray  # [m/s²]
-    length: FloatArray  # [m]
-    width: FloatArray
+    vehicles: RoadUsers
     signals: tuple[Signal, ...] = ()
     ghost: CartesianState | None = None  # centre of the ghost, while there is one
-    # Across the lane, positive to the vehicle's left; none given means none [m/s].
-    lateral_speed: FloatArray = field(default_factory=lambda: np.empty(0))
-
-    def __post_init__(self) -> None:
-        """Copy, check and freeze the arrays."""
-        names = ("x", "y", "heading", "speed", "acceleration", "length", "width")
-        if self.lateral_speed.size == 0:
-            object.__setattr__(self, "lateral_speed", np.zeros(len(self.ids)))
-        for name in (*names, "lateral_speed"):
-            array = freeze(getattr(self, name))
-            if array.shape != (len(self.ids),):
-                raise InvalidInputError(f"{name}: {array.shape}, {len(self.ids)} ids")
-            object.__setattr__(self, name, array)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepRecord:
-    """One step of an episode: what was, what was planned, what the truth says."""
+    """One step of an episode: its state, its plan, and what the monitor found."""
 
     index: int
     time: float  # since the ego entered [s]

@@ -1,42 +1,36 @@
-"""From what the simulator says to what a planner sees."""
+"""From the simulator's traffic to the scene that a planner gets."""
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from experiments.cosim.records import TrafficState
-from experiments.cosim.sumo import frames
+from experiments.cosim.road import EgoTask, Road
 from planner.prediction import Predictor, constant_speed
-from planner.reference_path.path import ReferencePath
-from planner.scene import Lanes, Obstacles, RoadBounds, Scene, Vehicles
-from planner.states import CartesianState, FrenetState
-from planner.vehicle import Vehicle
+from planner.scene import Scene, Vehicles
+from planner.states import CartesianState, FloatArray, FrenetState
+
+PLANNED_RADIUS = 120.0  # vehicles farther from the ego are not planned with [m]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SceneFrame:
-    """What stays the same in every scene of an episode."""
+@dataclass(frozen=True, slots=True)
+class Outlook:
+    """How other vehicles are predicted."""
 
-    step: float  # [s]
-    vehicle: Vehicle
-    path: ReferencePath
-    road: RoadBounds
-    obstacles: Obstacles
-    target_speed: float  # [m/s]
+    step: float  # between columns of the predictions, and planning cycles [s]
+    horizon: float = 5.0  # [s]
     predictor: Predictor = constant_speed
-    horizon: float = 5.0  # of the predictions [s]
-    radius: float = 120.0  # vehicles farther from the ego are left out [m]
-    lanes: Lanes = field(default_factory=Lanes.none)
 
-    @property
-    def n_steps(self) -> int:
-        """Columns of the predictions, the first is now."""
-        return round(self.horizon / self.step) + 1
+    def times(self) -> FloatArray:
+        """Return the times of the predictions, from 0 on, (n_steps,) [s]."""
+        n_steps = max(round(self.horizon / self.step), 1) + 1
+        return self.step * np.arange(n_steps, dtype=np.float64)
 
 
-def make_scene(
-    frame: SceneFrame,
+def build_scene(
+    road: Road,
+    task: EgoTask,
+    outlook: Outlook,
     traffic: TrafficState,
     ego: CartesianState,
     ego_frenet: FrenetState,
@@ -45,75 +39,32 @@ def make_scene(
     """Build the scene of one planning cycle.
 
     Args:
-        frame: What stays the same.
-        traffic: Everyone else, now.
+        road: Of the episode.
+        task: Of the ego.
+        outlook: How vehicles are predicted.
+        traffic: All other vehicles, now.
         ego: Rear axle, now.
         ego_frenet: The same state along the path.
         stop_lines: Arc lengths that the front bumper must not pass now [m].
 
     Returns:
-        The scene with predictions for every vehicle within `frame.radius`.
+        The scene with predictions for every vehicle within `PLANNED_RADIUS`.
     """
+    users = traffic.vehicles
+    near = np.hypot(users.x - ego.x, users.y - ego.y) <= PLANNED_RADIUS
+    planned = users.among(near)
+    prediction = outlook.predictor(road.path, planned, outlook.times())
     return Scene(
         time=traffic.time,
-        step=frame.step,
+        step=outlook.step,
         ego=ego,
         ego_frenet=ego_frenet,
-        vehicle=frame.vehicle,
-        path=frame.path,
-        road=frame.road,
-        obstacles=frame.obstacles,
-        vehicles=_vehicles(frame, traffic, ego),
+        vehicle=task.vehicle,
+        path=road.path,
+        road=road.bounds,
+        obstacles=road.obstacles,
+        vehicles=Vehicles.predicted(planned, prediction),
         stop_lines=stop_lines,
-        target_speed=frame.target_speed,
-        lanes=frame.lanes,
+        target_speed=task.target_speed,
+        lanes=road.lanes,
     )
-
-
-def state_on_path(
-    path: ReferencePath, s: float, l: float, speed: float
-) -> CartesianState:
-    """Give the state of a rear axle that follows the path at a constant offset.
-
-    Args:
-        path: The reference path.
-        s: Arc length [m].
-        l: Offset, positive to the left [m].
-        speed: Along the heading [m/s].
-
-    Returns:
-        The state; its heading is wrapped, its acceleration 0.
-    """
-    x, y, heading = path.pose(s)
-    curvature = float(path.at(s).curvature)
-    return CartesianState(
-        x - l * math.sin(heading),
-        y + l * math.cos(heading),
-        frames.wrapped(heading),
-        curvature / (1.0 - curvature * l),
-        speed,
-        0.0,
-    )
-
-
-def _vehicles(
-    frame: SceneFrame, traffic: TrafficState, ego: CartesianState
-) -> Vehicles:
-    """Pick the vehicles near the ego and predict them."""
-    near = np.hypot(traffic.x - ego.x, traffic.y - ego.y) <= frame.radius
-    kept = slice(None) if near.all() else np.flatnonzero(near)
-    ids = traffic.ids
-    if not isinstance(kept, slice):
-        ids = tuple(ids[i] for i in kept)
-    motion = (
-        traffic.x[kept],
-        traffic.y[kept],
-        traffic.heading[kept],
-        traffic.speed[kept],
-        traffic.acceleration[kept],
-    )
-    prediction = frame.predictor(
-        frame.path, *motion, traffic.lateral_speed[kept], frame.step, frame.n_steps
-    )
-    length, width = traffic.length[kept], traffic.width[kept]
-    return Vehicles(ids, *motion, length, width, prediction)

@@ -1,4 +1,4 @@
-"""What the traffic lights on the route ask of the ego now.
+"""Which stop lines of traffic lights are closed for the ego now.
 
 A pure decision: no simulator, no memory. Yellow needs none to be consistent: once
 the ego is too close to stop comfortably, driving on only brings it closer, so that
@@ -14,6 +14,7 @@ STOP = frozenset("ru")  # red, red-yellow
 CLEARING = frozenset("y")
 # G g o O s M m are open. That g, m and s have to yield is not a stop line: the
 # vehicles with priority are in the scene, with their predictions.
+COMFORTABLE_DECELERATION = 3.0  # that a yellow light may ask for [m/s²]
 OVERSHOOT = 0.3  # a bumper stopped this far over the line still waits there [m]
 
 
@@ -22,9 +23,8 @@ def closed_stop_lines(
     front_s: float,
     speed: float,
     limits: VehicleLimits,
-    comfortable_deceleration: float,
 ) -> tuple[float, ...]:
-    """Say which stop lines the ego has to respect now.
+    """Return the stop lines that the ego has to respect now.
 
     Red holds unless not even emergency braking stops before the line; yellow holds
     if comfortable braking does. Lines behind the front bumper are gone.
@@ -33,8 +33,7 @@ def closed_stop_lines(
         signals: The lights on the route.
         front_s: Arc length of the ego's front bumper [m].
         speed: Of the ego [m/s].
-        limits: Give the emergency deceleration.
-        comfortable_deceleration: What yellow may ask for, positive [m/s²].
+        limits: Contain the emergency deceleration.
 
     Returns:
         Arc lengths of the closed stop lines, growing [m].
@@ -44,7 +43,7 @@ def closed_stop_lines(
         if signal.state in STOP:
             deceleration = limits.emergency_deceleration
         elif signal.state in CLEARING:
-            deceleration = comfortable_deceleration
+            deceleration = COMFORTABLE_DECELERATION
         else:
             continue
         if speed**2 / (2.0 * deceleration) <= signal.stop_s - front_s + OVERSHOOT:

@@ -1,10 +1,9 @@
-"""What the loop needs of a world; SUMO and the kinematic world both provide it."""
+"""Interface of a world to the loop; SUMO and the kinematic world implement it."""
 
 from typing import Protocol, runtime_checkable
 
 from experiments.cosim.records import TrafficState
-from planner.reference_path.path import ReferencePath
-from planner.scene import Obstacles, RoadBounds
+from experiments.cosim.road import Road
 from planner.states import CartesianState, Trajectory
 
 
@@ -17,22 +16,12 @@ class World(Protocol):
         ...
 
     @property
-    def path(self) -> ReferencePath:
-        """Reference path of the ego's route."""
-        ...
-
-    @property
-    def road(self) -> RoadBounds:
-        """Lateral room along `path`."""
-        ...
-
-    @property
-    def obstacles(self) -> Obstacles:
-        """Static bodies: the truth, whatever the simulator made of them."""
+    def road(self) -> Road:
+        """The ego's road; its obstacles as they are, not as a simulator sees them."""
         ...
 
     def enter(self) -> CartesianState:
-        """Bring the traffic up, put the ego on the road, and say where it stands."""
+        """Start the traffic, put the ego on the road, and return its state."""
         ...
 
     def observe(self) -> TrafficState:
@@ -40,14 +29,14 @@ class World(Protocol):
         ...
 
     def advance(self, ego: CartesianState) -> CartesianState:
-        """Put the ego at `ego`, move everyone else one step on, say where the ego is.
+        """Put the ego at `ego`, move all others one step on, return the ego's state.
 
-        That is `ego`, unless the world has a driver of its own.
+        The state is `ego`, unless the world has a driver of its own.
         """
         ...
 
     def close(self) -> None:
-        """Take the ego out and end the simulation; allowed at any time."""
+        """Remove the ego and end the simulation; allowed at any time."""
         ...
 
 
@@ -56,5 +45,5 @@ class PlanDisplay(Protocol):
     """A world with a window in which the ego's plan can be drawn."""
 
     def show_plan(self, plan: Trajectory) -> None:
-        """Draw a plan in the place of the one before."""
+        """Draw a plan, replacing the one before."""
         ...

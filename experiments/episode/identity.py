@@ -1,4 +1,4 @@
-"""What a run is made from, and the hash of that: the run's identity."""
+"""The identity of a run: a hash of everything that it is made from."""
 
 from functools import cache
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 from experiments.config import Scenario
 from experiments.config.scenario_file import config_hash
-from experiments.planners.registry import own_module
+from experiments.planners.registry import user_module
 from experiments.planners.source_files import planner_sources
 from experiments.storage import provenance as manifest
 
@@ -14,7 +14,7 @@ SHAPING = ("python", "libsumo", "numpy", "scipy", "numba")
 
 
 def run_identity(scenario: Scenario, net_file: Path | None) -> dict[str, Any]:
-    """Say what a run is made from.
+    """Return what a run is made from.
 
     Args:
         scenario: Checked.
@@ -37,7 +37,7 @@ def run_hashes(scenario: Scenario, net_file: Path | None) -> dict[str, str | Non
     """Hash configuration, network, code and a user's planner, and all in one."""
     configuration = config_hash(scenario.resolved())
     network = _file_hash(*_stamp(net_file)) if net_file else None
-    planner = _planner_hash(own_module(scenario.planner.name))
+    planner = _planner_hash(user_module(scenario.planner.name))
     code = code_hash()
     return {
         "run_hash": manifest.text_hash(f"{configuration} {network} {code} {planner}"),
@@ -57,30 +57,30 @@ def _planner_hash(module_name: str | None) -> str | None:
 
 @cache
 def code_hash() -> str:
-    """Hash the code as it was when this process first asked: that is what it runs."""
+    """Hash the code as it was at this process's first call: that is what it runs."""
     return manifest.code_hash()
 
 
 def shaping_versions() -> dict[str, str | None]:
-    """Give the versions of what the numbers come from: with others, other traces."""
+    """Return the versions of the libraries that determine the traces."""
     found = _versions()
     return {name: found[name] for name in SHAPING}
 
 
 @cache
 def _versions() -> dict[str, str | None]:
-    """Ask for the versions once a process: it takes milliseconds."""
+    """Return all versions, read once a process: it takes milliseconds."""
     return manifest.versions()
 
 
 @cache
 def _git_state() -> dict[str, Any] | None:
-    """Ask git once a process: it takes two processes."""
+    """Return the state of git, read once a process: it takes two processes."""
     return manifest.git_state()
 
 
 def _stamp(file: Path) -> tuple[Path, int]:
-    """Give a file with the time of its last change."""
+    """Return a file with the time of its last change."""
     return file, file.stat().st_mtime_ns
 
 

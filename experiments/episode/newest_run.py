@@ -1,4 +1,4 @@
-"""Which run of a folder is the newest: by what its manifest says."""
+"""The newest run of a folder, by the times in the manifests."""
 
 import json
 from datetime import UTC, datetime
@@ -30,7 +30,7 @@ def newest_run(runs: Path = RUNS) -> Path:
 
 
 def _ended(manifest: Path) -> datetime:
-    """Say when a run ended; by the file where the manifest does not say it."""
+    """Return when a run ended, by the manifest or else by the file's time."""
     try:
         about = json.loads(manifest.read_text(encoding="utf-8"))
         return datetime.fromisoformat(about[ENDED]).astimezone(UTC)

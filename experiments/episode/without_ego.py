@@ -9,8 +9,8 @@ from experiments.cosim.world import World
 from experiments.errors import SimulationError
 from experiments.trace.recording import vehicle_table
 from experiments.trace.schema import Table, Trace
-from experiments.world_setup.layout import Layout
-from experiments.world_setup.world import make_egoless_world
+from experiments.world_setup.road import Layout
+from experiments.world_setup.world import make_world_without_ego
 
 log = logging.getLogger(__name__)
 
@@ -18,31 +18,31 @@ log = logging.getLogger(__name__)
 def vehicles_without_ego(
     scenario: Scenario, layout: Layout, trace: Trace, world: World, folder: Path
 ) -> Table | None:
-    """Drive the same seed without the ego, if the scenario asks for it.
+    """Run the same seed without the ego, if the scenario asks for it.
 
     Args:
         scenario: Of the episode.
         layout: Of the episode.
-        trace: Of the episode; those whom the ego has seen are reported.
+        trace: Of the episode; the vehicles that the ego has seen are reported.
         world: Of the episode, closed.
         folder: Where its route file is.
 
     Returns:
-        The vehicles at the moments of the trace. None if nothing is asked for, the ego
-        never entered, or the simulator fails where it did not with the ego.
+        The vehicles at the moments of the trace. None if the scenario does not ask for
+        it, the ego never entered, or the simulator fails where it did not with the ego.
     """
     n_steps = len(trace.steps["index"])
     if not scenario.simulation.without_ego or n_steps == 0:
         return None
     if not isinstance(world, SumoWorld):
         return None
-    alone = make_egoless_world(scenario, layout, folder)
+    without_ego = make_world_without_ego(scenario, layout, folder)
     ids = set(trace.vehicles["id"].tolist())
     try:
-        moments = alone.drive(world.entry_steps, n_steps, ids)
-        return vehicle_table(layout.path, list(enumerate(moments)))
+        moments = without_ego.drive(world.entry_steps, n_steps, ids)
+        return vehicle_table(layout.road.path, list(enumerate(moments)))
     except SimulationError as error:
         log.warning("the run without the ego failed: %s", error)
         return None
     finally:
-        alone.close()
+        without_ego.close()

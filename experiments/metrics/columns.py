@@ -1,6 +1,8 @@
-"""Names of the columns of the results row, in their order."""
+"""Names of the columns of the results row."""
 
 from typing import Final
+
+Cell = str | int | float | bool | None
 
 SCENARIO: Final = "scenario"
 PLANNER: Final = "planner"
@@ -25,7 +27,7 @@ MAX_CURVATURE: Final = "max_abs_curvature_1pm"
 MAX_HEADING: Final = "max_heading_rad"
 FALLBACK_CYCLES: Final = "fallback_cycles"
 CANDIDATES_MEAN: Final = "candidates_mean"
-SURVIVORS_MEAN: Final = "survivors_mean"
+FEASIBLE_MEAN: Final = "survivors_mean"
 PLANNING_P50: Final = "planning_ms_p50"
 PLANNING_P95: Final = "planning_ms_p95"
 PLANNING_P99: Final = "planning_ms_p99"
@@ -42,20 +44,3 @@ BEHIND_DELAY_MEAN: Final = "behind_delay_mean_s"
 BEHIND_DELAY_MAX: Final = "behind_delay_max_s"
 BEHIND_SPEED_LOSS: Final = "behind_speed_loss_mps"
 BEHIND_DECELERATION: Final = "behind_added_deceleration_mps2"
-
-# Wall-clock columns: left out of every comparison of results.
-TIMING_COLUMNS: Final = (
-    PLANNING_P50,
-    PLANNING_P95,
-    PLANNING_P99,
-    PLANNING_MAX,
-    DEADLINE_MISSES,
-    STEPS_PER_SECOND,
-)
-
-# Every column above, in its order.
-ALL_COLUMNS: Final = tuple(
-    value
-    for name, value in tuple(globals().items())
-    if name.isupper() and isinstance(value, str)
-)

@@ -1,4 +1,4 @@
-"""Comfort: what the ego's motion feels like, and what the planner thought of it."""
+"""Comfort: jerk, acceleration, curvature, and the planner's own cost terms."""
 
 import json
 
@@ -12,7 +12,7 @@ OFFSET_COST = "mean_offset_squared"  # key of PlanStats.costs [m²]
 
 
 def mean_cost(trace: Trace, term: str) -> float | None:
-    """Mean over the planning cycles of one raw cost term of the chosen trajectory.
+    """Average a raw cost term of the selected trajectory over the planning cycles.
 
     `jerk_integral` is the integral of the squared jerk over the trajectory [m²/s⁵],
     `mean_offset_squared` the mean of l² over its points [m²]. None if the planner
@@ -25,11 +25,11 @@ def mean_cost(trace: Trace, term: str) -> float | None:
 
 
 def rms_jerk(trace: Trace) -> float | None:
-    """Root mean square of the driven jerk [m/s³].
+    """Return the root mean square of the driven jerk [m/s³].
 
-    Jerk is the change from step to step of (tangential, lateral) acceleration as a
-    passenger feels it, over the step: |a_(k+1) - a_k| / dt. None with fewer than two
-    steps.
+    Jerk is the change of (tangential, lateral) acceleration between steps, as
+    experienced by a passenger, over the step: |a_(k+1) - a_k| / dt. None with
+    fewer than two steps.
     """
     tangential = trace.steps["acceleration_mps2"]
     if len(tangential) < 2:  # noqa: PLR2004, a difference takes two
@@ -41,35 +41,35 @@ def rms_jerk(trace: Trace) -> float | None:
 
 
 def lateral_acceleration(steps: Table) -> FloatArray:
-    """Lateral acceleration kappa v² at the rear axle, (n_steps,) [m/s²]."""
+    """Return the lateral acceleration kappa v² at the rear axle, (n_steps,) [m/s²]."""
     lateral: FloatArray = steps["curvature_1pm"] * steps["speed_mps"] ** 2
     return lateral
 
 
 def max_abs_acceleration(trace: Trace) -> float | None:
-    """Largest tangential acceleration or deceleration [m/s²]."""
+    """Return the largest tangential acceleration or deceleration [m/s²]."""
     return _largest(trace.steps["acceleration_mps2"])
 
 
 def max_abs_lateral_acceleration(trace: Trace) -> float | None:
-    """Largest |kappa v²| [m/s²]."""
+    """Return the largest |kappa v²| [m/s²]."""
     return _largest(lateral_acceleration(trace.steps))
 
 
 def max_abs_curvature(trace: Trace) -> float | None:
-    """Largest curvature of the driven path [1/m]."""
+    """Return the largest curvature of the driven path [1/m]."""
     return _largest(trace.steps["curvature_1pm"])
 
 
 def max_heading(trace: Trace) -> float | None:
-    """Largest angle between the ego and the reference path [rad].
+    """Return the largest angle between the ego and the reference path [rad].
 
-    None if the ego never had a place on the path.
+    None if the ego was never projected on the path.
     """
     return _largest(trace.steps["heading_error_rad"])
 
 
 def _largest(values: Column) -> float | None:
-    """Largest magnitude, None of nothing."""
+    """Return the largest magnitude; None without values."""
     present = np.ma.compressed(values)
     return float(np.abs(present).max()) if present.size else None

@@ -1,6 +1,4 @@
-"""Computation: what planning cost, and how it went."""
-
-from collections.abc import Sequence
+"""Computation: planning time, deadlines, fallbacks, numbers of candidates."""
 
 import numpy as np
 
@@ -12,13 +10,13 @@ TO_MS = 1e3  # from seconds
 
 
 def fallback_cycles(trace: Trace) -> int:
-    """Number of planning cycles that ended in anything but a fresh plan."""
+    """Count the planning cycles without a fresh plan."""
     statuses = np.ma.compressed(trace.steps["plan_status"])
     return sum(1 for status in statuses if status != PlanStatus.OK)
 
 
 def mean_count(trace: Trace, name: str) -> float | None:
-    """Mean over the planning cycles of `candidates` or `survivors` [-].
+    """Average `candidates` or `survivors` over the planning cycles [-].
 
     None if nothing was planned.
     """
@@ -26,39 +24,35 @@ def mean_count(trace: Trace, name: str) -> float | None:
     return float(counts.mean()) if counts.size else None
 
 
-def planning_percentiles(
-    trace: Trace, percentiles: Sequence[float]
-) -> list[float | None]:
-    """Percentiles of the wall-clock time of one planning cycle [ms].
+def planning_percentile(trace: Trace, percentile: float) -> float | None:
+    """Return a percentile of the wall-clock time of a planning cycle [ms].
 
-    None each if fewer than two cycles were planned.
+    The first cycle is excluded. None with fewer than two cycles.
     """
     times = _planning_times(trace)
-    if not times.size:
-        return [None] * len(percentiles)
-    return [float(value) for value in np.percentile(times, percentiles)]
+    return float(np.percentile(times, percentile)) if times.size else None
 
 
 def deadline_misses(trace: Trace) -> int:
-    """Planning cycles that took longer, by the wall clock, than a step lasts."""
+    """Count the planning cycles whose wall-clock time exceeded the step."""
     deadline = TO_MS * float(trace.fact("step_s"))
     return int(np.count_nonzero(_planning_times(trace) > deadline))
 
 
 def _planning_times(trace: Trace) -> FloatArray:
-    """Wall clock of the cycles from the second one on, (n,) [ms].
+    """Return the wall-clock times of the cycles from the second on, (n,) [ms].
 
-    The first one loads the planner's compiled loops, or compiles them, which is the
-    start of a process and not planning.
+    The first cycle loads or compiles the planner's loops: process start-up, not
+    planning.
     """
     return np.asarray(np.ma.compressed(trace.timing["planning_ms"])[1:])
 
 
 def steps_per_second(trace: Trace) -> float | None:
-    """Steps of the closed loop in a second of wall clock, planner included [1/s].
+    """Return the closed-loop steps per second of wall clock, planner included [1/s].
 
-    Counted from the second step on, because the first one compiles. None if there
-    are fewer than three.
+    Counted from the second step on, because the first one compiles. None with fewer
+    than three steps.
     """
     elapsed = trace.timing["elapsed_s"][1:]
     lasted = float(elapsed[-1] - elapsed[0]) if len(elapsed) > 1 else 0.0

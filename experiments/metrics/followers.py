@@ -1,4 +1,4 @@
-"""Traffic impact: what the ego costs those behind it."""
+"""Traffic impact: braking and speed loss of the vehicle that follows the ego."""
 
 from dataclasses import dataclass
 
@@ -9,12 +9,12 @@ from experiments.trace.schema import Trace
 from planner.states import FloatArray
 
 LANE_HALF_WIDTH = 1.65  # half of a lane of 3.3 m, the corridor about the ego [m]
-FOLLOWING_RANGE = 80.0  # rear bumper to front bumper; beyond nobody follows [m]
+FOLLOWING_RANGE = 80.0  # rear bumper to front bumper; maximum for a follower [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Following:
-    """One vehicle's unbroken time as the ego's follower; arrays are (n_steps,)."""
+    """One uninterrupted stay of a vehicle behind the ego; arrays are (n_steps,)."""
 
     id: str
     speed: FloatArray  # [m/s]
@@ -22,11 +22,11 @@ class Following:
 
 
 def followings(trace: Trace) -> list[Following]:
-    """Find who followed the ego and when.
+    """Find the followers of the ego and their speeds and accelerations.
 
-    The follower in a step is the nearest vehicle behind, at most 80 m from bumper to
-    bumper, that heads the ego's way and whose width overlaps the corridor of one lane
-    about the ego's centre.
+    The follower in a step is the nearest same-direction vehicle behind the ego, at most
+    80 m from bumper to bumper, whose width overlaps a corridor of one lane around the
+    ego's centre.
     """
     pairs = neighbours(trace)
     rows = _follower_rows(pairs)
@@ -44,9 +44,9 @@ def followings(trace: Trace) -> list[Following]:
 
 
 def rear_max_deceleration(trace: Trace) -> float | None:
-    """Hardest braking of any follower while it follows, >= 0 [m/s²].
+    """Return the hardest braking of any follower while following, >= 0 [m/s²].
 
-    None if nobody ever followed.
+    None without followers.
     """
     found = followings(trace)
     if not found:
@@ -55,10 +55,9 @@ def rear_max_deceleration(trace: Trace) -> float | None:
 
 
 def rear_speed_loss(trace: Trace) -> float | None:
-    """Largest drop of a follower's speed while it follows, >= 0 [m/s].
+    """Return the largest drop of a follower's speed while following, >= 0 [m/s].
 
-    Over each following, the largest speed so far minus the speed now, at its largest.
-    None if nobody ever followed.
+    The maximum of (highest speed so far - current speed). None without followers.
     """
     found = followings(trace)
     if not found:
@@ -69,7 +68,7 @@ def rear_speed_loss(trace: Trace) -> float | None:
 
 
 def _follower_rows(pairs: Neighbours) -> list[int]:
-    """Give the row of the follower in each step that has one."""
+    """Return the row of the follower in each step that has one."""
     half_length = (pairs.length + pairs.ego_length) / 2.0
     behind = (pairs.ds < 0.0) & (-pairs.ds - half_length <= FOLLOWING_RANGE)
     inside = np.abs(pairs.dl) < LANE_HALF_WIDTH + pairs.width / 2.0
@@ -83,6 +82,6 @@ def _follower_rows(pairs: Neighbours) -> list[int]:
 
 
 def _goes_on(pairs: Neighbours, before: int, after: int) -> bool:
-    """Tell whether the same vehicle follows in the very next step."""
+    """Check whether the same vehicle follows in the next step."""
     same = pairs.id[before] == pairs.id[after]
     return bool(same and pairs.index[after] == pairs.index[before] + 1)

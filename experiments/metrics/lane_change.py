@@ -1,4 +1,4 @@
-"""The first lane change: how long it took, when it was over, and whether in time."""
+"""The first lane change: duration, end, and whether it preceded the blockage."""
 
 import numpy as np
 
@@ -6,13 +6,13 @@ from experiments.trace.schema import Trace
 from planner.states import FloatArray
 
 CHANGED = 2.5  # three quarters of a lane of 10/3 m [m]
-SETTLED = 0.1  # [m]
-LEFT = 0.1  # [m]
-HELD = 2.0  # [s]
+SETTLED = 0.1  # range of the offset after a change [m]
+LEFT = 0.1  # farther from the initial offset a change has begun [m]
+HELD = 2.0  # time for which it stays there [s]
 
 
 def lane_change_time(trace: Trace) -> float | None:
-    """Duration of the first lane change [s]; None without one."""
+    """Return the duration of the first lane change [s]; None without one."""
     found = first_change(trace)
     if found is None:
         return None
@@ -21,7 +21,7 @@ def lane_change_time(trace: Trace) -> float | None:
 
 
 def lane_change_done(trace: Trace) -> float | None:
-    """Time from entering to the end of the first lane change [s]; None without one."""
+    """Return the time from entry to the end of that change [s]; None without one."""
     found = first_change(trace)
     if found is None:
         return None
@@ -30,10 +30,10 @@ def lane_change_done(trace: Trace) -> float | None:
 
 
 def changed_before_blockage(trace: Trace) -> bool | None:
-    """Tell whether the ego was in another lane when its front came to the blockage.
+    """Check whether the ego was in another lane when its front reached the blockage.
 
-    Another lane is `CHANGED` or more from the offset at the start. None if nothing
-    closes the lane in which it starts; False if it never came there.
+    Another lane is `CHANGED` or more from the initial offset. None if nothing closes
+    the initial lane; False if the ego never reached the blockage.
     """
     wall = blockage(trace)
     if wall is None:
@@ -47,11 +47,11 @@ def changed_before_blockage(trace: Trace) -> bool | None:
 
 
 def first_change(trace: Trace) -> tuple[int, int] | None:
-    """Find the steps in which the first lane change begins and is over.
+    """Find the steps in which the first lane change begins and ends.
 
-    It is over when the offset is `CHANGED` or more from that at the start and stays
-    within `SETTLED` for `HELD`; it began when the offset last was within `LEFT` of
-    that at the start.
+    It ends when the offset is `CHANGED` or more from the initial one and stays within
+    `SETTLED` for `HELD`; it began when the offset was last within `LEFT` of the
+    initial one.
     """
     time, l = (np.ma.getdata(trace.steps[name]) for name in ("time_s", "l_m"))
     if time.size == 0 or np.ma.getmaskarray(trace.steps["l_m"]).any():
@@ -65,10 +65,10 @@ def first_change(trace: Trace) -> tuple[int, int] | None:
 
 
 def blockage(trace: Trace) -> float | None:
-    """Find where the lane in which the ego starts is closed [m]; None if nowhere.
+    """Find where the ego's initial lane is closed [m]; None if nowhere.
 
-    That is the near end of the first obstacle ahead that is as wide as the ego and
-    stands right in its way at the offset of the start.
+    That is the near end of the first obstacle ahead that covers the ego's full width
+    at the initial offset.
     """
     ends = np.ma.filled(trace.steps["l_m"][:1], np.nan)
     if trace.obstacles["x_m"].size == 0 or not np.isfinite(ends).any():
@@ -81,7 +81,7 @@ def blockage(trace: Trace) -> float | None:
 
 
 def _on_road(trace: Trace) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Give (s, l) of each obstacle and its half extents along and across the path."""
+    """Return (s, l) of each obstacle and its half extents along and across the path."""
     road, bodies = trace.road, trace.obstacles
     dx = bodies["x_m"][:, None] - road["x_m"]
     dy = bodies["y_m"][:, None] - road["y_m"]

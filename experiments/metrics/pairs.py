@@ -1,4 +1,4 @@
-"""Ego and vehicles side by side, in the Frenet plane of the ego's path."""
+"""Ego and vehicles of each step joined, in the Frenet plane of the ego's path."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,10 +12,10 @@ from planner.states import FloatArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Neighbours:
-    """Every vehicle in every step in which it and the ego have a place on the path.
+    """Every vehicle in every step in which it and the ego project on the path.
 
     Arrays are (n_pairs,), in the order of steps. Differences are vehicle minus ego,
-    centre to centre; headings are against the path.
+    centre to centre; headings are relative to the path.
     """
 
     index: NDArray[np.int64]  # step

@@ -6,12 +6,12 @@ import numpy as np
 
 from experiments.metrics.pairs import Neighbours, neighbours
 from experiments.trace.schema import Trace
+from planner.scene import OFF_ROAD_TOLERANCE
 from planner.states import FloatArray
 
-TTC_HORIZON = 10.0  # an encounter farther ahead is none [s]
-MIN_HEADWAY_SPEED = 1.0  # below it a time headway says nothing [m/s]
-OFF_ROAD_TOLERANCE = 0.01  # the loop's: so far over the edge is still on the road [m]
-STILL = 1e-9  # bodies that close up slower than this never meet [m/s]
+TTC_HORIZON = 10.0  # later contacts do not count [s]
+MIN_HEADWAY_SPEED = 1.0  # below it a time headway is meaningless [m/s]
+STILL = 1e-9  # bodies approaching more slowly never meet [m/s]
 LEADER_RANGE = 100.0  # front bumper to rear bumper [m]
 
 
@@ -24,9 +24,9 @@ def contacts(trace: Trace) -> list[str]:
 
 
 def min_clearance(trace: Trace) -> float | None:
-    """Smallest distance from the ego's rectangle to any body, 0 in a contact [m].
+    """Return the smallest distance between the ego's rectangle and any body [m].
 
-    None if there never was a body.
+    0 after a contact; None without bodies.
     """
     clearance = np.ma.compressed(trace.steps["clearance_m"])
     if contacts(trace):
@@ -35,11 +35,11 @@ def min_clearance(trace: Trace) -> float | None:
 
 
 def min_time_to_collision(trace: Trace) -> float | None:
-    """Smallest time after which the ego would touch a vehicle [s].
+    """Return the smallest time to collision with any vehicle [s].
 
     In the Frenet plane of the ego's path, where the road is straight, both rectangles
-    go on with their present (s_dot, l_dot); the time is the first one at which they
-    touch, exactly. None if no pair would touch within 10 s.
+    keep their current (s_dot, l_dot); the time is the first one at which they touch,
+    computed exactly. None if no pair touches within 10 s.
     """
     pairs = neighbours(trace)
     times = time_to_contact(pairs)
@@ -48,10 +48,10 @@ def min_time_to_collision(trace: Trace) -> float | None:
 
 
 def time_to_contact(pairs: Neighbours) -> FloatArray:
-    """First time at which two moving rectangles touch, by separating axes.
+    """Compute the first time at which two moving rectangles touch, by separating axes.
 
     On each of the four edge normals the projections overlap during one interval of
-    time; the rectangles touch while all four intervals do.
+    time; the rectangles touch while all four intervals overlap.
 
     Args:
         pairs: Ego and vehicle, each row one pair.
@@ -77,11 +77,11 @@ def time_to_contact(pairs: Neighbours) -> FloatArray:
 
 
 def min_time_headway(trace: Trace) -> float | None:
-    """Smallest time from the leader's rear bumper to the ego's front bumper [s].
+    """Return the smallest time headway to the leader [s].
 
-    The leader is the nearest vehicle ahead within 100 m that heads the ego's way and
-    overlaps the ego's width in l; headway = gap / speed of the ego, taken at 1 m/s and
-    more. None if there was no leader.
+    The leader is the nearest same-direction vehicle ahead within 100 m that overlaps
+    the ego's width in l; headway = bumper-to-bumper gap / ego speed, at 1 m/s and
+    above. None without a leader.
     """
     pairs = neighbours(trace)
     across = np.abs(pairs.dl) < (
@@ -106,9 +106,9 @@ def min_time_headway(trace: Trace) -> float | None:
 
 
 def off_road_steps(trace: Trace) -> int:
-    """Number of steps in which the ego's body reached over the road's edge.
+    """Count the steps in which the ego's body extended beyond the road edge.
 
-    More than 1 cm counts, as in the loop's own judgement.
+    More than 1 cm counts, as in the loop's own check.
     """
     return int(
         np.count_nonzero(
@@ -120,7 +120,7 @@ def off_road_steps(trace: Trace) -> int:
 def _half_extent(
     length: FloatArray | float, width: FloatArray | float, angle: FloatArray
 ) -> FloatArray:
-    """Half the projection of a rectangle on an axis at `angle` to its heading."""
+    """Project half of a rectangle on an axis at `angle` to its heading."""
     along, across = np.abs(np.cos(angle)), np.abs(np.sin(angle))
     extent: FloatArray = (length * along + width * across) / 2.0
     return extent

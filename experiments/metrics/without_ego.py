@@ -1,10 +1,10 @@
-"""What the ego costs those behind it, against the same seed without the ego.
+"""Cost of the ego to the vehicles behind it, against the same seed without the ego.
 
-The same vehicle is compared at the same place of the road, with the ego and without.
-Negative delays are gains: someone found the lane free that the ego did not take.
+Each vehicle is compared with itself at the same place of the road, with the ego and
+without. A negative delay is a gain, for example where the ego left a lane free.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from experiments.trace.schema import Table, Trace
 from planner.states import FloatArray
 
-LEAST_ADVANCE = 1e-6  # less is standing [m]
-LEAST_STRETCH = 1.0  # on which two ways are compared [m]
+MIN_ADVANCE = 1e-6  # below this a vehicle stands [m]
+MIN_STRETCH = 1.0  # shortest stretch on which two drives are compared [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Way:
+class VehicleDrive:
     """One vehicle along the ego's path until it leaves the road; arrays are (n,)."""
 
     time: FloatArray  # [s]
@@ -27,26 +27,26 @@ class Way:
     acceleration: FloatArray  # [m/s²]
 
     def time_at(self, s: float) -> float:
-        """Give the time of coming to a place [s]."""
+        """Return the time at which a place is reached [s]."""
         reached = np.maximum.accumulate(self.s)
-        moving = np.diff(reached, prepend=-np.inf) > LEAST_ADVANCE
+        moving = np.diff(reached, prepend=-np.inf) > MIN_ADVANCE
         return float(np.interp(s, reached[moving], self.time[moving]))
 
     def speed_at(self, s: FloatArray) -> FloatArray:
-        """Give the speed at places [m/s]."""
+        """Return the speed at places [m/s]."""
         reached = np.maximum.accumulate(self.s)
-        moving = np.diff(reached, prepend=-np.inf) > LEAST_ADVANCE
+        moving = np.diff(reached, prepend=-np.inf) > MIN_ADVANCE
         return np.asarray(np.interp(s, reached[moving], self.speed[moving]))
 
     def hardest_braking(self, begin: float, end: float) -> float:
-        """Give the hardest braking on a stretch, >= 0 [m/s²]."""
+        """Return the hardest braking on a stretch, >= 0 [m/s²]."""
         inside = (self.s >= begin) & (self.s <= end)
         return max(0.0, float(-self.acceleration[inside].min(initial=0.0)))
 
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What one vehicle lost to the ego."""
+    """Loss of one vehicle due to the ego."""
 
     id: str
     delay: float  # [s]
@@ -55,53 +55,80 @@ class Cost:
 
 
 def costs(trace: Trace, without: Table) -> list[Cost]:
-    """Compare everyone who was behind the ego when first seen.
+    """Compare the same-direction vehicles that were behind the ego when first observed.
 
     Args:
         trace: The episode.
-        without: The vehicles of the same seed without the ego, as in the trace's own
-            table, at the same moments.
+        without: The vehicles of the same seed without the ego, in the format of the
+            trace's own table, at the same times.
 
     Returns:
-        One entry a vehicle that heads the ego's way; those who share no stretch of
-        the road with themselves are left out.
+        One entry per vehicle; a vehicle whose two drives share no stretch of the road
+        is left out.
     """
     found = []
     for name in _behind(trace):
-        pair = _way(trace, trace.vehicles, name), _way(trace, without, name)
-        if all(way.time.size > 1 for way in pair):
+        pair = _drive(trace, trace.vehicles, name), _drive(trace, without, name)
+        if all(one.time.size > 1 for one in pair):
             cost = _cost(name, *pair)
             if cost is not None:
                 found.append(cost)
     return found
 
 
-def _cost(name: str, way: Way, free: Way) -> Cost | None:
-    """Compare a way with that without the ego."""
-    begin = max(float(way.s[0]), float(free.s[0]))
-    end = min(float(way.s.max()), float(free.s.max()))
-    if end - begin < LEAST_STRETCH:
+def n_compared(found: Sequence[Cost] | None) -> int | None:
+    """Count the compared vehicles; None without the run to compare with."""
+    return None if found is None else len(found)
+
+
+def mean_delay(found: Sequence[Cost] | None) -> float | None:
+    """Average the delays [s]; None without compared vehicles, here and below."""
+    return sum(cost.delay for cost in found) / len(found) if found else None
+
+
+def max_delay(found: Sequence[Cost] | None) -> float | None:
+    """Return the largest delay [s]."""
+    return max((cost.delay for cost in found or ()), default=None)
+
+
+def max_speed_loss(found: Sequence[Cost] | None) -> float | None:
+    """Return the largest speed loss, >= 0 [m/s]."""
+    return max((cost.speed_loss for cost in found or ()), default=None)
+
+
+def max_added_deceleration(found: Sequence[Cost] | None) -> float | None:
+    """Return the largest added deceleration, >= 0 [m/s²]."""
+    return max((cost.added_deceleration for cost in found or ()), default=None)
+
+
+def _cost(name: str, driven: VehicleDrive, free: VehicleDrive) -> Cost | None:
+    """Compare a drive with the one without the ego."""
+    begin = max(float(driven.s[0]), float(free.s[0]))
+    end = min(float(driven.s.max()), float(free.s.max()))
+    if end - begin < MIN_STRETCH:
         return None
-    inside = (way.s >= begin) & (way.s <= end)
-    lost = free.speed_at(way.s[inside]) - way.speed[inside]
-    braking = way.hardest_braking(begin, end) - free.hardest_braking(begin, end)
-    return Cost(name, _delay(way, free), max(0.0, float(lost.max())), max(0.0, braking))
+    inside = (driven.s >= begin) & (driven.s <= end)
+    lost = free.speed_at(driven.s[inside]) - driven.speed[inside]
+    braking = driven.hardest_braking(begin, end) - free.hardest_braking(begin, end)
+    return Cost(
+        name, _delay(driven, free), max(0.0, float(lost.max())), max(0.0, braking)
+    )
 
 
-def _delay(way: Way, free: Way) -> float:
-    """Say how much later a vehicle is at the last place that both ways reach [s].
+def _delay(driven: VehicleDrive, free: VehicleDrive) -> float:
+    """Return the delay at the last place that both drives reach [s].
 
-    Who stands there stands until the end: the one who is behind then counts with its
-    last moment, the other with that of its passing.
+    A vehicle that ends there stands there until the end: the shorter drive counts with
+    its last time, the longer one with the time at which it passes.
     """
-    last, free_last = float(way.s[-1]), float(free.s[-1])
+    last, free_last = float(driven.s[-1]), float(free.s[-1])
     if last <= free_last:
-        return float(way.time[-1]) - free.time_at(last)
-    return way.time_at(free_last) - float(free.time[-1])
+        return float(driven.time[-1]) - free.time_at(last)
+    return driven.time_at(free_last) - float(free.time[-1])
 
 
 def _behind(trace: Trace) -> Iterator[str]:
-    """Name who heads the ego's way and is behind it when first seen."""
+    """Yield the same-direction vehicles that are behind the ego when first observed."""
     vehicles, steps = trace.vehicles, trace.steps
     names, first = np.unique(vehicles["id"].astype(str), return_index=True)
     ego_s = np.ma.filled(steps["centre_s_m"], np.nan)
@@ -113,13 +140,13 @@ def _behind(trace: Trace) -> Iterator[str]:
         yield str(names[number])
 
 
-def _way(trace: Trace, table: Table, name: str) -> Way:
-    """Take one vehicle's rows until it leaves the ego's carriageway."""
+def _drive(trace: Trace, table: Table, name: str) -> VehicleDrive:
+    """Select one vehicle's rows until it leaves the ego's carriageway."""
     rows = np.flatnonzero(table["id"] == name)
     s, l = (np.ma.filled(table[key], np.nan)[rows] for key in ("s_m", "l_m"))
     rows = rows[: _still_on(trace.road, s, l)]
     time = table["index"][rows] * float(trace.fact("step_s"))
-    return Way(
+    return VehicleDrive(
         time.astype(np.float64),
         np.ma.getdata(table["s_m"])[rows],
         np.ma.getdata(table["speed_mps"])[rows],
@@ -128,7 +155,7 @@ def _way(trace: Trace, table: Table, name: str) -> Way:
 
 
 def _still_on(road: Table, s: FloatArray, l: FloatArray) -> int:
-    """Count the rows before the first that is off the road, or off the path."""
+    """Count the rows before the first one off the road or off the path."""
     left = np.interp(s, road["s_m"], np.ma.getdata(road["left_m"]))
     right = np.interp(s, road["s_m"], np.ma.getdata(road["right_m"]))
     inside: NDArray[np.bool_] = (l <= left) & (l >= right)

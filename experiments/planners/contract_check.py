@@ -8,12 +8,20 @@ it: the status is `planner_failed`.
 import logging
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from numbers import Integral, Real
 
 import numpy as np
 
 from experiments.errors import ExperimentError
-from planner.interface import Alternative, Planner, PlanResult, PlanStats, PlanStatus
+from planner.interface import (
+    Alternative,
+    Planner,
+    PlanResult,
+    PlanStats,
+    PlanStatus,
+    SpeedGraph,
+)
 from planner.scene import Scene
 from planner.states import Trajectory
 
@@ -58,9 +66,13 @@ def checked(result: object) -> PlanResult:
         raise _wrong("status", result.status, names)
     if not isinstance(result.trajectory, Trajectory | None):
         raise _wrong("trajectory", result.trajectory, "a Trajectory or None")
-    status, stats = PlanStatus(result.status), _checked_stats(result.stats)
-    shown = _checked_alternatives(result.alternatives)
-    return PlanResult(status, result.trajectory, result.memory, stats, shown)
+    return replace(
+        result,
+        status=PlanStatus(result.status),
+        stats=_checked_stats(result.stats),
+        alternatives=_checked_alternatives(result.alternatives),
+        speed_graph=_checked_graph(result.speed_graph),
+    )
 
 
 def _checked_stats(stats: object) -> PlanStats:
@@ -73,8 +85,8 @@ def _checked_stats(stats: object) -> PlanStats:
         raise _wrong("stats.explanation", stats.explanation, "text")
     if not isinstance(stats.blocker, str | None):
         raise _wrong("stats.blocker", stats.blocker, "text or None")
-    return PlanStats(
-        reason=stats.reason,
+    return replace(
+        stats,
         candidates=_count("stats.candidates", stats.candidates),
         survivors=_count("stats.survivors", stats.survivors),
         removed={
@@ -85,7 +97,6 @@ def _checked_stats(stats: object) -> PlanStats:
             key: _number(f"stats.costs[{key!r}]", value)
             for key, value in _named("stats.costs", stats.costs).items()
         },
-        blocker=stats.blocker,
         explanation=str(stats.explanation),
     )
 
@@ -107,6 +118,48 @@ def _checked_alternatives(
             return ()
 
     return checked_ones
+
+
+def _checked_graph(give: object) -> Callable[[], SpeedGraph | None] | None:
+    """Wrap what gives the s-T graph: a mistake in it costs only the picture."""
+    if give is None:
+        return None
+    if not callable(give):
+        raise _wrong("speed_graph", give, "a function or None")
+
+    def checked_one() -> SpeedGraph | None:
+        try:
+            return _sound_graph(give())
+        except Exception:  # anyone's code, called after the plan is made
+            log.warning("the planner's s-T graph cannot be drawn", exc_info=True)
+            return None
+
+    return checked_one
+
+
+def _sound_graph(graph: object) -> SpeedGraph:
+    """Check the shapes of an s-T graph.
+
+    Raises:
+        PlannerContractError: Names what has another shape.
+    """
+    if not isinstance(graph, SpeedGraph):
+        raise _wrong("speed_graph()", graph, "a SpeedGraph")
+    names = ("t", "distance", "lower", "upper")
+    arrays = {n: np.asarray(getattr(graph, n), dtype=np.float64) for n in names}
+    t, n = arrays["t"], len(graph.ids)
+    if t.ndim != 1 or t.size < 2:  # noqa: PLR2004, a step between two times
+        raise _wrong("speed_graph.t", t, "at least two times")
+    shapes = {"distance": t.shape, "lower": (n, t.size), "upper": (n, t.size)}
+    for name, shape in shapes.items():
+        if arrays[name].shape != shape:
+            raise _wrong(f"speed_graph.{name}", arrays[name], f"an array {shape}")
+    if len(graph.sides) != n:
+        raise _wrong("speed_graph.sides", graph.sides, "one for each id")
+    ids, sides = (tuple(map(str, words)) for words in (graph.ids, graph.sides))
+    return SpeedGraph(
+        t, arrays["distance"], ids, sides, arrays["lower"], arrays["upper"]
+    )
 
 
 def _plain(one: Alternative) -> Alternative:

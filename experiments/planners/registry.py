@@ -1,4 +1,4 @@
-"""Planners by name, and a user's own planner as `module:factory`."""
+"""Registered planners by name, and users' planners as `module:factory`."""
 
 import importlib
 import json
@@ -21,8 +21,8 @@ from planner.interface import Planner
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
-    """A planner of this project: where its factory is, and what it is."""
+class RegisteredPlanner:
+    """A planner of this project: its factory, settings and purpose."""
 
     factory: str  # module:function
     settings: str | None  # module:frozen dataclass that the factory takes
@@ -34,58 +34,58 @@ _DEMAND = re.compile(r"[;,] allowed: |\bmust (?:be |lie )?")
 
 _CRUISE_SETTINGS = "planner.cruise.settings:CruiseSettings"
 
-PLANNERS: Mapping[str, Known] = {
-    "cruise": Known(
+PLANNERS: Mapping[str, RegisteredPlanner] = {
+    "cruise": RegisteredPlanner(
         "planner.cruise:proposed",
         _CRUISE_SETTINGS,
         "Frenet sampling with the proposed costs of chapter 4, made for closed loop",
     ),
-    "cruise_conventional": Known(
+    "cruise_conventional": RegisteredPlanner(
         "planner.cruise:conventional",
         _CRUISE_SETTINGS,
         "the same sampling with the conventional costs",
     ),
-    "lane_change": Known(
+    "lane_change": RegisteredPlanner(
         "planner.lane_change:proposed",
         "planner.lane_change:LaneChangeSettings",
         "chapter 6 in closed loop: B-spline path, s-T graph, every passing order",
     ),
-    "lane_change_thesis": Known(
+    "lane_change_thesis": RegisteredPlanner(
         "planner.lane_change:thesis",
         "planner.lane_change:LaneChangeSettings",
         "the same with the passing order chosen by its area, as in the thesis",
     ),
-    "lane_change_dp": Known(
+    "lane_change_dp": RegisteredPlanner(
         "planner.lane_change:conventional",
         "planner.lane_change:LaneChangeSettings",
         "the same with the passing order searched on a grid: DP&QP",
     ),
-    "dense": Known(
+    "dense": RegisteredPlanner(
         "planner.dense:proposed",
         "planner.dense:DenseSettings",
         "dense obstacles: the sides on which they are passed, one program each",
     ),
-    "dense_adaptive": Known(
+    "dense_adaptive": RegisteredPlanner(
         "planner.dense:adaptive",
         "planner.dense:DenseSettings",
         "dense obstacles by the adaptive lattice of chapter 5",
     ),
-    "dense_uniform": Known(
+    "dense_uniform": RegisteredPlanner(
         "planner.dense:uniform",
         "planner.dense:DenseSettings",
         "dense obstacles by the conventional, uniform lattice",
     ),
-    "sumo": Known(
-        "experiments.cosim.sumo.sumo_driver:passenger",
+    "sumo": RegisteredPlanner(
+        "experiments.cosim.sumo.sumo_driver:no_op",
         None,
         "SUMO's own driver (Krauss, LC2013) in the same traffic: a baseline",
     ),
-    "cruise_thesis": Known(
+    "cruise_thesis": RegisteredPlanner(
         "planner.cruise:thesis_proposed",
         None,
         "chapter 4 as printed: 231 candidates, static obstacles, proposed costs",
     ),
-    "cruise_thesis_conventional": Known(
+    "cruise_thesis_conventional": RegisteredPlanner(
         "planner.cruise:thesis_conventional",
         None,
         "chapter 4 as printed, conventional costs",
@@ -94,7 +94,7 @@ PLANNERS: Mapping[str, Known] = {
 
 
 def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
-    """Make a planner.
+    """Create a planner.
 
     Args:
         name: A name of `PLANNERS`, or `module:factory` of one's own; the module is
@@ -109,10 +109,10 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
         ConfigError: If there is no such planner or it does not take these settings.
     """
     if name in PLANNERS:
-        known = PLANNERS[name]
-        factory = _load(known.factory)
-        if known.settings is not None and settings:
-            return _call(name, factory, _checked(settings, _load(known.settings)))
+        registered = PLANNERS[name]
+        factory = _load(registered.factory)
+        if registered.settings is not None and settings:
+            return _call(name, factory, _checked(settings, _load(registered.settings)))
         return _call(name, factory, **settings)
     if ":" not in name:
         hint = unknown_name(name, list(PLANNERS))
@@ -120,21 +120,21 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
     return CheckedPlanner(_call(name, _load(name), **settings))
 
 
-def own_module(name: str) -> str | None:
-    """Name the module of a user's own planner, None for one of this project."""
+def user_module(name: str) -> str | None:
+    """Return the module of a user's planner, None for a registered one."""
     return None if name in PLANNERS else name.partition(":")[0]
 
 
 def _call(
     name: str, factory: Callable[..., object], *arguments: object, **settings: Any
 ) -> Planner:
-    """Call the factory and check that a planner comes out."""
+    """Call the factory and check that it returns a planner."""
     try:
         made = factory(*arguments, **settings)
     except (TypeError, ValueError, PlannerError) as error:
         problem = f"{name} refuses its settings: {error}"
         raise ConfigError(f"planner.settings: {problem}") from error
-    except (Exception, SystemExit) as error:  # a factory may be anyone's code
+    except (Exception, SystemExit) as error:  # a user's factory may raise anything
         raise ConfigError(f"planner: {name} raises {_shown(error)}") from error
     if not callable(getattr(made, "plan", None)):
         raise ConfigError(
@@ -170,8 +170,8 @@ def _import(address: str, module_name: str) -> ModuleType:
     parts = module_name.split(".")
     if parts[-1] == "py" or not all(part.isidentifier() for part in parts):
         raise ConfigError(
-            f"planner: {address}: {module_name} is no module name; allowed: a name as "
-            "after import, without folder and .py"
+            f"planner: {address}: {module_name} is not a module name; allowed: a name "
+            "as after import, without folder and .py"
         )
     here = str(Path.cwd())
     if here not in sys.path:
@@ -182,14 +182,14 @@ def _import(address: str, module_name: str) -> ModuleType:
         raise ConfigError(
             f"planner: {address}: cannot import {module_name}: {error}"
         ) from error
-    except (Exception, SystemExit) as error:  # a module may be anyone's code
+    except (Exception, SystemExit) as error:  # a user's module may raise anything
         raise ConfigError(
             f"planner: {address}: importing {module_name} raises {_shown(error)}"
         ) from error
 
 
 def _own_callables(module: ModuleType) -> list[str]:
-    """Name what a module defines itself and what may make a planner."""
+    """List the callables that a module defines itself."""
     return [
         name
         for name, value in vars(module).items()
@@ -198,12 +198,12 @@ def _own_callables(module: ModuleType) -> list[str]:
 
 
 def _shown(error: BaseException) -> str:
-    """Show an error of someone else's code in one line."""
+    """Format an error of a user's code in one line."""
     return f"{type(error).__name__}: {error}"
 
 
 def _checked(settings: Mapping[str, Any], schema: type) -> object:
-    """Check settings against a frozen dataclass and make one."""
+    """Validate settings against a frozen dataclass and create it."""
     adapter = _adapter(schema)
     try:
         # JSON mode: names become enum members and lists tuples, and nothing else
@@ -215,14 +215,14 @@ def _checked(settings: Mapping[str, Any], schema: type) -> object:
 
 @cache
 def _adapter(schema: type) -> TypeAdapter[Any]:
-    """Make the strict reader of a dataclass, which takes a twentieth of a second."""
+    """Build the strict validator of a dataclass, which takes 50 ms."""
     strict = ConfigDict(strict=True, allow_inf_nan=False, extra="forbid")
     body = {"__slots__": (), "__pydantic_config__": strict}
     return TypeAdapter(type(schema.__name__, (schema,), body))
 
 
 def _setting_problem(error: ValidationError, schema: Mapping[str, Any]) -> str:
-    """Say what is wrong with the first mistaken setting."""
+    """Describe the first invalid setting."""
     first = error.errors(include_url=False)[0]
     key = ".".join(("planner", "settings", *(str(part) for part in first["loc"])))
     if first["type"] == "unexpected_keyword_argument":
@@ -241,7 +241,7 @@ def _setting_problem(error: ValidationError, schema: Mapping[str, Any]) -> str:
 
 
 def _refused_value(key: str, item: Mapping[str, Any]) -> str:
-    """Say what a settings class refuses; it names the setting, not the section."""
+    """Describe a value that a settings class rejects."""
     problem = str(item["ctx"]["error"])
     section = item["input"]
     name, _, rest = problem.partition(" ")

@@ -1,4 +1,4 @@
-"""The files that a user's planner is made of: its own, and what it imports from beside.
+"""Source files of a user's planner: its own, and those it imports from its folder.
 
 Imports are read from the sources, not from what happens to be loaded: a planner may
 import as late as in its first cycle. Other installed packages are left out, and this
@@ -20,7 +20,7 @@ INSTALLED = ("site-packages", "dist-packages")  # folders that many packages sha
 
 @cache
 def planner_sources(module_name: str) -> tuple[Path, ...]:
-    """Give the files, sorted; none for a module without a file.
+    """Return the source files, sorted; empty for a module without a file.
 
     Args:
         module_name: Of the planner, already imported.
@@ -46,13 +46,13 @@ def planner_sources(module_name: str) -> tuple[Path, ...]:
 
 
 def _root(module: ModuleType) -> Path:
-    """Give the folder that holds the module, or the package that it is in."""
+    """Return the folder that holds the module or its package."""
     depth = module.__name__.count(".") + hasattr(module, "__path__")
     return Path(str(module.__file__)).resolve().parents[depth]
 
 
 class _Finder(ModuleFinder):
-    """Follows imports within one folder; among installed packages within one."""
+    """Follows imports within one folder, or within one installed package."""
 
     def __init__(self, root: Path, package: str, *, alone: bool) -> None:
         super().__init__(path=[str(root)], excludes=PACKAGES)
@@ -61,7 +61,7 @@ class _Finder(ModuleFinder):
     def find_module(
         self, name: str, path: str | None, parent: Module | None = None
     ) -> tuple[IO[Any] | None, str | None, tuple[str, str, int]]:
-        """Refuse what is another installed package, and packages without a file."""
+        """Skip other installed packages, and packages without a file."""
         if self._alone and path is None and name != self._package:
             raise ImportError(name)
         try:

@@ -1,1 +1,1 @@
-"""Pictures of what a run left; reads run folders, runs nothing."""
+"""Pages, figures and films of run folders; runs nothing."""

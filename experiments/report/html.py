@@ -16,7 +16,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from experiments.sweep.folder import write_whole
+from experiments.storage.atomic_folder import write_atomically
 
 PAGES = Path(__file__).parent / "pages"
 PAGE_FILE = "report.html"
@@ -27,7 +27,7 @@ _ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028"}
 def render(
     template: str, scripts: Sequence[str], data: Any, facts: Mapping[str, Any]
 ) -> str:
-    """Put a page together.
+    """Render a page.
 
     Args:
         template: File of `pages`.
@@ -54,17 +54,17 @@ def render(
 
 
 def save(page: str, file: Path) -> Path:
-    """Write a page so that it is never there by half; gives the file.
+    """Write a page atomically and return its file.
 
     Raises:
         ResultsError: If the disk refuses.
     """
-    write_whole(file, page)
+    write_atomically(file, page)
     return file
 
 
 def _json(data: Any) -> str:
-    """Write JSON that cannot end the block it stands in."""
+    """Encode JSON that cannot end its script block."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     for sign, escape in _ESCAPES.items():
         text = text.replace(sign, escape)
@@ -72,26 +72,26 @@ def _json(data: Any) -> str:
 
 
 def _script(names: tuple[str, ...]) -> str:
-    """Join scripts into one scope of their own."""
+    """Join scripts in one function scope."""
     parts = "\n".join(_asset(name) for name in names)
     return f'(() => {{\n"use strict";\n{parts}\n}})();\n'
 
 
 def _hash(script: str) -> str:
-    """Hash a script as a content security policy names it."""
+    """Hash a script for a content security policy."""
     digest = hashlib.sha256(script.encode()).digest()
     return f"sha256-{base64.b64encode(digest).decode('ascii')}"
 
 
 @cache
 def _asset(name: str) -> str:
-    """Read a file that goes into pages."""
+    """Read an asset of pages."""
     return (PAGES / name).read_text(encoding="utf-8")
 
 
 @cache
 def _environment() -> Environment:
-    """Set Jinja up: everything is escaped, a missing name is an error."""
+    """Set up Jinja: everything is escaped, an undefined name is an error."""
     return Environment(
         loader=FileSystemLoader(PAGES),
         autoescape=True,

@@ -1,4 +1,4 @@
-"""A run as the pictures need it: its trace, its map, and a few moments of it."""
+"""A run for figures: its trace, its map, and a few moments."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,7 @@ SHOWN_AT = (0.0, 0.3, 0.6, 0.9)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunRecord:
-    """What a run folder holds, and at which steps the scene is shown."""
+    """Contents of a run folder, and the steps at which the scene is shown."""
 
     trace: Trace
     road_map: RoadMap
@@ -37,11 +37,11 @@ def read_run(folder: Path) -> RunRecord:
     """Read a run folder.
 
     Raises:
-        ResultsError: If it is none, is damaged, or holds no steps.
+        ResultsError: If it is not a run folder, is damaged, or holds no steps.
     """
     if not (folder / file_name("steps")).is_file():
         raise ResultsError(
-            f"{folder}: is no run folder; allowed: a folder that rearview run left, "
+            f"{folder}: is not a run folder; allowed: one written by rearview run, "
             f"with {file_name('steps')} in it"
         )
     trace = read_trace(folder)
@@ -54,13 +54,13 @@ def read_run(folder: Path) -> RunRecord:
 
 
 def numbers(column: Column) -> FloatArray:
-    """Give a column as plain float64, NaN where it holds nothing."""
+    """Convert a column to plain float64, NaN where masked."""
     filled: FloatArray = np.ma.filled(column.astype(np.float64), np.nan)
     return filled
 
 
 def _moments(trace: Trace) -> tuple[int, ...]:
-    """Spread moments over the driven distance, over the time if it is none."""
+    """Spread moments over the driven distance, or over time if the ego never moved."""
     x, y = numbers(trace.steps["x_m"]), numbers(trace.steps["y_m"])
     driven = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
     if driven[-1] < 1.0:

@@ -1,4 +1,4 @@
-"""Folders that exist complete or not at all.
+"""Folders and files that exist complete or not at all.
 
 A folder is filled under a temporary name beside its place and then renamed whole.
 """
@@ -16,8 +16,8 @@ _ASIDE = ".unfinished-{}-"  # with the process that fills it
 
 
 @contextmanager
-def whole_folder(target: Path) -> Iterator[Path]:
-    """Fill a folder aside and put it in its place when the block ends well.
+def atomic_folder(target: Path) -> Iterator[Path]:
+    """Fill a temporary folder and rename it to the target when the block succeeds.
 
     A folder that was there is replaced; if anything fails, it stays and nothing of
     the new one is left.
@@ -46,8 +46,23 @@ def whole_folder(target: Path) -> Iterator[Path]:
         shutil.rmtree(aside, ignore_errors=True)
 
 
+def write_atomically(file: Path, text: str) -> None:
+    """Write a temporary file and rename it, so that the target is never partial.
+
+    Raises:
+        ResultsError: If it cannot be written, for example on a full disk.
+    """
+    aside = file.with_name(f".{file.name}.{os.getpid()}")
+    try:
+        aside.write_text(text, encoding="utf-8")
+        aside.replace(file)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise ResultsError(f"{file}: cannot be written: {_reason(error)}") from error
+
+
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those above it, unless it is there.
+    """Create a folder and its parents unless it exists.
 
     Raises:
         ResultsError: If a file is in its place, or the disk refuses.
@@ -62,7 +77,7 @@ def make_folder(folder: Path) -> None:
 
 
 def file_in_place_of(folder: Path) -> Path | None:
-    """Find a file where a folder, or one above it, should be; None if there is none."""
+    """Return a file in the place of a folder or one of its parents; None if absent."""
     for place in (folder, *folder.parents):
         if place.exists():
             return None if place.is_dir() else place
@@ -70,18 +85,18 @@ def file_in_place_of(folder: Path) -> Path | None:
 
 
 def remove_unfinished(parent: Path, process: int) -> None:
-    """Remove what a process that died left of its folders."""
+    """Remove the unfinished folders of a dead process."""
     for left in parent.glob(_ASIDE.format(process) + "*"):
         shutil.rmtree(left, ignore_errors=True)
 
 
 def _make_aside(parent: Path) -> Path:
-    """Make a folder under a temporary name."""
+    """Create a folder under a temporary name."""
     return Path(tempfile.mkdtemp(prefix=_ASIDE.format(os.getpid()), dir=parent))
 
 
 def _put(aside: Path, target: Path) -> None:
-    """Rename the finished folder, after making sure that it is on the disk."""
+    """Rename the finished folder once its files are on the disk."""
     aside.chmod(0o777 & ~_umask())
     for file in aside.iterdir():
         descriptor = os.open(file, os.O_RDONLY)
@@ -113,5 +128,5 @@ def _umask() -> int:
 
 
 def _reason(error: OSError) -> str:
-    """Give the plain words of an error of the operating system."""
+    """Return the message of an error of the operating system."""
     return error.strerror or str(error)

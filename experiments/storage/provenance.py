@@ -1,4 +1,4 @@
-"""What a run was made from: versions, hashes, seed, the state of the repository."""
+"""Provenance of a run: versions, hashes, state of the repository."""
 
 import hashlib
 import platform
@@ -23,7 +23,7 @@ GIT_PATIENCE = 5.0  # [s]
 
 
 def versions() -> dict[str, str | None]:
-    """Give the versions of Python and of the libraries that shape a result."""
+    """Return the versions of Python and of the libraries that affect results."""
     found: dict[str, str | None] = {"python": platform.python_version()}
     for name in LIBRARIES:
         try:
@@ -54,7 +54,7 @@ def text_hash(text: str) -> str:
 
 
 def git_state() -> dict[str, Any] | None:
-    """Give commit and whether the tree differs from it; None outside a checkout."""
+    """Return commit and whether the tree differs from it; None outside a checkout."""
     if not (ROOT / ".git").exists():
         return None
     commit = _git("rev-parse", "HEAD")
@@ -65,7 +65,7 @@ def git_state() -> dict[str, Any] | None:
 
 
 def _git(*arguments: str) -> str | None:
-    """Ask git about the tree; None if it cannot say."""
+    """Run git in the tree; None if it fails."""
     try:
         done = subprocess.run(
             ["git", "-C", str(ROOT), *arguments],

@@ -1,15 +1,15 @@
-"""One run of each kind before a sweep: how long will it take, and what can get warm.
+"""Estimate how long a sweep takes, and compile the planners' loops before it starts.
 
-It also fills the cache of compiled loops before several workers would do so at once.
+Compiling once, in one process, keeps several workers from compiling the same loops at
+the same time; one run of each kind is then timed.
 """
 
 import logging
 import statistics
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, wait
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
 from typing import Any, TypeVar
@@ -19,177 +19,117 @@ from pebble import ProcessExpired
 from experiments.config import Scenario
 from experiments.config.scenario_file import check_scenario
 from experiments.config.yaml_reader import Document
-from experiments.cosim.records import StepRecord
 from experiments.episode.run import run_episode
 from experiments.errors import ExperimentError
 from experiments.interrupts import interrupts_between_steps
 from experiments.planners.registry import PLANNERS
-from experiments.sweep.executors.executor import WorkerSettings
+from experiments.sweep.executors.executor import POLL_INTERVAL, WorkerSettings
 from experiments.sweep.executors.isolation import IsolatedWorkers
 from experiments.sweep.executors.worker import drive_shortly
-from experiments.sweep.schedule import Kind, Missing, Survey
+from experiments.sweep.schedule import Survey
 
-COMPILE_PATIENCE = 600.0  # for the first run of a planner with nothing compiled [s]
-LOADED = 0.5  # of its steps is what a run takes beside them once all is loaded
-PATIENCE = 0.2  # between two looks whether it was interrupted [s]
-STAND_IN = "cruise"  # for users' planners, while loops are compiled
-MAX_KINDS = 12  # kinds that are tried; more would take longer than they tell
+COMPILE_TIMEOUT = 600.0  # of the first run of a planner with an empty cache [s]
+STAND_IN = "cruise"  # compiles the loops outside the planner for users' planners
+MAX_KINDS = 12  # kinds of runs that are timed
 
+Config = Mapping[str, Any]
 T = TypeVar("T")
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class Pilot:
-    """What the first runs told."""
+class DurationEstimate:
+    """Duration of a sweep, and scenarios that load all loops into a worker."""
 
     seconds: float | None  # of all missing runs on one worker; None if unknown [s]
-    warm_up: tuple[Mapping[str, Any], ...]  # scenarios, one for each planner and world
+    warm_up: tuple[Config, ...]
 
 
-def fly(
+def estimate_duration(
     survey: Survey, settings: WorkerSettings, timeout: float, workers: int
-) -> Pilot:
-    """Drive one missing run of each kind, in processes that may die of it.
+) -> DurationEstimate:
+    """Compile what the missing runs need, and time one run of each kind.
 
     Args:
-        survey: What is missing.
-        settings: Of the workers.
+        survey: The missing runs, by kind.
+        settings: Of the worker processes, which may crash or hang without harm.
         timeout: Of a run [s].
-        workers: Processes at a time.
+        workers: Number of processes.
 
     Returns:
-        The estimate, and the scenarios that are safe to warm up with.
+        The estimate; the mean of the timed kinds stands for those that failed or were
+        left out.
     """
-    kinds = dict(list(survey.kinds.items())[:MAX_KINDS])
-    with interrupts_between_steps() as check_interrupt:
-        stand_ins = _loaded(_stand_ins(kinds), settings, check_interrupt)
-        pool = IsolatedWorkers(
-            min(workers, len(kinds)), replace(settings, warm_up=stand_ins)
-        )
-        times: dict[Kind, float] = {}
-        try:
-            futures = {
-                kind: _try(pool, missing.first.scenario, timeout)
-                for kind, missing in kinds.items()
-            }
-            for kind, future in futures.items():
-                seconds = _outcome(future, check_interrupt)
-                times |= {} if seconds is None else {kind: seconds}
-        finally:
-            pool.stop()
-    warm_up = (*stand_ins, *_warm_up(survey, times))
-    return Pilot(_total(survey, times), warm_up)
+    kinds = list(survey.kinds)[:MAX_KINDS]
+    scenarios = [survey.kinds[kind].first.scenario for kind in kinds]
+    warm_up = _warm_up(scenarios)
+    compiled = _call_each(compile_loops, warm_up, settings, COMPILE_TIMEOUT, 1)
+    warm_up = [config for config, done in zip(warm_up, compiled, strict=True) if done]
+    settings = replace(settings, warm_up=tuple(warm_up))
+    configs = [scenario.resolved() for scenario in scenarios]
+    found = _call_each(time_run, configs, settings, timeout, min(workers, len(kinds)))
+    times = {k: s for k, s in zip(kinds, found, strict=True) if s is not None}
+    if not times:
+        return DurationEstimate(None, settings.warm_up)
+    mean = statistics.mean(times.values())
+    total = sum(times.get(kind, mean) * m.count for kind, m in survey.kinds.items())
+    return DurationEstimate(total, settings.warm_up)
 
 
-def _try(
-    pool: IsolatedWorkers, scenario: Scenario, timeout: float
-) -> Future[float | None]:
-    """Have a run driven; what is ours may have to be compiled first."""
-    known = scenario.planner.name in PLANNERS
-    patience = timeout + (COMPILE_PATIENCE if known else 0.0)
-    return pool.call(time_of, scenario.resolved(), patience)
-
-
-def time_of(config: Mapping[str, Any]) -> float | None:
-    """Drive a run and say how long it takes once everything is loaded [s].
-
-    The first drive loads or compiles something; where that took the most of it, the
-    run is driven again. None if it raises.
-    """
-    try:
-        first, steps = _drive(config)
-        return first if first - steps < LOADED * steps else _drive(config)[0]
-    except (Exception, KeyboardInterrupt, SystemExit):  # the run itself will tell
-        log.exception("pilot")
-        return None
-
-
-def load(config: Mapping[str, Any]) -> bool:
-    """Drive the begin of a scenario, so that its loops are compiled."""
-    drive_shortly(check_scenario(Document("pilot", dict(config))))
+def compile_loops(config: Config) -> bool:
+    """Drive the beginning of a scenario, so that its loops are compiled."""
+    drive_shortly(check_scenario(Document("warm-up", dict(config))))
     return True
 
 
-def _stand_ins(kinds: Mapping[Kind, Missing]) -> tuple[Mapping[str, Any], ...]:
-    """Put a planner of this project into the worlds of users' planners.
-
-    Theirs have no patience for the compiling of our loops: they may hang.
-    """
-    worlds: dict[str, Mapping[str, Any]] = {}
-    for missing in kinds.values():
-        scenario = missing.first.scenario
-        if scenario.planner.name not in PLANNERS:
-            config = {**scenario.resolved(), "planner": {"name": STAND_IN}}
-            worlds.setdefault(scenario.world, config)
-    return tuple(worlds.values())
-
-
-def _loaded(
-    configs: tuple[Mapping[str, Any], ...],
-    settings: WorkerSettings,
-    check_interrupt: Callable[[], None],
-) -> tuple[Mapping[str, Any], ...]:
-    """Compile what scenarios need; give those with which it worked."""
-    if not configs:
-        return ()
-    pool = IsolatedWorkers(1, replace(settings, warm_up=()))
+def time_run(config: Config) -> float | None:
+    """Return the wall-clock time of a run [s]; None if it raises."""
+    scenario = check_scenario(Document("estimate", dict(config)))
+    started = perf_counter()
     try:
-        futures = [pool.call(load, config, COMPILE_PATIENCE) for config in configs]
-        done = [_outcome(future, check_interrupt) for future in futures]
-    finally:
-        pool.stop()
-    return tuple(config for config, ok in zip(configs, done, strict=True) if ok)
+        with tempfile.TemporaryDirectory(prefix="rearview-") as out:
+            run_episode(scenario, out=Path(out))
+    except (Exception, KeyboardInterrupt, SystemExit):  # the run itself reports it
+        log.exception("estimate")
+        return None
+    return perf_counter() - started
+
+
+def _warm_up(scenarios: list[Scenario]) -> list[Config]:
+    """Choose a scenario for each planner and world; users' planners may hang."""
+    chosen: dict[tuple[str, str], Config] = {}
+    for scenario in scenarios:
+        name, config = scenario.planner.name, scenario.resolved()
+        if name not in PLANNERS:
+            name, config = STAND_IN, {**config, "planner": {"name": STAND_IN}}
+        chosen.setdefault((name, scenario.world), config)
+    return list(chosen.values())
+
+
+def _call_each(
+    function: Callable[[Config], T],
+    configs: Sequence[Config],
+    settings: WorkerSettings,
+    timeout: float,
+    workers: int,
+) -> list[T | None]:
+    """Call a function on each configuration in isolated processes; None if one dies."""
+    with interrupts_between_steps() as check_interrupt:
+        pool = IsolatedWorkers(workers, settings)
+        try:
+            futures = [pool.call(function, config, timeout) for config in configs]
+            return [_outcome(future, check_interrupt) for future in futures]
+        finally:
+            pool.stop()
 
 
 def _outcome(future: Future[T], check_interrupt: Callable[[], None]) -> T | None:
-    """Wait for what comes out of a worker; None if it dies or raises."""
-    while not wait((future,), PATIENCE).done:
+    """Wait for a result; None if the process dies, hangs or raises."""
+    while not wait((future,), POLL_INTERVAL).done:
         check_interrupt()
     try:
         return future.result()
     except (TimeoutError, ProcessExpired, RuntimeError, ExperimentError) as error:
-        log.warning("pilot: %s", error)
+        log.warning("estimate: %s", error)
         return None
-
-
-def _drive(config: Mapping[str, Any]) -> tuple[float, float]:
-    """Drive a run; give its wall clock and what the steps account for [s].
-
-    The median step stands for all: some load or compile something.
-    """
-    at: list[float] = []
-
-    def on_step(_: StepRecord) -> None:
-        at.append(perf_counter())
-
-    scenario = check_scenario(Document("pilot", dict(config)))
-    started = perf_counter()
-    with tempfile.TemporaryDirectory(prefix="rearview-") as out:
-        run_episode(scenario, out=Path(out), on_step=on_step)
-    ended = perf_counter()
-    lasted = [after - before for before, after in pairwise(at)]
-    steps = statistics.median(lasted) * len(lasted) if lasted else 0.0
-    between = at[-1] - at[0] if at else 0.0
-    return ended - started - between + steps, steps
-
-
-def _total(survey: Survey, times: Mapping[Kind, float]) -> float | None:
-    """Add up all missing runs; a kind that was not tried takes the mean."""
-    if not times:
-        return None
-    mean = statistics.mean(times.values())
-    return sum(times.get(kind, mean) * m.count for kind, m in survey.kinds.items())
-
-
-def _warm_up(
-    survey: Survey, times: Mapping[Kind, float]
-) -> tuple[Mapping[str, Any], ...]:
-    """Choose a scenario for each planner in each kind of world."""
-    chosen: dict[tuple[str, str], Mapping[str, Any]] = {}
-    for kind in times:
-        scenario = survey.kinds[kind].first.scenario
-        key = (scenario.planner.name, scenario.world)
-        chosen.setdefault(key, scenario.resolved())
-    return tuple(chosen.values())

@@ -1,4 +1,4 @@
-"""Drives one run of a sweep: a scenario in, a run folder out."""
+"""Execute one run of a sweep: a scenario in, a run folder out."""
 
 import logging
 from time import perf_counter
@@ -9,7 +9,8 @@ from experiments.config.sweep import KeepTraces
 from experiments.config.yaml_reader import Document
 from experiments.cosim.records import Ending, EpisodeStatus
 from experiments.episode.identity import code_hash
-from experiments.episode.run import RunFolder, run_episode
+from experiments.episode.run import run_episode
+from experiments.episode.run_folder import OutputOptions
 from experiments.errors import ConfigError, ExperimentError, ResultsError
 from experiments.sweep.task import (
     Failure,
@@ -23,10 +24,10 @@ from experiments.sweep.task import (
 log = logging.getLogger(__name__)
 
 
-def drive(task: RunTask) -> RunReport:
-    """Drive a run and leave its run folder; whatever goes wrong is a report.
+def execute_run(task: RunTask) -> RunReport:
+    """Execute a run and write its run folder; every failure becomes a report.
 
-    A process that dies, hangs or eats the memory is its executor's business.
+    A process that dies, hangs or exceeds the memory limit is handled by its executor.
     """
     started = perf_counter()
     if code_hash() != task.facts["code_hash"]:
@@ -34,7 +35,7 @@ def drive(task: RunTask) -> RunReport:
         return failed(task, Failure.OTHER_CODE, words)
     try:
         scenario = scenario_of(task)
-        outcome = run_episode(scenario, choice=_run_folder(task))
+        outcome = run_episode(scenario, output=_run_folder(task))
     except ResultsError as error:
         return failed(task, Failure.DISK, str(error))
     except ConfigError as error:
@@ -53,7 +54,7 @@ def drive(task: RunTask) -> RunReport:
 
 
 def since(started: float) -> float:
-    """Give the wall clock since a time of perf_counter [s]."""
+    """Return the wall-clock time since a reading of perf_counter [s]."""
     return perf_counter() - started
 
 
@@ -62,12 +63,12 @@ def scenario_of(task: RunTask) -> Scenario:
     return check_scenario(Document(f"run {task.run_id}", dict(task.config)))
 
 
-def _run_folder(task: RunTask) -> RunFolder:
-    """Say where the run folder is and what is in it."""
+def _run_folder(task: RunTask) -> OutputOptions:
+    """Choose the run folder and whether it keeps the trace."""
 
     def keeps(ending: Ending) -> bool:
         arrived = ending.status is EpisodeStatus.ARRIVED
         only_failures = task.keep_traces is KeepTraces.FAILURES
         return not arrived if only_failures else task.keep_traces is KeepTraces.ALL
 
-    return RunFolder(task.folder, keeps, facts_of(task))
+    return OutputOptions(task.folder, keeps, facts_of(task))

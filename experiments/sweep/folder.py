@@ -1,18 +1,16 @@
-"""The folder of a sweep: who works in it, what is finished, of which code.
+"""The folder of a sweep: lock, finished runs, version of the code.
 
-sweep.yaml       what was asked for
-code.json        what made the runs: hashes of the code and of users' planners,
-                 versions of libraries
-runs/ab/abcd.../ one folder a run, under the first two characters of its id
-results.parquet  one row a run, rebuilt from the run folders
-progress.json    how far it is
-workers.log      what SUMO and planners print
-reruns/abcd...   runs that were done again, with their whole trace
+sweep.yaml       the sweep file
+code.json        hashes of the code and of users' planners, versions of libraries
+runs/ab/abcd.../ one folder per run, under the first two characters of its id
+results.parquet  one row per run, rebuilt from the run folders
+progress.json    progress
+workers.log      output of SUMO and planners
+reruns/abcd...   repeated runs, with their full trace
 report.html      the page of the sweep
 """
 
 import fcntl
-import json
 import os
 import shutil
 import uuid
@@ -25,54 +23,58 @@ import yaml
 
 from experiments.config.sweep import Sweep
 from experiments.errors import ConfigError, ResultsError
-from experiments.storage.atomic_folder import file_in_place_of, make_folder
-from experiments.storage.run_files import MANIFEST
+from experiments.storage.atomic_folder import (
+    file_in_place_of,
+    make_folder,
+    write_atomically,
+)
+from experiments.storage.run_files import MANIFEST, read_json, replace_json
 
 SHARD = 2  # characters of the id that name the folder above the run's
 RESULTS = "results.parquet"
 PROGRESS = "progress.json"
 LOG = "workers.log"
-RERUNS = "reruns"  # folder of the runs that were done again
+RERUNS = "reruns"  # folder of repeated runs
 _SWEEP, _CODE, _LOCK = "sweep.yaml", "code.json", ".lock"
 
 
 def run_folder(folder: Path, run_id: str) -> Path:
-    """Say where the folder of a run is."""
+    """Return the folder of a run."""
     return folder / "runs" / run_id[:SHARD] / run_id
 
 
 def run_folders(folder: Path) -> Iterator[Path]:
-    """Find the run folders of a sweep, sorted; a folder that is there is whole."""
+    """Yield the run folders of a sweep, sorted; every folder is complete."""
     runs = folder / "runs"
     for shard in sorted(_folders(runs)):
         yield from sorted(_folders(shard))
 
 
 def finished(folder: Path) -> set[str]:
-    """List the ids of the runs that are there."""
+    """Return the ids of the finished runs."""
     return {run.name for run in run_folders(folder)}
 
 
 def is_sweep(folder: Path) -> bool:
-    """Tell whether a folder is one that a sweep was in."""
+    """Check whether a folder is the folder of a sweep."""
     return (folder / "runs").is_dir() and (folder / _SWEEP).is_file()
 
 
 def require_sweep(folder: Path) -> None:
-    """Refuse a folder that no sweep was in."""
+    """Raise ConfigError unless a folder is the folder of a sweep."""
     if not (folder / "runs").is_dir():
-        raise ConfigError(f"{folder}: is no folder of a sweep: it has no runs")
+        raise ConfigError(f"{folder}: is not the folder of a sweep: it has no runs")
 
 
 def require_place(folder: Path) -> None:
-    """Refuse a place where a sweep would mix with something else.
+    """Reject a folder in which a sweep would mix with something else.
 
     Args:
         folder: Where it is to be; absolute. A folder that is not there, an empty one
             and one that a sweep was in are fine.
 
     Raises:
-        ConfigError: Says what is there.
+        ConfigError: If the folder holds something else.
     """
     file = file_in_place_of(folder)
     if file is not None:
@@ -88,7 +90,7 @@ def require_place(folder: Path) -> None:
 
 
 def _contents(folder: Path) -> str:
-    """Say what a folder that no sweep was in is or holds; nothing if it is empty."""
+    """Describe a folder that is not of a sweep; empty text if it is empty."""
     if (folder / MANIFEST).is_file():
         return "is the folder of a single run"
     count = sum((inner / MANIFEST).is_file() for inner in _folders(folder))
@@ -100,7 +102,7 @@ def _contents(folder: Path) -> str:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Keep other sweeps out of a folder; a process that dies lets go of it.
+    """Lock a folder against other sweeps; the lock ends with the process.
 
     Raises:
         ConfigError: If another sweep works in it.
@@ -118,8 +120,8 @@ def locked(folder: Path) -> Iterator[None]:
             lock.seek(0)
             owner = lock.read().strip() or "another process"
             raise ConfigError(
-                f"{folder}: another sweep is at work in it ({owner}); allowed: "
-                "another --out, or wait"
+                f"{folder}: in use by another sweep ({owner}); allowed: another --out, "
+                "or wait"
             ) from None
         except OSError as error:  # a file system without locks
             raise ResultsError(
@@ -132,11 +134,11 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
-    """Make a folder this sweep's, or go on in it.
+    """Initialise the folder of a sweep, or resume in it.
 
     Args:
         folder: Locked.
-        sweep: What is asked for; it may ask for more or other runs than before.
+        sweep: The sweep; it may have more or other runs than before.
         code: Hashes of the code and of the users' planners, versions of libraries.
 
     Raises:
@@ -144,7 +146,8 @@ def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
             another version of the code; they stay as they are.
         ResultsError: If the folder cannot be written.
     """
-    before = _read_json(folder / _CODE)
+    code_file = folder / _CODE
+    before = read_json(code_file) if code_file.exists() else None
     if before is not None:
         if before["sweep"] != sweep.name:
             raise ConfigError(
@@ -154,14 +157,13 @@ def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
         _check_code(folder, before["code"], code)
     remove_unfinished(folder)
     asked = sweep.model_dump(mode="json", exclude_none=True)
-    write_whole(folder / _SWEEP, yaml.safe_dump(asked, sort_keys=False))
+    write_atomically(folder / _SWEEP, yaml.safe_dump(asked, sort_keys=False))
     known = {**(before["code"] if before else {}), **code}
-    about = {"sweep": sweep.name, "code": known}
-    write_whole(folder / _CODE, json.dumps(about, indent=2) + "\n")
+    replace_json(code_file, {"sweep": sweep.name, "code": known})
 
 
 def load_sweep_copy(folder: Path) -> Sweep:
-    """Read what was asked for when the folder was last worked in."""
+    """Read the sweep file of the last call."""
     path = folder / _SWEEP
     try:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
@@ -171,37 +173,22 @@ def load_sweep_copy(folder: Path) -> Sweep:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what processes that died left of their run folders.
+    """Remove unfinished run folders of dead processes.
 
     One of them may be alive on another machine: its folder goes out of its hands
     before it is emptied, or it could be put in its place half empty.
     """
     for left in (folder / "runs").glob("*/.unfinished-*"):
         doomed = left.with_name(f".unfinished-{uuid.uuid4().hex}")
-        with suppress(FileNotFoundError):  # it has just been put in its place
+        with suppress(FileNotFoundError):  # it has just been renamed to its target
             left.rename(doomed)
         shutil.rmtree(doomed, ignore_errors=True)
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a file so that it is never there by half.
-
-    Raises:
-        ResultsError: If it cannot be written, for example on a full disk.
-    """
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        aside.write_text(text, encoding="utf-8")
-        aside.replace(path)
-    except OSError as error:
-        aside.unlink(missing_ok=True)
-        raise ResultsError(f"{path}: cannot be written: {error.strerror}") from error
 
 
 def _check_code(
     folder: Path, before: Mapping[str, Any], now: Mapping[str, Any]
 ) -> None:
-    """Refuse to mix the results of two versions of the code."""
+    """Reject mixing the results of two versions of the code."""
     changed = [key for key in now if key in before and before[key] != now[key]]
     count = len(finished(folder)) if changed else 0
     if count:
@@ -212,19 +199,8 @@ def _check_code(
         )
 
 
-def _read_json(path: Path) -> dict[str, Any] | None:
-    """Read a JSON file that may not be there."""
-    if not path.exists():
-        return None
-    try:
-        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ResultsError(f"{path}: cannot be read: {error}") from error
-    return content
-
-
 def _folders(parent: Path) -> list[Path]:
-    """List the folders in a folder, without those that are being filled."""
+    """List the folders in a folder, without unfinished ones."""
     try:
         with os.scandir(parent) as entries:
             return [

@@ -1,4 +1,4 @@
-"""From a sweep's axes to its runs, each with an identity before anything has run."""
+"""Runs of a sweep from its axes, each with its id before anything runs."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ from experiments.planners.registry import PLANNERS, make_planner
 from sumo_nets import catalogue
 from sumo_nets.errors import NetworkError
 
-ID_LENGTH = 16  # characters of the run's hash: 64 bits tell a million runs apart
+ID_LENGTH = 16  # characters of the run's hash: 64 bits, enough for a million runs
 
 Point = dict[str, Plain]  # scenario key -> value
 
@@ -32,7 +32,7 @@ _NOT_FOR_AXES = (("name",), ("planner",), ("planner", "name"), ("simulation", "s
 
 @dataclass(frozen=True, slots=True)
 class PlannedRun:
-    """One run before it runs."""
+    """One planned run."""
 
     run_id: str
     scenario: Scenario
@@ -42,7 +42,7 @@ class PlannedRun:
 
 
 class Plan:
-    """The runs of a sweep, made one by one; only their ids are kept."""
+    """The runs of a sweep, created one by one; only their ids are kept."""
 
     def __init__(self, sweep: Sweep, document: Document) -> None:
         self._sweep = sweep
@@ -58,10 +58,10 @@ class Plan:
         return self._sweep.count
 
     def __iter__(self) -> Iterator[PlannedRun]:
-        """Make the runs; the seed varies fastest.
+        """Yield the runs; the seed varies fastest.
 
         Raises:
-            ConfigError: If a scenario with these values is none, or two runs are the
+            ConfigError: If a scenario with these values is invalid, or two runs are the
                 same.
         """
         seen: set[str] = set()
@@ -74,7 +74,7 @@ class Plan:
             yield run
 
     def _all(self) -> Iterator[PlannedRun]:
-        """Make the runs in order."""
+        """Yield the runs in order."""
         sweep = self._sweep
         for base, planner in product(self._bases, sweep.planners):
             for index, point in enumerate(axis_points(sweep.axes)):
@@ -90,7 +90,7 @@ class Plan:
         *,
         first: bool,
     ) -> PlannedRun:
-        """Make one run; `first`: of its planner."""
+        """Create one run; `first`: of its planner."""
         place = self._planners_place
         changes: list[Change] = [(("planner",), planner.name, place)]
         changes += [
@@ -108,7 +108,7 @@ class Plan:
         return PlannedRun(run_id, scenario, planner.shown, point, hashes)
 
     def _check_planner(self, scenario: Scenario, point: Point, *, first: bool) -> None:
-        """Make the planner: its settings may be none of its settings.
+        """Create the planner to check its settings.
 
         That of a user once only, which also loads it for its identity; it may be slow.
         """
@@ -121,7 +121,7 @@ class Plan:
             raise ConfigError(f"{self._blamed(point, str(error))}: {error}") from error
 
     def _blamed(self, point: Point, problem: str) -> str:
-        """Say where a setting that a planner refuses was written."""
+        """Return the place where a setting that a planner rejects was written."""
         key = problem.partition(": ")[0]
         for section, keys in (("axes", point), ("set", self._sweep.set)):
             for written in keys:
@@ -130,11 +130,11 @@ class Plan:
         return self._planners_place
 
     def _change(self, section: str, key: str, value: Any) -> Change:
-        """Say which key of the scenario takes which value, and where that stands."""
+        """Return the key of the scenario, its value, and where they were written."""
         where = self._where(section, key)
         path = parse_key(key)
         if path is None:
-            raise ConfigError(f"{where}: {key}: is no key; allowed: key.path")
+            raise ConfigError(f"{where}: {key}: is not a key; allowed: key.path")
         if path in _NOT_FOR_AXES:
             raise ConfigError(
                 f"{where}: {key}: is not for axes; allowed: seeds, planners, scenarios"
@@ -142,7 +142,7 @@ class Plan:
         return path, plain(value), where
 
     def _where(self, section: str, key: str) -> str:
-        """Say where an axis was written."""
+        """Return the place where an axis was written."""
         paths: list[KeyPath] = [
             (section, key),
             *((section, kind, key) for kind in ("grid", "zip")),
@@ -155,7 +155,7 @@ class Plan:
 
 
 def axis_points(axes: Axes) -> Iterator[Point]:
-    """Give every combination on the axes; the sample varies fastest."""
+    """Yield every combination of the axes; the sample varies fastest."""
     grid = product(*axes.grid.values())
     zipped = list(zip(*axes.zip.values(), strict=True)) or [()]
     sampled = list(_sample(axes.sample)) if axes.sample else [{}]
@@ -168,7 +168,7 @@ def axis_points(axes: Axes) -> Iterator[Point]:
 
 
 def _sample(sample: Sample) -> Iterator[Point]:
-    """Spread points over the ranges."""
+    """Sample points over the ranges."""
     from scipy.stats import qmc  # takes half a second to load
 
     dimensions = len(sample.ranges)
@@ -184,14 +184,14 @@ def _sample(sample: Sample) -> Iterator[Point]:
 
 
 def _in_range(at: float, least: float, most: float) -> float | int:
-    """Put a number in [0, 1) into a range, whole if its ends are."""
+    """Scale a number in [0, 1) to a range; an integer if both ends are integers."""
     if isinstance(least, int) and isinstance(most, int):
         return least + int(at * (most - least + 1))
     return least + at * (most - least)
 
 
 def plain(value: Any) -> Any:
-    """Turn the schema's tuples back into lists."""
+    """Convert the schema's tuples to lists."""
     if isinstance(value, tuple | list):
         return [plain(item) for item in value]
     if isinstance(value, dict):
@@ -200,7 +200,7 @@ def plain(value: Any) -> Any:
 
 
 def net_file_of(scenario: Scenario) -> Path | None:
-    """Find the network's file."""
+    """Return the network file of a scenario."""
     network = scenario.network
     if network is None:
         return None
@@ -212,7 +212,7 @@ def net_file_of(scenario: Scenario) -> Path | None:
 
 @cache
 def _existing(file: str | None, name: str | None) -> Path:
-    """Find a network file, of the catalogue or not."""
+    """Return an existing network file, of the catalogue or a user's."""
     path = Path(file) if file else catalogue.network(name or "").net_file
     if not path.is_file():
         raise NetworkError(f"{path}: no such file")
@@ -220,7 +220,7 @@ def _existing(file: str | None, name: str | None) -> Path:
 
 
 def shown(run: PlannedRun) -> str:
-    """Say in a few words which run it is."""
+    """Describe a run in a few words."""
     seed = run.scenario.simulation.seed
     point = "".join(f", {key} = {value}" for key, value in run.point.items())
     return f"{run.scenario.name}, {run.label}, seed {seed}{point}"

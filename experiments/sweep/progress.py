@@ -1,7 +1,6 @@
-"""How far a sweep is: a table on a terminal, lines elsewhere, a file always."""
+"""Progress of a sweep: a table on a terminal, lines elsewhere, and always a file."""
 
 import heapq
-import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,14 +10,15 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from experiments.sweep.folder import PROGRESS, write_whole
+from experiments.storage.run_files import replace_json
+from experiments.sweep.folder import PROGRESS
 from experiments.sweep.task import RunReport
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 FILE_INTERVAL = 1.0  # between two writes of the file [s]
-TABLE_INTERVAL = 0.5  # between two drawings on a terminal [s]
+TABLE_INTERVAL = 0.5  # between two updates of a terminal [s]
 LINE_INTERVAL = 10.0  # between plain lines [s]
 N_SLOWEST = 3
 MINUTE, HOUR = 60.0, 3600.0  # [s]
@@ -26,10 +26,10 @@ MINUTE, HOUR = 60.0, 3600.0  # [s]
 
 @dataclass(slots=True)
 class Counts:
-    """What is over."""
+    """Numbers of finished runs."""
 
-    missing: int  # at the start
-    there: int  # before the start
+    missing: int  # before the start
+    there: int  # finished before the start
     done: int = 0
     by_status: dict[str, int] = field(default_factory=dict)
     by_failure: dict[str, int] = field(default_factory=dict)
@@ -37,7 +37,7 @@ class Counts:
     elapsed: float = 0.0  # [s]
 
     def add(self, report: RunReport) -> None:
-        """Count a run."""
+        """Count a finished run."""
         self.done += 1
         _increase(self.by_status, report.status)
         if report.failure is not None:
@@ -64,7 +64,7 @@ class Counts:
 
 
 class SweepProgress:
-    """Takes the reports of a sweep and shows them."""
+    """Collects the reports of a sweep and displays them."""
 
     def __init__(
         self, name: str, folder: Path, counts: Counts, show: "Display"
@@ -78,11 +78,11 @@ class SweepProgress:
         self._shown = self._started
 
     def report(self, report: RunReport) -> None:
-        """Take a run that is over."""
+        """Record a finished run."""
         self.counts.add(report)
 
     def tick(self) -> None:
-        """Write and show what there is, if it is time."""
+        """Write the file and update the display when due."""
         now = monotonic()
         self.counts.elapsed = now - self._started
         if now - self._written >= FILE_INTERVAL:
@@ -93,7 +93,7 @@ class SweepProgress:
             self._show.draw(self._name, self.counts)
 
     def write(self, state: str) -> None:
-        """Write the file; raises ResultsError on a full disk."""
+        """Write the progress file; raises ResultsError on a full disk."""
         counts = asdict(self.counts)
         about: dict[str, Any] = {
             "sweep": self._name,
@@ -104,12 +104,12 @@ class SweepProgress:
             **counts,
             "slowest": sorted(counts["slowest"], reverse=True),
         }
-        write_whole(self._folder / PROGRESS, json.dumps(about, indent=2) + "\n")
+        replace_json(self._folder / PROGRESS, about)
 
 
 @dataclass(frozen=True, slots=True)
 class Display:
-    """How progress is shown, and how often."""
+    """How progress is displayed, and how often."""
 
     interval: float  # [s]
     draw: Callable[[str, Counts], None]
@@ -117,7 +117,7 @@ class Display:
 
 @contextmanager
 def sweep_progress(name: str, folder: Path, counts: Counts) -> Iterator[SweepProgress]:
-    """Show a sweep while it runs.
+    """Display the progress of a sweep while it runs.
 
     Yields:
         What takes the reports.
@@ -140,7 +140,7 @@ def sweep_progress(name: str, folder: Path, counts: Counts) -> Iterator[SweepPro
 
 
 def table(name: str, counts: Counts) -> "Table":
-    """Draw the table of the terminal."""
+    """Build the table for a terminal."""
     from rich.table import Table
 
     shown = Table(title=name, show_header=False)
@@ -161,13 +161,13 @@ def table(name: str, counts: Counts) -> "Table":
 
 
 def _write_line(name: str, counts: Counts) -> None:
-    """Write a plain line."""
+    """Write a line of progress."""
     sys.stderr.write(f"{name}: {in_words(counts)}\n")
     sys.stderr.flush()
 
 
 def in_words(counts: Counts) -> str:
-    """Say in a line how far it is."""
+    """Summarise the progress in one line."""
     lost = f", {counts.lost} of them lost" if counts.lost else ""
     return (
         f"{counts.done} of {counts.missing} runs done{lost}, {counts.rate:.2f} runs/s, "
@@ -176,7 +176,7 @@ def in_words(counts: Counts) -> str:
 
 
 def duration(seconds: float | None) -> str:
-    """Write a time as people do."""
+    """Format a duration."""
     if seconds is None:
         return "-"
     if seconds < MINUTE:
@@ -187,5 +187,5 @@ def duration(seconds: float | None) -> str:
 
 
 def _increase(counts: dict[str, int], key: str) -> None:
-    """Count one more."""
+    """Increment a count."""
     counts[str(key)] = counts.get(str(key), 0) + 1

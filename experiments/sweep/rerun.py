@@ -1,4 +1,4 @@
-"""One run of a sweep again, with its whole trace."""
+"""Repeat one run of a sweep with its full trace."""
 
 import shlex
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from experiments.episode.identity import run_hashes
 from experiments.errors import ConfigError, ResultsError
 from experiments.interrupts import interrupts_between_steps
 from experiments.storage.run_files import MANIFEST, read_manifest
-from experiments.sweep.executors.executor import WorkerSettings
+from experiments.sweep.executors.executor import POLL_INTERVAL, WorkerSettings
 from experiments.sweep.executors.local import LocalExecutor
 from experiments.sweep.folder import (
     LOG,
@@ -23,12 +23,10 @@ from experiments.sweep.folder import (
 from experiments.sweep.plan import net_file_of
 from experiments.sweep.task import RunReport, RunTask, record_failure
 
-PATIENCE = 0.5  # between two looks whether it was interrupted [s]
-
 
 @dataclass(frozen=True, slots=True)
 class Repeated:
-    """What came out of a run done again."""
+    """Outcome of a repeated run."""
 
     folder: Path
     same: bool
@@ -36,7 +34,7 @@ class Repeated:
 
 
 def repeat(folder: Path, run_id: str) -> Repeated:
-    """Do a run of a sweep again, in a process that may die of it.
+    """Repeat a run of a sweep in an isolated process.
 
     Args:
         folder: Of the sweep.
@@ -59,7 +57,7 @@ def repeat(folder: Path, run_id: str) -> Repeated:
         executor = LocalExecutor(settings, workers=1)
         try:
             executor.submit(task)
-            while (report := executor.next_report(PATIENCE)) is None:
+            while (report := executor.next_report(POLL_INTERVAL)) is None:
                 check_interrupt()
         finally:
             executor.stop()
@@ -67,7 +65,7 @@ def repeat(folder: Path, run_id: str) -> Repeated:
 
 
 def find_run(folder: Path, run_id: str) -> Path:
-    """Find a run by the begin of its id."""
+    """Find a run by the beginning of its id."""
     found = [run for run in run_folders(folder) if run.name.startswith(run_id)]
     if len(found) == 1:
         return found[0]
@@ -78,7 +76,7 @@ def find_run(folder: Path, run_id: str) -> Path:
 
 
 def _task(folder: Path, run: Path, before: dict[str, Any]) -> RunTask:
-    """Make the task, which keeps its trace."""
+    """Build the task, which keeps its trace."""
     scenario = load_scenario(str(run / CONFIG_FILE))
     sweep = load_sweep_copy(folder)
     hashes = run_hashes(scenario, net_file_of(scenario))
@@ -94,7 +92,7 @@ def _task(folder: Path, run: Path, before: dict[str, Any]) -> RunTask:
 
 
 def _judged(before: dict[str, Any], report: RunReport) -> Repeated:
-    """Compare with the run before."""
+    """Compare with the original run."""
     if report.worth_retrying:
         report = record_failure(report)
     if not (report.task.folder / MANIFEST).exists():

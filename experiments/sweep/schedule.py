@@ -1,4 +1,4 @@
-"""A sweep: plan the runs, drive those that are missing, leave the results."""
+"""Schedule of a sweep: find the missing runs and execute them."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -9,37 +9,36 @@ from experiments.config.sweep import Sweep
 from experiments.episode.identity import shaping_versions
 from experiments.errors import ResultsError
 from experiments.interrupts import interrupts_between_steps
-from experiments.sweep.executors.executor import Executor
+from experiments.sweep.executors.executor import POLL_INTERVAL, Executor
 from experiments.sweep.folder import finished, remove_unfinished, run_folder
 from experiments.sweep.plan import Plan, PlannedRun
 from experiments.sweep.task import RunReport, RunTask, record_failure
 
-QUEUED_PER_WORKER = 2  # runs handed over at a time: none waits for work
-PATIENCE = 0.5  # between two looks at the clock [s]
+QUEUED_PER_WORKER = 2  # submitted runs: no worker waits for work
 
 
 Kind = tuple[str, str]  # label of the planner, scenario
 
 
 class Show(Protocol):
-    """Something that shows how far a sweep is."""
+    """Display of the progress of a sweep."""
 
     def report(self, report: RunReport) -> None:
-        """Take a run that is over."""
+        """Record a finished run."""
         ...
 
     def tick(self) -> None:
-        """Take note that time has passed."""
+        """Update periodically."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """What a plan holds and what of it is there, found before anything runs."""
+    """Planned and finished runs, found before anything runs."""
 
     planned: int
     there: int
-    others: int = 0  # runs in the folder that the plan does not ask for
+    others: int = 0  # runs in the folder that are not in the plan
     code: dict[str, str] = field(default_factory=dict)  # what -> hash or version
     kinds: dict[Kind, "Missing"] = field(default_factory=dict)
 
@@ -51,7 +50,7 @@ class Survey:
 
 @dataclass(slots=True)
 class Missing:
-    """Runs of one kind that are not there: the first of them, and how many."""
+    """Missing runs of one kind: the first of them, and their number."""
 
     first: PlannedRun
     count: int = 0
@@ -59,19 +58,19 @@ class Missing:
 
 @dataclass(slots=True)
 class _Work:
-    """What is still to do."""
+    """Runs still to execute."""
 
     tasks: Iterator[RunTask]
     again: list[RunTask] = field(default_factory=list)
     running: int = 0
 
     def next_task(self) -> RunTask | None:
-        """Give a run to drive: one to repeat, or a new one."""
+        """Return the next run: one to retry, or a new one."""
         return self.again.pop() if self.again else next(self.tasks, None)
 
 
 def survey(plan: Plan, folder: Path) -> Survey:
-    """Go through all runs of a plan once; raises ConfigError for a bad one."""
+    """Check all runs of a plan once; raises ConfigError for an invalid one."""
     there = finished(folder)
     code = {name: str(version) for name, version in shaping_versions().items()}
     kinds: dict[Kind, Missing] = {}
@@ -94,29 +93,29 @@ def drive_missing(
     show: Show,
     limit: int | None = None,
 ) -> None:
-    """Drive the runs of a plan that are not there yet.
+    """Execute the missing runs of a plan.
 
     Args:
         plan: All runs.
         sweep: Time-out, retries and traces.
         folder: Of the sweep, locked; absolute.
-        make_executor: Starts those who drive.
+        make_executor: Starts the executor.
         show: Gets every report.
-        limit: Drive no more than so many.
+        limit: Largest number of runs to execute.
 
     Raises:
         ResultsError: If a disk is full, or a worker has other code; what is there
             is whole and stays.
-        ExecutorError: If all who drive are lost.
+        ExecutorError: If all workers are lost.
         KeyboardInterrupt: After Ctrl-C or SIGTERM, between two reports.
     """
     work = _Work(_tasks(plan, sweep, folder, limit))
-    # an interrupt inside an executor could leave its locks and queues in pieces
+    # an interrupt inside an executor could corrupt its locks and queues
     with interrupts_between_steps() as check_interrupt:
         executor = make_executor()
         try:
             while _feed(executor, work):
-                report = executor.next_report(PATIENCE)
+                report = executor.next_report(POLL_INTERVAL)
                 # A signal to all processes ends workers too: their runs did not fail.
                 check_interrupt()
                 if report is not None:
@@ -129,7 +128,7 @@ def drive_missing(
 
 
 def task_of(run: PlannedRun, sweep: Sweep, folder: Path) -> RunTask:
-    """Make the task of a run."""
+    """Build the task of a run."""
     about = {"name": sweep.name, "label": run.label, "point": run.point}
     return RunTask(
         run_id=run.run_id,
@@ -148,7 +147,7 @@ def task_of(run: PlannedRun, sweep: Sweep, folder: Path) -> RunTask:
 def _tasks(
     plan: Plan, sweep: Sweep, folder: Path, limit: int | None
 ) -> Iterator[RunTask]:
-    """Give the missing runs one by one."""
+    """Yield the missing runs one by one."""
     there = finished(folder)
     left = limit
     for run in plan:
@@ -161,7 +160,7 @@ def _tasks(
 
 
 def _feed(executor: Executor, work: _Work) -> bool:
-    """Keep every worker busy; tell whether anything is still running."""
+    """Keep every worker busy; return whether anything is still running."""
     while work.running < QUEUED_PER_WORKER * executor.workers:
         task = work.next_task()
         if task is None:
@@ -172,7 +171,7 @@ def _feed(executor: Executor, work: _Work) -> bool:
 
 
 def _take(report: RunReport, work: _Work, retries: int, show: Show) -> None:
-    """Repeat a run whose process was lost, record it when that does not help."""
+    """Retry a run whose process was lost, and record it after the last attempt."""
     if report.worth_retrying:
         if report.task.attempt <= retries:
             work.again.append(report.task.again())
@@ -184,7 +183,7 @@ def _take(report: RunReport, work: _Work, retries: int, show: Show) -> None:
 
 
 def _note_code(run: PlannedRun, code: dict[str, str]) -> None:
-    """Remember the hashes of what a folder may hold only one version of."""
+    """Collect the hashes of which a folder may hold only one version."""
     for what, key in (
         ("the code", "code_hash"),
         (f"the planner {run.scenario.planner.name}", "planner_hash"),

@@ -1,4 +1,4 @@
-"""One run of a sweep, as a worker gets it, and what becomes of it."""
+"""Task and report of one run of a sweep."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -6,24 +6,23 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from experiments.config.scenario_file import CONFIG_FILE, config_text
 from experiments.config.sweep import KeepTraces
 from experiments.cosim.records import EpisodeStatus
+from experiments.episode.run_folder import write_files
 from experiments.errors import ResultsError
 from experiments.metrics.row import row_without_episode
-from experiments.storage.atomic_folder import whole_folder
-from experiments.storage.run_files import MANIFEST, METRICS, write_json
+from experiments.storage.atomic_folder import atomic_folder
 
 
 class Failure(StrEnum):
-    """Why a run has no episode, or not a whole one."""
+    """Why a run has no complete episode."""
 
     PROCESS_DIED = "process_died"
     WALL_CLOCK = "wall_clock"
     MEMORY = "memory"
     LOST_WORKER = "lost_worker"
     INVALID = "invalid_configuration"
-    ERROR = "error"  # a mistake of ours
+    ERROR = "error"  # internal
     # no row, the sweep stops:
     DISK = "disk"  # nothing could be written
     OTHER_CODE = "other_code"  # the worker has another version than the sweep
@@ -31,7 +30,7 @@ class Failure(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RunTask:
-    """All that a worker needs, in plain data."""
+    """Everything a worker needs, as plain data."""
 
     run_id: str
     config: Mapping[str, Any]  # the resolved scenario
@@ -42,13 +41,13 @@ class RunTask:
     attempt: int = 1
 
     def again(self) -> "RunTask":
-        """Give the next attempt."""
+        """Return the task of the next attempt."""
         return replace(self, attempt=self.attempt + 1)
 
 
 @dataclass(frozen=True, slots=True)
 class RunReport:
-    """What the sweep has to know about a run that is over."""
+    """Outcome of a run for the sweep."""
 
     task: RunTask
     status: str
@@ -59,12 +58,12 @@ class RunReport:
 
     @property
     def failed(self) -> bool:
-        """Tell whether the ego did not arrive."""
+        """Whether the ego did not arrive."""
         return self.status != EpisodeStatus.ARRIVED
 
     @property
     def worth_retrying(self) -> bool:
-        """Tell whether it was the process that was lost, not the episode."""
+        """Whether the process was lost rather than the episode."""
         return self.failure in (
             Failure.PROCESS_DIED,
             Failure.WALL_CLOCK,
@@ -74,7 +73,7 @@ class RunReport:
 
     @property
     def ends_sweep(self) -> bool:
-        """Tell whether no other run could be driven either."""
+        """Whether no other run could be executed either."""
         return self.failure in (Failure.DISK, Failure.OTHER_CODE)
 
 
@@ -86,13 +85,13 @@ def failed(
     wall: float | None = None,
     exit_code: int | None = None,
 ) -> RunReport:
-    """Report a run without an episode."""
+    """Build the report of a run without an episode."""
     line = " ".join(reason.split())
     return RunReport(task, EpisodeStatus.CRASHED, wall, failure, line, exit_code)
 
 
 def record_failure(report: RunReport) -> RunReport:
-    """Leave the run folder of a run without an episode.
+    """Write the run folder of a run without an episode.
 
     Returns:
         The report, or one about the disk if the folder cannot be written.
@@ -117,17 +116,14 @@ def record_failure(report: RunReport) -> RunReport:
         "trace_kept": False,
         "wall_s": report.wall,
     }
-    text = config_text(task.config)
     try:
-        with whole_folder(task.folder) as folder:
-            write_json(folder / METRICS, row)
-            write_json(folder / MANIFEST, about)
-            (folder / CONFIG_FILE).write_text(text, encoding="utf-8")
+        with atomic_folder(task.folder) as folder:
+            write_files(folder, row, about, task.config)
     except ResultsError as error:
         return failed(task, Failure.DISK, str(error))
     return report
 
 
 def facts_of(task: RunTask) -> dict[str, Any]:
-    """Give what the manifest of a sweep's run says beside the usual."""
+    """Return the manifest entries specific to runs of a sweep."""
     return {**task.facts, "run_id": task.run_id, "attempts": task.attempt}

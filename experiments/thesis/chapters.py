@@ -1,4 +1,4 @@
-"""The chapters by name, computed or taken from what an earlier run left."""
+"""The chapters by name, computed or loaded from an earlier run."""
 
 import hashlib
 import json
@@ -9,8 +9,8 @@ from typing import Any
 
 from experiments.episode.identity import code_hash, shaping_versions
 from experiments.errors import ResultsError
+from experiments.storage.atomic_folder import write_atomically
 from experiments.storage.provenance import ROOT
-from experiments.sweep.folder import write_whole
 from experiments.thesis.claims import Chapter
 from experiments.thesis.cruise.chapter import cruise_chapter
 from experiments.thesis.dense.chapter import dense_chapter
@@ -32,7 +32,7 @@ INPUTS = (
 
 
 def identity(effort: Effort) -> Data:
-    """Say what a chapter is made from: with another identity it is computed anew."""
+    """Return the inputs of a chapter: with other inputs it is computed again."""
     return {
         "code": code_hash(),
         "layouts": inputs_hash(ROOT),
@@ -53,7 +53,7 @@ def inputs_hash(root: Path) -> str:
 
 
 def chapter_data(name: str, effort: Effort, work: Work, out: Path) -> tuple[Data, bool]:
-    """Give a chapter as plain data.
+    """Return a chapter as plain data.
 
     Args:
         name: Of `CHAPTERS`.
@@ -79,13 +79,13 @@ def chapter_data(name: str, effort: Effort, work: Work, out: Path) -> tuple[Data
         raise ResultsError(
             f"{file.parent}: cannot be made: {error.strerror}"
         ) from error
-    write_whole(file, json.dumps(whole, ensure_ascii=False, allow_nan=False))
+    write_atomically(file, json.dumps(whole, ensure_ascii=False, allow_nan=False))
     loaded: Data = json.loads(json.dumps(data))
     return loaded, True
 
 
 def kept_chapter(name: str, effort: Effort, out: Path) -> Data | None:
-    """Give a finished chapter, if it is of this code, these layouts, this effort."""
+    """Return a finished chapter if code, layouts and effort are the same."""
     try:
         whole = json.loads((out / FOLDER / f"{name}.json").read_text(encoding="utf-8"))
         same = whole["identity"] == json.loads(json.dumps(identity(effort)))
@@ -95,7 +95,7 @@ def kept_chapter(name: str, effort: Effort, out: Path) -> Data | None:
 
 
 def as_data(chapter: Chapter) -> Data:
-    """Turn a chapter into plain data; every claim says its verdict."""
+    """Convert a chapter to plain data with the verdict of every claim."""
     data = asdict(chapter)
     for key, claims in (
         ("claims", chapter.claims),
@@ -107,6 +107,6 @@ def as_data(chapter: Chapter) -> Data:
 
 
 def kept_chapters(names: Sequence[str], effort: Effort, out: Path) -> list[Data]:
-    """Give all finished chapters of these names."""
+    """Return all finished chapters of these names."""
     found = (kept_chapter(name, effort, out) for name in names)
     return [chapter for chapter in found if chapter is not None]

@@ -27,7 +27,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """In how many random trials a claim holds, with Wilson's 95 % interval."""
+    """Share of random trials in which a claim holds, with Wilson's 95 % interval."""
 
     holds: int
     of: int
@@ -52,7 +52,7 @@ class Share:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """One claim of the thesis beside what was measured."""
+    """One claim of the thesis and its measured counterpart."""
 
     id: str
     place: str  # in the thesis
@@ -67,13 +67,13 @@ class Claim:
     on: str = "picked layout"  # where `measured` and `picked` are from
 
     def __post_init__(self) -> None:
-        """Refuse a claim that fails without a reason."""
+        """Reject a claim that fails without a reason."""
         if self.verdict is not Verdict.HOLDS and not self.reason:
             raise ValueError(f"{self.id}: {self.verdict}, and no reason is given")
 
     @property
     def verdict(self) -> Verdict:
-        """Judge: random trials count, what was picked only where there are none."""
+        """Verdict from the random trials; without them, from the picked layouts."""
         if self.share is None:
             if self.picked is None:
                 return Verdict.UNKNOWN
@@ -105,7 +105,7 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """What a figure shows; `discs` are (x, y, radius), `points` are (x, y)."""
+    """Content of a figure; `discs` are (x, y, radius), `points` are (x, y)."""
 
     id: str
     title: str
@@ -118,7 +118,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """All that was found about one chapter.
+    """All results of one chapter.
 
     What depends on the machine is in `timing` and `timing_claims` alone.
     """
@@ -155,7 +155,7 @@ def numbers(**values: float) -> dict[str, Number]:
 
 
 def printed(**values: float) -> dict[str, Number]:
-    """Name published numbers, which stay as printed."""
+    """Collect published numbers, which stay as printed."""
     return {
         name.replace("_", " "): int(value) if value == int(value) else value
         for name, value in values.items()
@@ -163,5 +163,5 @@ def printed(**values: float) -> dict[str, Number]:
 
 
 def decline(before: float, after: float) -> float:
-    """By how many percent a quantity is lower."""
+    """Return by how many percent a quantity is lower."""
     return 100.0 * (before - after) / before

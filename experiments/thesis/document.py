@@ -42,7 +42,7 @@ def _summary(numbers: Data) -> str:
 
 
 def _slips(numbers: Data) -> Iterator[str]:
-    """List what the thesis prints and cannot mean."""
+    """Yield the section on misprints of the thesis."""
     yield "## Slips of the thesis"
     rows = [
         (
@@ -57,22 +57,22 @@ def _slips(numbers: Data) -> Iterator[str]:
 
 
 def _unit(slip: Data) -> str:
-    """Give the unit of what is right; a number of waypoints has none."""
+    """Return the unit of the right value; a number of waypoints has none."""
     return "" if "waypoints" in slip["why"] else str(slip["unit"])
 
 
 def _heading(chapter: Data) -> str:
-    """Name a chapter."""
+    """Return the heading of a chapter."""
     return f"Chapter {chapter['number']}: {chapter['title']}"
 
 
 def _effort(chapter: Data) -> str:
-    """Say how much was computed."""
+    """Describe how much was computed."""
     return "Computed: " + wording.pairs(chapter["effort"]) + "."
 
 
 def _claims(claims: Sequence[Data]) -> str:
-    """Lay out claims."""
+    """Format claims as a table."""
     rows = [
         (
             f"{claim['words']} ({claim['place']})",
@@ -87,13 +87,13 @@ def _claims(claims: Sequence[Data]) -> str:
 
 
 def _table(table: Data) -> str:
-    """Lay out one table of results."""
+    """Format one table of results."""
     parts = [f"### {table['title']}", _grid(table["header"], table["rows"])]
     return "\n\n".join([*parts, table["note"]] if table["note"] else parts)
 
 
 def _beyond(numbers: Data) -> Iterator[str]:
-    """Show what the thesis leaves to future work."""
+    """Yield the section on the thesis's future work."""
     tables = [table for chapter in numbers["chapters"] for table in chapter["beyond"]]
     if tables:
         yield "## Beyond the thesis: its future work (7.1.1)"
@@ -101,7 +101,7 @@ def _beyond(numbers: Data) -> Iterator[str]:
 
 
 def _timing(numbers: Data) -> Iterator[str]:
-    """Show times, apart from all else."""
+    """Yield the section on times."""
     timing = numbers["timing"]
     if not timing["chapters"]:
         return
@@ -119,7 +119,7 @@ def _timing(numbers: Data) -> Iterator[str]:
 
 
 def _grid(header: Sequence[str], rows: Sequence[Sequence[float | str]]) -> str:
-    """Lay out a table in Markdown."""
+    """Format a table in Markdown."""
     lines = [_row(header), "|" + "---|" * len(header)]
     return "\n".join(
         [*lines, *(_row([wording.number(c) for c in row]) for row in rows)]

@@ -1,4 +1,4 @@
-"""How much is computed, and who computes it."""
+"""Amount of computation of a study, and its executor."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -26,23 +26,10 @@ QUICK = Effort(6, 0, 3, 15, 160, 5, 3)
 
 
 class Work(Protocol):
-    """Calls a function on many items, maybe in several processes."""
+    """Maps a function over items, possibly in several processes."""
 
     def map(
         self, words: str, function: Callable[[Item], Result], items: Iterable[Item]
     ) -> list[Result]:
-        """Give the results in the order of the items; `words` say what is going on."""
+        """Return the results in the order of the items; `words` describe the work."""
         ...
-
-
-class AtOnce:
-    """Does the work in this process, one item after the other."""
-
-    def map(
-        self,
-        words: str,  # noqa: ARG002 - shows no progress
-        function: Callable[[Item], Result],
-        items: Iterable[Item],
-    ) -> list[Result]:
-        """Call the function on each item."""
-        return [function(item) for item in items]

@@ -4,11 +4,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup
-
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.thesis import wording
-from experiments.thesis.svg import key, svg
+from experiments.thesis.drawing import data_uri
 
 Data = Mapping[str, Any]
 MARKS = {"holds": "good", "does not hold": "bad"}
@@ -31,7 +29,7 @@ def save_thesis_page(
 
 
 def thesis_page(numbers: Data, pictures: Mapping[int, Sequence[Data]]) -> str:
-    """Make the page."""
+    """Build the page."""
     chapters = numbers["chapters"]
     timed = numbers["timing"]["chapters"]
     facts = {
@@ -46,7 +44,10 @@ def thesis_page(numbers: Data, pictures: Mapping[int, Sequence[Data]]) -> str:
                 "claims": _claims(chapter["claims"]),
                 "tables": chapter["tables"],
                 "missing": chapter["missing"],
-                "pictures": [_picture(p) for p in pictures[chapter["number"]]],
+                "pictures": [
+                    {"title": picture["title"], "source": data_uri(picture)}
+                    for picture in pictures[chapter["number"]]
+                ],
             }
             for chapter in chapters
         ],
@@ -60,7 +61,7 @@ def thesis_page(numbers: Data, pictures: Mapping[int, Sequence[Data]]) -> str:
 
 
 def _claims(claims: Sequence[Data]) -> list[dict[str, str]]:
-    """Put claims into words."""
+    """Format claims."""
     return [
         {
             "words": claim["words"],
@@ -73,12 +74,3 @@ def _claims(claims: Sequence[Data]) -> list[dict[str, str]]:
         }
         for claim in claims
     ]
-
-
-def _picture(picture: Data) -> dict[str, Any]:
-    """Draw a picture; what is drawn is escaped where it is made."""
-    return {
-        "title": picture["title"],
-        "drawing": Markup(svg(picture)),
-        "key": key(picture),
-    }

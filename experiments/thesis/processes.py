@@ -1,4 +1,4 @@
-"""The work of the chapters in several processes, with progress."""
+"""Parallel computation of the chapters, with progress."""
 
 import os
 import signal
@@ -57,7 +57,7 @@ class InProcesses:
 
 @contextmanager
 def in_processes(workers: int) -> Iterator[InProcesses]:
-    """Open the processes; they are ended at once if anything goes wrong."""
+    """Start the processes; they are stopped at once on any error."""
     console = Console(stderr=True, highlight=False)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     pool = ProcessPool(max_workers=workers, initializer=_prepare)
@@ -73,6 +73,6 @@ def in_processes(workers: int) -> Iterator[InProcesses]:
 
 
 def _prepare() -> None:
-    """Leave Ctrl-C to the parent, and stdout to what it prints."""
+    """Ignore Ctrl-C, which the parent handles, and silence stdout."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.dup2(2, 1)

@@ -28,11 +28,11 @@ class PublishedTable:
 
     @property
     def place(self) -> str:
-        """Say where it stands."""
+        """Place in the thesis."""
         return f"Table {self.number}"
 
     def value(self, row: str, column: str) -> float:
-        """Look one number up.
+        """Look up one number.
 
         Raises:
             KeyError: If there is no such row, or no number in this column.
@@ -72,7 +72,7 @@ class Published:
 
 
 class _Table(Strict):
-    """One table as the file holds it."""
+    """One table of the file."""
 
     title: str
     columns: Annotated[tuple[str, ...], Field(min_length=1)]

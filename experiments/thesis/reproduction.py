@@ -1,4 +1,4 @@
-"""From chapters to `thesis.json`, `thesis.md` and the page."""
+"""Write chapters to `thesis.json`, `thesis.md` and the page."""
 
 import json
 import platform
@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.errors import ResultsError
-from experiments.sweep.folder import write_whole
+from experiments.storage.atomic_folder import write_atomically
 from experiments.thesis.chapters import Data
 from experiments.thesis.claims import printed
 from experiments.thesis.document import document
@@ -19,7 +18,7 @@ APART = ("timing", "timing_claims", "pictures")  # not the same every time, or d
 
 
 def numbers_of(chapters: Sequence[Data], *, quick: bool) -> Data:
-    """Gather every number; what depends on the machine is under `timing` alone.
+    """Collect all numbers; machine-dependent ones only under `timing`.
 
     Args:
         chapters: Of `chapters`, as plain data.
@@ -56,31 +55,18 @@ def numbers_text(numbers: Data) -> str:
     return json.dumps(numbers, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def read_numbers(file: Path) -> Data:
-    """Read a numbers file.
-
-    Raises:
-        ResultsError: If it is none.
-    """
-    try:
-        data: Data = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ResultsError(f"{file}: cannot be read ({error})") from error
-    return data
-
-
 def write_reproduction(chapters: Sequence[Data], out: Path, *, quick: bool) -> Path:
     """Write numbers, document and page; gives the page's file."""
     text = numbers_text(numbers_of(chapters, quick=quick))
-    write_whole(out / NUMBERS_FILE, text)
+    write_atomically(out / NUMBERS_FILE, text)
     written = json.loads(text)
-    write_whole(out / DOCUMENT_FILE, document(written))
+    write_atomically(out / DOCUMENT_FILE, document(written))
     pictures = {chapter["number"]: chapter["pictures"] for chapter in chapters}
     return save_thesis_page(written, pictures, out)
 
 
 def machine() -> dict[str, Any]:
-    """Say what the times were measured on."""
+    """Describe the machine of the measured times."""
     return {
         "processor": _processor(),
         "system": platform.system(),
@@ -89,7 +75,7 @@ def machine() -> dict[str, Any]:
 
 
 def _processor() -> str:
-    """Name the processor."""
+    """Return the name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -18,7 +18,7 @@ def pairs(values: Mapping[str, float]) -> str:
 
 
 def verdict(claim: Data) -> str:
-    """Say whether a claim holds, and where."""
+    """Describe whether a claim holds, and where."""
     share = claim["share"]
     if share is None:
         return str(claim["verdict"])
@@ -34,7 +34,7 @@ def verdict(claim: Data) -> str:
 
 
 def picked(claim: Data) -> str:
-    """Say what came out where the numbers are from, if that was judged."""
+    """Describe the outcome on the layouts of the numbers, if judged."""
     if claim["picked"] is None:
         return ""
     return f"; {claim['on']}: {'yes' if claim['picked'] else 'no'}"
@@ -46,7 +46,7 @@ def measured(claim: Data) -> str:
 
 
 def reason(claim: Data) -> str:
-    """Say why a claim does not hold, or not everywhere; nothing if it holds."""
+    """Return why a claim does not hold everywhere; empty if it holds."""
     return "" if claim["verdict"] == "holds" else str(claim["reason"])
 
 

@@ -1,7 +1,7 @@
-"""Candidates of the planning cycles, thinned, kept beside a trace to be looked at.
+"""Candidates of the planning cycles, thinned, kept beside a trace for display.
 
-They are no part of the trace or its hash: a planner may give none, and a sweep keeps
-none. One row is one point of one candidate.
+They are not part of the trace or its hash: not every planner returns any, and sweeps do
+not keep them. One row is one point of one candidate.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,11 +32,11 @@ class CandidateLog:
     cycles: list[tuple[int, Sequence[Alternative]]] = field(default_factory=list)
 
     def add(self, index: int, alternatives: Sequence[Alternative]) -> None:
-        """Keep what one cycle looked at."""
+        """Add the candidates of one cycle."""
         self.cycles.append((index, alternatives))
 
     def table(self) -> Table:
-        """Lay out all candidates as columns."""
+        """Return all candidates as columns."""
         rows = [
             (index, number, one)
             for index, alternatives in self.cycles
@@ -56,7 +56,7 @@ class CandidateLog:
 
 
 def _joined(parts: list[FloatArray]) -> FloatArray:
-    """Join places; centimetres can be drawn, and packed well."""
+    """Join coordinates, rounded to centimetres: enough to draw, and small."""
     return np.round(np.concatenate([np.empty(0), *parts]), 2)
 
 

@@ -29,7 +29,7 @@ _VERSION_KEY = "rearview_schema"
 
 
 def file_name(table: str) -> str:
-    """Name the file of a table."""
+    """Return the file name of a table."""
     return "trace.parquet" if table == "steps" else f"{table}.parquet"
 
 
@@ -86,7 +86,7 @@ def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
 def _read_or_refuse(
     database: duckdb.DuckDBPyConnection, kinds: Mapping[str, Kind], path: Path
 ) -> Table:
-    """Read one table; what is wrong with it is one line."""
+    """Read one table; raise a one-line error if that fails."""
     try:
         return _read(database, kinds, path)
     except duckdb.Error as error:
@@ -131,7 +131,7 @@ def _read(
 
 
 def _restored(values: Column, kind: Kind) -> Column:
-    """Bring a column back into the form it was written from."""
+    """Return a column in the form it was written from."""
     if not np.ma.getmaskarray(values).any():
         plain = np.ma.getdata(values)
         return column(plain, kind) if kind is Kind.NUMBER else plain  # NaN is nothing
@@ -141,12 +141,12 @@ def _restored(values: Column, kind: Kind) -> Column:
 
 
 def _quoted(path: Path) -> str:
-    """Write a path inside an SQL string."""
+    """Return a path quoted for an SQL string."""
     return str(path).replace("'", "''")
 
 
 def _short(error: Exception) -> str:
-    """Give the words of the operating system if there are any, else the first line."""
+    """Return the operating system's message if there is one, else the first line."""
     text = str(error)
     number = re.search(r"errno\W+([0-9]+)", text)
     return os.strerror(int(number[1])) if number else text.splitlines()[0]

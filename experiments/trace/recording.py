@@ -9,43 +9,53 @@ from typing import Any
 import numpy as np
 
 from experiments.cosim.records import Ending, StepRecord, TrafficState
+from experiments.cosim.road import EgoTask, Road
 from experiments.trace.schema import TABLES, TIMING, Column, Table, Trace, column
+from planner.interface import PlanResult
+from planner.reference_path.frenet import FRENET_REACH, MIN_STRETCH
 from planner.reference_path.path import ReferencePath
-from planner.scene import Obstacles, RoadBounds
+from planner.scene import COLUMNS, Lanes, Obstacles, RoadBounds
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
 
-FRENET_REACH = 40.0  # farther from the path a vehicle has no Frenet place [m]
-MIN_STRETCH = 0.2  # 1 - kappa l below which the Frenet frame is left
+N_PLAN_CELLS = 8  # about a plan, in a row of a step
+# column of the table of plans -> field of a trajectory, in their order
+PLAN_COLUMNS = {
+    "t_s": "t",
+    "x_m": "x",
+    "y_m": "y",
+    "heading_rad": "heading",
+    "speed_mps": "speed",
+    "s_m": "s",
+    "l_m": "l",
+}
 ROAD_SPACING = 1.0  # between recorded points of the road [m]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Setting:
-    """What does not change during an episode."""
+@dataclass(frozen=True, slots=True)
+class RunFacts:
+    """Name, planner, seed and time step of a run."""
 
     scenario: str
     planner: str
     seed: int
     step: float  # [s]
-    goal: float  # [m]
-    target_speed: float  # [m/s]
-    vehicle: Vehicle
-    path: ReferencePath
-    road: RoadBounds
-    obstacles: Obstacles
 
 
 def build_trace(
-    setting: Setting,
+    facts: RunFacts,
+    road: Road,
+    task: EgoTask,
     records: Sequence[StepRecord],
     ending: Ending,
     elapsed: Sequence[float],
 ) -> Trace:
-    """Lay out an episode as tables.
+    """Build the tables of an episode.
 
     Args:
-        setting: What did not change.
+        facts: About the run.
+        road: Of the episode.
+        task: Of the ego.
         records: One for each step, in order.
         ending: How it ended.
         elapsed: Wall clock at each record, (n_steps,) [s].
@@ -54,13 +64,16 @@ def build_trace(
         The trace.
     """
     return Trace(
-        episode=_episode(setting, ending),
-        steps=_steps(setting, records),
-        vehicles=vehicle_table(setting.path, [(r.index, r.traffic) for r in records]),
+        episode=_episode(facts, task, ending),
+        steps=_steps(road.path, task.vehicle, records),
+        vehicles=vehicle_table(road.path, [(r.index, r.traffic) for r in records]),
         plans=_plans(records),
-        obstacles=_obstacles(setting.obstacles),
+        obstacles=_obstacles(road.obstacles),
         signals=_signals(records),
-        road=_road(setting.path, setting.road),
+        road=_road(road),
+        path=_path(road.path),
+        bounds=_bounds(road.bounds),
+        lanes=_lanes(road.lanes),
         timing=_from_rows(
             "timing",
             [
@@ -72,7 +85,7 @@ def build_trace(
 
 
 def _from_rows(name: str, rows: Sequence[tuple[Any, ...]]) -> Table:
-    """Turn rows into the columns of a table; None is null."""
+    """Return rows as the columns of a table; None is null."""
     kinds = TIMING if name == "timing" else TABLES[name]
     columns = list(zip(*rows, strict=True)) if rows else [()] * len(kinds)
     return {
@@ -82,25 +95,25 @@ def _from_rows(name: str, rows: Sequence[tuple[Any, ...]]) -> Table:
 
 
 def _from_arrays(name: str, *arrays: Column | Sequence[object]) -> Table:
-    """Name columns that are there already."""
+    """Return a table of columns in the order of the schema."""
     return {
         key: column(values, kind)
         for (key, kind), values in zip(TABLES[name].items(), arrays, strict=True)
     }
 
 
-def _episode(setting: Setting, ending: Ending) -> Table:
+def _episode(facts: RunFacts, task: EgoTask, ending: Ending) -> Table:
     """Make the one row about the episode."""
-    vehicle = setting.vehicle
+    vehicle = task.vehicle
     row = (
-        setting.scenario,
-        setting.planner,
-        setting.seed,
+        facts.scenario,
+        facts.planner,
+        facts.seed,
         str(ending.status),
         ending.reason,
-        setting.step,
-        setting.goal,
-        setting.target_speed,
+        facts.step,
+        task.goal,
+        task.target_speed,
         vehicle.length,
         vehicle.width,
         vehicle.wheelbase,
@@ -109,19 +122,21 @@ def _episode(setting: Setting, ending: Ending) -> Table:
     return _from_rows("episode", [row])
 
 
-def _steps(setting: Setting, records: Sequence[StepRecord]) -> Table:
+def _steps(
+    path: ReferencePath, vehicle: Vehicle, records: Sequence[StepRecord]
+) -> Table:
     """Make one row a step."""
     ego = np.array(
         [(r.ego.x, r.ego.y, r.ego.heading) for r in records], dtype=np.float64
     ).reshape(-1, 3)
     near = np.array([r.ego_frenet.s if r.ego_frenet else math.nan for r in records])
     framed = np.isfinite(near)
-    offset = setting.vehicle.centre_offset
+    offset = vehicle.centre_offset
     centre = np.full((len(records), 3), np.nan)
     if framed.any():
         x, y, heading = ego[framed].T
         centre[framed] = np.column_stack(
-            _place_ego(setting.path, x, y, heading, offset, near[framed])
+            _place_ego(path, x, y, heading, offset, near[framed])
         )
     return _from_rows(
         "steps",
@@ -137,7 +152,7 @@ def _place_ego(
     offset: float,
     near: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give (s, l) of the ego's centre and its heading against the path."""
+    """Return (s, l) of the ego's centre and its heading against the path."""
     s, l = path.project(
         x + offset * np.cos(heading), y + offset * np.sin(heading), near=near
     )
@@ -155,7 +170,7 @@ def _step_row(record: StepRecord, centre: tuple[float, ...]) -> tuple[Any, ...]:
         *(getattr(record.ego, f.name) for f in fields(record.ego)),
         *((math.nan,) * 8 if frenet is None else _numbers(frenet)),
         *centre,
-        *_plan_cells(record),
+        *((None,) * N_PLAN_CELLS if record.plan is None else plan_cells(record.plan)),
         min(record.stop_lines, default=math.nan),
         record.clearance if math.isfinite(record.clearance) else math.nan,
         record.nearest,
@@ -166,17 +181,15 @@ def _step_row(record: StepRecord, centre: tuple[float, ...]) -> tuple[Any, ...]:
 
 
 def _numbers(state: Any) -> tuple[float, ...]:
-    """Give the numbers of a record of scalars."""
+    """Return the numbers of a record of scalars."""
     return tuple(getattr(state, f.name) for f in fields(state))
 
 
-def _plan_cells(record: StepRecord) -> tuple[object, ...]:
-    """Make the cells about the plan, from plan_status to explanation."""
-    if record.plan is None:
-        return (None,) * 8
-    stats = record.plan.stats
+def plan_cells(plan: PlanResult) -> tuple[object, ...]:
+    """Make the cells about a plan, from plan_status to explanation."""
+    stats = plan.stats
     return (
-        str(record.plan.status),
+        str(plan.status),
         stats.reason,
         stats.candidates,
         stats.survivors,
@@ -191,15 +204,13 @@ def vehicle_table(
     path: ReferencePath, moments: Sequence[tuple[int, TrafficState]]
 ) -> Table:
     """Make one row for each vehicle in each step."""
-    traffic = [state for _, state in moments]
-    index = np.repeat([number for number, _ in moments], [len(t.ids) for t in traffic])
-    ids = [name for t in traffic for name in t.ids]
-    names = ("x", "y", "heading", "speed", "acceleration", "length", "width")
-    columns = {
-        name: np.concatenate([getattr(t, name) for t in traffic] or [np.empty(0)])
-        for name in names
-    }
-    x, y, heading, speed, *rest = columns.values()
+    users = [state.vehicles for _, state in moments]
+    index = np.repeat([number for number, _ in moments], [len(u.ids) for u in users])
+    ids = [name for u in users for name in u.ids]
+    columns = np.concatenate(
+        [np.empty((len(COLUMNS), 0)), *(u.table for u in users)], axis=1
+    )
+    x, y, heading, speed, *rest = columns
     places = _place_vehicles(path, x, y, heading, speed)
     return _from_arrays("vehicles", index, ids, x, y, heading, speed, *rest, *places)
 
@@ -211,7 +222,11 @@ def _place_vehicles(
     heading: FloatArray,
     speed: FloatArray,
 ) -> tuple[FloatArray, ...]:
-    """Give (s, l, s_dot, l_dot, heading error), NaN where there is no Frenet frame."""
+    """Return (s, l, s_dot, l_dot, heading error), NaN where there is no Frenet frame.
+
+    Predictions have places of their own: they cover fewer vehicles, and do not use
+    the heading, which decides between two legs of the path that are about as near.
+    """
     if x.size == 0:
         return (x,) * 5
     s, l = path.project(x, y, heading=heading)
@@ -239,8 +254,7 @@ def _plans(records: Sequence[StepRecord]) -> Table:
 
     index = np.repeat([number for number, _ in plans], sizes)
     k = [number for size in sizes for number in range(size)]
-    names = ("t", "x", "y", "heading", "speed", "s", "l")
-    return _from_arrays("plans", index, k, *(joined(name) for name in names))
+    return _from_arrays("plans", index, k, *map(joined, PLAN_COLUMNS.values()))
 
 
 def _obstacles(obstacles: Obstacles) -> Table:
@@ -262,11 +276,31 @@ def _signals(records: Sequence[StepRecord]) -> Table:
     )
 
 
-def _road(path: ReferencePath, road: RoadBounds) -> Table:
+def _road(road: Road) -> Table:
     """Sample the reference path and its bounds."""
+    path = road.path
     s = np.linspace(0.0, path.length, max(int(path.length / ROAD_SPACING), 1) + 1)
     points = path.at(s)
-    left, right = road.at(s)
+    left, right = road.bounds.at(s)
     return _from_arrays(
         "road", s, points.x, points.y, points.heading, points.curvature, left, right
     )
+
+
+def _path(path: ReferencePath) -> Table:
+    """Make one row for each knot of the reference path."""
+    pose = (path.x, path.y, path.heading)
+    return _from_arrays("path", path.s, *pose, path.curvature, path.curvature_rate)
+
+
+def _bounds(bounds: RoadBounds) -> Table:
+    """Make one row for each sample of the road's bounds."""
+    return _from_arrays("bounds", bounds.s, bounds.left, bounds.right)
+
+
+def _lanes(lanes: Lanes) -> Table:
+    """Make one row for each sample of each lane."""
+    n_lanes, n = lanes.centre.shape
+    number = np.repeat(np.arange(n_lanes), n)
+    s = np.tile(lanes.s, n_lanes)
+    return _from_arrays("lanes", number, s, lanes.centre.ravel(), lanes.width.ravel())

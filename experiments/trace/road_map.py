@@ -45,7 +45,7 @@ class RoadMap:
 
 
 def map_around(path: ReferencePath, net_file: Path | None) -> RoadMap:
-    """Collect what lies about a path.
+    """Collect the lanes and junctions about a path.
 
     Args:
         path: Of the ego's route.
@@ -110,7 +110,7 @@ def read_map(folder: Path) -> RoadMap:
 
 
 def _restored(content: dict[str, Any]) -> RoadMap:
-    """Turn parsed JSON into a map."""
+    """Return the map of parsed JSON."""
     lanes = tuple(
         MapLane(
             lane["edge"],
@@ -125,7 +125,7 @@ def _restored(content: dict[str, Any]) -> RoadMap:
 
 
 def _lanes(net: Net) -> Iterator[MapLane]:
-    """Give all lanes for cars, edge by edge, by index."""
+    """Yield all lanes for cars, edge by edge, by index."""
     for _, edge in sorted(net.edges.items()):
         if edge.function not in ROADS:
             continue  # pavements and crossings
@@ -134,7 +134,7 @@ def _lanes(net: Net) -> Iterator[MapLane]:
 
 
 def _reaches_into(points: FloatArray, box: tuple[float, float, float, float]) -> bool:
-    """Tell whether the box around points overlaps another box."""
+    """Check whether the box around points overlaps another box."""
     low, high = points.min(axis=0), points.max(axis=0)
     return bool(
         low[0] <= box[2]
@@ -145,6 +145,6 @@ def _reaches_into(points: FloatArray, box: tuple[float, float, float, float]) ->
 
 
 def _rounded(points: FloatArray) -> list[list[float]]:
-    """Give points as lists of numbers."""
+    """Return points as lists of numbers."""
     rounded: list[list[float]] = np.round(points, DIGITS).tolist()
     return rounded

@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from experiments.errors import ResultsError
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 Column = NDArray[Any]
 Table = Mapping[str, Column]
 
 
 class Kind(StrEnum):
-    """What a column holds."""
+    """Type of a column."""
 
     NUMBER = "number"  # float64
     COUNT = "count"  # int64
@@ -92,6 +92,7 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
         **_POSE,  # centre of the rectangle
         "speed_mps": _NUMBER,
         "acceleration_mps2": _NUMBER,
+        "lateral_speed_mps": _NUMBER,  # across its lane, positive to its left
         **_SIZE,
         "s_m": _NUMBER,  # on the ego's reference path; null far from it
         "l_m": _NUMBER,
@@ -110,12 +111,26 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
     },
     "obstacles": {"id": _TEXT, **_POSE, **_SIZE, "radius_m": _NUMBER},
     "signals": {"index": _COUNT, "id": _TEXT, "stop_m": _NUMBER, "state": _TEXT},
-    "road": {
+    "road": {  # sampled evenly, for pictures and metrics
         "s_m": _NUMBER,
         **_POSE,
         "curvature_1pm": _NUMBER,
         "left_m": _NUMBER,
         "right_m": _NUMBER,
+    },
+    # The road as the planner got it, so that a cycle can be planned again.
+    "path": {  # knots of the reference path
+        "s_m": _NUMBER,
+        **_POSE,
+        "curvature_1pm": _NUMBER,
+        "curvature_rate_1pm2": _NUMBER,
+    },
+    "bounds": {"s_m": _NUMBER, "left_m": _NUMBER, "right_m": _NUMBER},
+    "lanes": {  # marked ones, right to left; all have the same s
+        "lane": _COUNT,
+        "s_m": _NUMBER,
+        "centre_m": _NUMBER,
+        "width_m": _NUMBER,
     },
 }
 TIMING: Mapping[str, Kind] = {
@@ -138,6 +153,9 @@ class Trace:
     obstacles: Table
     signals: Table
     road: Table
+    path: Table
+    bounds: Table
+    lanes: Table
     timing: Table
 
     def __post_init__(self) -> None:
@@ -147,12 +165,12 @@ class Trace:
         _check("timing", self.timing, TIMING)
 
     def fact(self, column: str) -> Any:
-        """Give a value of the one row about the whole episode."""
+        """Return a value of the one row about the whole episode."""
         return self.episode[column][0]
 
 
 def column(values: object, kind: Kind) -> Column:
-    """Make a column; None, and NaN among numbers, are masked."""
+    """Return a column; None, and NaN among numbers, are masked."""
     if kind is Kind.NUMBER:
         numbers = np.array(values, dtype=np.float64)
         nothing = np.isnan(numbers)
@@ -181,7 +199,7 @@ def trace_hash(trace: Trace) -> str:
 
 
 def _canonical_bytes(values: Column, kind: Kind) -> bytes:
-    """Write a column as bytes that do not depend on the machine."""
+    """Return a column as bytes that do not depend on the machine."""
     mask = np.ma.getmaskarray(values)
     data = np.ma.getdata(values)
     if kind is Kind.TEXT:

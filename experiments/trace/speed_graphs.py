@@ -1,7 +1,7 @@
-"""The s-T graphs of the planning cycles, kept beside a trace to be looked at.
+"""The s-T graphs of the planning cycles, kept beside a trace for display.
 
-As the candidates, they are no part of the trace or its hash. One row is one knot of the
-chosen profile (its id is empty) or of one vehicle that is in the way then.
+Like the candidates, they are not part of the trace or its hash. One row is one knot of
+the chosen profile (its id is empty) or of one vehicle that is in the way then.
 """
 
 from collections.abc import Mapping, Sequence
@@ -58,7 +58,7 @@ def read_graphs(folder: Path) -> Table | None:
 
 
 def _rows(index: int, graph: SpeedGraph) -> list[Row]:
-    """Give the rows of one cycle, thinned, in centimetres."""
+    """Return the rows of one cycle, thinned, in centimetres."""
     every = max(round(SPACING / float(graph.t[1] - graph.t[0])), 1)
     kept = np.arange(0, graph.t.size, every)
     t, s = graph.t[kept].round(3).tolist(), graph.distance[kept].round(2).tolist()

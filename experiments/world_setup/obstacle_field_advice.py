@@ -43,7 +43,7 @@ def with_advice(
 def _candidates(
     error: FieldError, section: ObstacleField
 ) -> Iterator[tuple[str, int | float | tuple[float, ...]]]:
-    """Give keys and values to try in the place of what is not possible."""
+    """Yield keys and values to try in place of what is not possible."""
     if error.tried is None:
         return
     if error.key == "count":

@@ -1,4 +1,4 @@
-"""A random way for the ego's body along a road, before obstacles crowd it.
+"""A random course for the ego's body along a road without obstacles.
 
 The course belongs to the rear axle: plateaus joined by quintic blends, flat enough for
 the vehicle wherever the road bends.
@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.errors import ExperimentError
+from experiments.world_setup.road import Layout
 from planner.reference_path.path import ReferencePath
-from planner.scene import RoadBounds
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
 
@@ -43,18 +43,6 @@ class FieldError(ExperimentError):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ground:
-    """What a field is laid on, and for whom."""
-
-    path: ReferencePath
-    road: RoadBounds
-    vehicle: Vehicle
-    start: float  # s of the rear axle at the start [m]
-    offset: float  # l of it [m]
-    goal: float  # s [m]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Course:
     """Poses of the rear axle, `STEP` apart along the road; arrays are (n,)."""
 
@@ -73,12 +61,12 @@ class Course:
 
 
 def draw_course(
-    ground: Ground, end: float, margin: float, rng: np.random.Generator
+    layout: Layout, end: float, margin: float, rng: np.random.Generator
 ) -> Course:
     """Draw a course from the ego's start to `end`.
 
     Args:
-        ground: Road and vehicle.
+        layout: Road and vehicle.
         end: Last s of the course [m].
         margin: Least distance of the body from the road's edges [m].
         rng: Source of all chance.
@@ -90,22 +78,22 @@ def draw_course(
     Raises:
         FieldError: If the road is too narrow or bends too much, or by bad luck.
     """
-    stations = np.arange(ground.start, end + STEP, STEP)
-    bend = _lateral_budget(ground, stations)
-    limit = ACCEPTED_SHARE * ground.vehicle.limits.max_curvature
+    stations = np.arange(layout.task.start.s, end + STEP, STEP)
+    bend = _lateral_budget(layout, stations)
+    limit = ACCEPTED_SHARE * layout.task.vehicle.limits.max_curvature
     swings = [SWING] * ATTEMPTS + [s for s in CALM_SWINGS for _ in range(CALM_ATTEMPTS)]
     for swing in swings:
-        l, slope = _draw_offsets(ground, stations, (margin, swing), bend, rng)
-        course = _in_the_plane(ground.path, stations, l, slope)
-        if course.max_curvature <= limit and stays_on_road(ground, course, margin):
+        l, slope = _draw_offsets(layout, stations, (margin, swing), bend, rng)
+        course = _in_the_plane(layout.road.path, stations, l, slope)
+        if course.max_curvature <= limit and stays_on_road(layout, course, margin):
             return course
-    body = f"{ground.vehicle.length:g} m x {ground.vehicle.width:g} m"
+    body = f"{layout.task.vehicle.length:g} m x {layout.task.vehicle.width:g} m"
     problem = f"is {margin:g}; the road has no course with it for a body of {body}"
     raise FieldError("course_margin_m", problem, margin / 2.0)
 
 
 def clearance(course: Course, vehicle: Vehicle, x: float, y: float) -> FloatArray:
-    """Give the distance of a point from the body in every pose, 0 inside [m], (n,)."""
+    """Return the distance of a point from the body in each pose, 0 inside [m], (n,)."""
     dx, dy = x - course.x, y - course.y
     cos, sin = np.cos(course.heading), np.sin(course.heading)
     along = np.abs(dx * cos + dy * sin - vehicle.centre_offset) - vehicle.length / 2.0
@@ -113,27 +101,27 @@ def clearance(course: Course, vehicle: Vehicle, x: float, y: float) -> FloatArra
     return np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0))
 
 
-def stays_on_road(ground: Ground, course: Course, margin: float) -> bool:
-    """Say whether corners and flanks of the body keep `margin` from the edges [m]."""
-    vehicle = ground.vehicle
+def stays_on_road(layout: Layout, course: Course, margin: float) -> bool:
+    """Check that corners and flanks of the body keep `margin` from the edges [m]."""
+    vehicle = layout.task.vehicle
     cos, sin = np.cos(course.heading), np.sin(course.heading)
     for along in (-vehicle.rear_overhang, vehicle.centre_offset, vehicle.front_reach):
         for across in (-vehicle.width / 2.0, vehicle.width / 2.0):
             x = course.x + along * cos - across * sin
             y = course.y + along * sin + across * cos
-            s, l = ground.path.project(x, y, near=course.s)
-            left, right = ground.road.at(s)
+            s, l = layout.road.path.project(x, y, near=course.s)
+            left, right = layout.road.bounds.at(s)
             # At the start the body stands where the scenario says.
-            free = s > ground.start + vehicle.length
+            free = s > layout.task.start.s + vehicle.length
             if np.any(free & ((l > left - margin) | (l < right + margin))):
                 return False
     return True
 
 
-def _lateral_budget(ground: Ground, stations: FloatArray) -> float:
-    """Say how large l'' may be beside the curvature of the road [1/m]."""
-    road = float(np.max(np.abs(ground.path.at(stations).curvature)))
-    limit = ground.vehicle.limits.max_curvature
+def _lateral_budget(layout: Layout, stations: FloatArray) -> float:
+    """Return how large l'' may be beside the curvature of the road [1/m]."""
+    road = float(np.max(np.abs(layout.road.path.at(stations).curvature)))
+    limit = layout.task.vehicle.limits.max_curvature
     budget = DRAWN_SHARE * limit - road
     if budget < 0.05 * limit:
         raise FieldError(
@@ -145,19 +133,19 @@ def _lateral_budget(ground: Ground, stations: FloatArray) -> float:
 
 
 def _draw_offsets(
-    ground: Ground,
+    layout: Layout,
     stations: FloatArray,
     keep: tuple[float, float],
     bend: float,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
     """Draw l and dl/ds at the stations, (n,) each; `keep` as `_room` takes it."""
-    l = np.full(stations.size, ground.offset)
+    l = np.full(stations.size, layout.task.start.l)
     slope = np.zeros(stations.size)
-    place, now = float(stations[0]), ground.offset
+    place, now = float(stations[0]), layout.task.start.l
     while place < stations[-1]:
         place += rng.uniform(0.0, LONGEST_PLATEAU)
-        low, high = _room(ground, place, *keep)
+        low, high = _room(layout, place, *keep)
         target = _next_plateau(now, low, high, rng)
         shift = target - now
         length = max(rng.uniform(*BLEND_LENGTH), math.sqrt(PEAK * abs(shift) / bend))
@@ -170,17 +158,17 @@ def _draw_offsets(
     return l, slope
 
 
-def _room(ground: Ground, s: float, margin: float, swing: float) -> tuple[float, float]:
-    """Give least and most l of a plateau about `s`, `swing` from where it touches."""
+def _room(layout: Layout, s: float, margin: float, swing: float) -> tuple[float, float]:
+    """Return least and most l of a plateau about `s`, `swing` from where it touches."""
     about = np.arange(s, s + BLEND_LENGTH[1], 1.0)
-    left, right = ground.road.at(about)
-    keep = ground.vehicle.width / 2.0 + margin
+    left, right = layout.road.bounds.at(about)
+    keep = layout.task.vehicle.width / 2.0 + margin
     low, high = float(right.max()) + keep, float(left.min()) - keep
     if low > high:
         raise FieldError(
             "course_margin_m",
             f"is {margin:g}; the road is {high - low + 2 * keep:.2f} m "
-            f"wide at s = {s:.0f} m and the vehicle {ground.vehicle.width:g} m",
+            f"wide at s = {s:.0f} m and the vehicle {layout.task.vehicle.width:g} m",
             margin - 0.5 * (low - high) - SWING,
         )
     swing = min(swing, 0.5 * (high - low))
@@ -201,7 +189,7 @@ def _next_plateau(
 def _in_the_plane(
     path: ReferencePath, s: FloatArray, l: FloatArray, slope: FloatArray
 ) -> Course:
-    """Put a course that is given along the road into the plane."""
+    """Return the poses in the plane of a course that is given along the road."""
     foot = path.at(s)
     slant: NDArray[np.float64] = np.arctan2(slope, 1.0 - foot.curvature * l)
     return Course(

@@ -49,8 +49,8 @@ class Lateral(NamedTuple):
     step: float  # between points [s]
 
 
-class Ground(NamedTuple):
-    """What lies under the profiles."""
+class RoadTables(NamedTuple):
+    """Tables of the path, the road and the last plan under the profiles."""
 
     knots: FloatArray  # of the path, see `ReferencePath.table`
     bins: IntArray
@@ -63,7 +63,7 @@ class Ground(NamedTuple):
 
 
 @inlined
-def lay_ground(rows: FloatArray, p: int, count: int, ground: Ground) -> None:
+def sample_road(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
     """Fill the rows of the last plan, the path and the road under profile `p`.
 
     The bounds are the tighter ones of those under the rear axle and under the front.
@@ -72,22 +72,22 @@ def lay_ground(rows: FloatArray, p: int, count: int, ground: Ground) -> None:
         rows: (n_profiles, 13, n_steps); s is given, LAST_L ... RIGHT are filled.
         p: Which profile.
         count: Its valid steps.
-        ground: What lies under it.
+        road: Its tables.
     """
-    trace(ground.knots, ground.bins, rows[p, S, :count], rows[p, X : KAPPA_RATE + 1])
+    trace(road.knots, road.bins, rows[p, S, :count], rows[p, X : KAPPA_RATE + 1])
     s, left, right = rows[p, S, :count], rows[p, LEFT], rows[p, RIGHT]
     front = np.empty(count)
-    road_s = ground.road_s
-    interpolate(s, 0.0, road_s, ground.road_left, left)
-    interpolate(s, ground.front_reach, road_s, ground.road_left, front)
+    road_s = road.road_s
+    interpolate(s, 0.0, road_s, road.road_left, left)
+    interpolate(s, road.front_reach, road_s, road.road_left, front)
     for i in range(count):
         left[i] = min(left[i], front[i])
-    interpolate(s, 0.0, road_s, ground.road_right, right)
-    interpolate(s, ground.front_reach, road_s, ground.road_right, front)
+    interpolate(s, 0.0, road_s, road.road_right, right)
+    interpolate(s, road.front_reach, road_s, road.road_right, front)
     for i in range(count):
         right[i] = max(right[i], front[i])
-    if ground.last_s.size > 0:
-        interpolate(s, 0.0, ground.last_s, ground.last_l, rows[p, LAST_L])
+    if road.last_s.size > 0:
+        interpolate(s, 0.0, road.last_s, road.last_l, rows[p, LAST_L])
     else:
         rows[p, LAST_L] = 0.0
 
@@ -96,7 +96,7 @@ def lay_ground(rows: FloatArray, p: int, count: int, ground: Ground) -> None:
 def lateral_length(
     rows: FloatArray, p: int, duration: float, lateral: Lateral
 ) -> float:
-    """Extent of the lateral motion in its own variable [s] or [m]."""
+    """Return the extent of the lateral motion in its own variable [s] or [m]."""
     if lateral.over_time:
         return duration
     at = min(int(duration / lateral.step + 0.5), rows.shape[2] - 1)
@@ -142,7 +142,7 @@ def fill_basis(
 def candidate_motion(
     p: int, offset: float, tracks: Tracks, lateral: Lateral
 ) -> FloatArray:
-    """All points of one candidate.
+    """Compute all points of one candidate.
 
     Returns:
         (9, n): rows in the order of the fields of `Trajectory`; n is the profile's

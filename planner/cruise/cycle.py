@@ -1,18 +1,18 @@
-"""What one cycle evaluates: profiles, road, limits and bodies put into arrays."""
+"""The arrays that one cycle evaluates: profiles, road, limits and bodies."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner.bodies import Bodies, bodies_of, leader_of
+from planner.bodies import Bodies, BodyTable, bodies_of, leader_of
 from planner.cruise.candidate_motion import (
-    Ground,
     Lateral,
+    RoadTables,
     Tracks,
     candidate_motion,
 )
-from planner.cruise.feasibility import TOLERANCE, Limits, road_excess
+from planner.cruise.feasibility import TOLERANCE, Limits, RoadBody, road_excess
 from planner.cruise.sampling.lateral import (
     full_grid_size,
     lateral_room,
@@ -21,12 +21,12 @@ from planner.cruise.sampling.lateral import (
 from planner.cruise.sampling.longitudinal import EMPTY, longitudinal_profiles
 from planner.cruise.sampling.reference_speed import reference_speed
 from planner.cruise.settings import CruiseSettings, LateralMotion
-from planner.cruise.workspace import Surroundings
+from planner.cruise.workspace import FollowingRules, Surroundings
 from planner.numerics.compiled import compiled
 from planner.reference_path.linear_curvature import curvature_at
 from planner.scene import Scene
 from planner.shapes.disc_clearance import gaps_to
-from planner.states import BoolArray, FloatArray, IntArray, Trajectory
+from planner.states import FloatArray, IntArray, Trajectory
 
 CAPSULE_DISCS = 33  # 0.1 m apart: their hull waves by less than the tolerance
 TOUCH_TOLERANCE = 2e-3  # by which a gap below the margin may still shrink [m]
@@ -41,7 +41,7 @@ class Cycle:
     tracks: Tracks
     lateral: Lateral
     limits: Limits
-    ground: Ground
+    ground: RoadTables
     around: Surroundings
     speed_term: FloatArray  # per profile [-]
     off_road: int  # candidates left out because the road is narrower than the grid
@@ -51,7 +51,7 @@ class Cycle:
     def of(
         cls, scene: Scene, settings: CruiseSettings, last: Trajectory | None
     ) -> "Cycle":
-        """Sample the profiles and put the scene into arrays."""
+        """Sample the profiles and collect the arrays of the scene."""
         speed_ahead = reference_speed(scene, settings)
         bodies = bodies_of(scene, settings.n_steps, settings.step)
         profiles = longitudinal_profiles(
@@ -80,7 +80,7 @@ class Cycle:
             profiles.tracks,
             lateral,
             limits,
-            Ground(
+            RoadTables(
                 table.knots,
                 table.bins,
                 road.s,
@@ -97,7 +97,7 @@ class Cycle:
         )
 
     def trajectory(self, index: int) -> Trajectory:
-        """Candidate `index` as a trajectory."""
+        """Return candidate `index` as a trajectory."""
         p, o = divmod(index, self.lateral.offsets.size)
         offset = float(self.lateral.offsets[o])
         rows = candidate_motion(p, offset, self.tracks, self.lateral)
@@ -107,8 +107,8 @@ class Cycle:
 def _limits(scene: Scene, settings: CruiseSettings) -> Limits:
     """Limits of this cycle.
 
-    Where the ego already exceeds a limit, after a fallback say, it may do so no more
-    than now: else no way back would be left.
+    Where the ego already exceeds a limit, for example after a fallback, the limit is
+    its present value, so that a way back remains.
     """
     vehicle, own, ego = scene.vehicle, scene.vehicle.limits, scene.ego
     whole_body = settings.cover_discs > 1
@@ -161,7 +161,9 @@ def _excess_now(
     right, left = lateral_room(road, (s, s))
     front, rear, half_width = body
     cos, sin = math.cos(error), math.sin(error)
-    return road_excess(l, cos, sin, curvature, left, right, front, rear, half_width)
+    return road_excess(
+        l, cos, sin, curvature, left, right, RoadBody(front, rear, half_width)
+    )
 
 
 def _allowed_excess(excess: float, road_margin: float) -> float:
@@ -180,7 +182,7 @@ def disc_cover(
 ) -> tuple[tuple[float, float, float], float]:
     """Disc centres from the rear axle, rear first, and their radius.
 
-    One disc stands three times for itself.
+    A single disc is repeated three times.
     """
     if settings.cover_discs == 1:
         return (0.0, 0.0, 0.0), settings.single_disc_radius
@@ -196,9 +198,9 @@ def _thresholds(
     extents: FloatArray,
     margin: float,
 ) -> FloatArray:
-    """Gap that each body is due; no more than there is now, so that a way out stays.
+    """Required gap to each body, capped at the present gap so that an escape remains.
 
-    What there is now is measured from a capsule about the discs: from three discs it
+    The present gap is measured from a capsule about the discs: from three discs it
     would shrink and grow while the ego drives straight past a body.
     """
     here = np.empty((4, 1))
@@ -214,35 +216,19 @@ def _thresholds(
 def _surroundings(
     scene: Scene, settings: CruiseSettings, bodies: Bodies
 ) -> Surroundings:
-    """Put the bodies and what is asked for beside them into arrays."""
-    vehicle = scene.vehicle
+    """Collect the bodies and the rules of following them."""
+    vehicle, table = scene.vehicle, bodies.table
     discs, disc_radius = disc_cover(scene, settings)
-    return Surroundings(
-        bodies.poses,
-        bodies.extents,
-        bodies.s,
-        bodies.l,
-        bodies.speed,
-        bodies.size,
-        bodies.stride,
-        bodies.spin,
-        bodies.follower,
-        _thresholds(
-            (scene.ego.x, scene.ego.y, scene.ego.heading),
-            discs,
-            disc_radius,
-            bodies.poses,
-            bodies.extents,
-            settings.margin,
-        ),
-        _turn_gaps(
-            bodies.speed,
-            bodies.follower,
-            bodies.n_static,
-            settings.obstacle_gap,
-            settings.standstill_gap,
-        ),
-        bodies.n_static,
+    threshold = _thresholds(
+        (scene.ego.x, scene.ego.y, scene.ego.heading),
+        discs,
+        disc_radius,
+        table.poses,
+        table.extents,
+        settings.margin,
+    )
+    turn_gap = _turn_gaps(table, settings.obstacle_gap, settings.standstill_gap)
+    rules = FollowingRules(
         discs,
         disc_radius,
         settings.scales.clearance,
@@ -254,19 +240,16 @@ def _surroundings(
         settings.time_headway,
         settings.rear_time_headway,
     )
+    return Surroundings(*table, threshold, turn_gap, *rules)
 
 
 @compiled
 def _turn_gaps(
-    speed: FloatArray,
-    follower: BoolArray,
-    n_static: int,
-    obstacle_gap: float,
-    standstill_gap: float,
+    table: BodyTable, obstacle_gap: float, standstill_gap: float
 ) -> FloatArray:
     """Room that the ego keeps to what stands ahead, 0 for what moves, (n,) [m]."""
-    gaps = np.zeros(speed.size)
-    for b in range(speed.size):
-        if not follower[b] and speed[b] <= STANDING:
-            gaps[b] = obstacle_gap if b < n_static else standstill_gap
+    gaps = np.zeros(table.speed.size)
+    for b in range(gaps.size):
+        if not table.follower[b] and table.speed[b] <= STANDING:
+            gaps[b] = obstacle_gap if b < table.n_static else standstill_gap
     return gaps

@@ -13,7 +13,7 @@ SPACING = 0.4  # between the points drawn [s]
 
 
 def alternatives_of(cycle: Cycle, verdict: IntArray) -> tuple[Alternative, ...]:
-    """Give the thinned candidates.
+    """Return the thinned candidates.
 
     Args:
         cycle: What was evaluated.
@@ -49,7 +49,7 @@ def _spread(members: IntArray, most: int) -> IntArray:
 
 
 def _thin(values: FloatArray, every: int) -> FloatArray:
-    """Keep every so many points, and the last."""
+    """Return every so many points, and the last."""
     last = values.size - 1
     thinned: FloatArray = values[[*range(0, last, every), last]]
     return thinned

@@ -1,7 +1,7 @@
 """The hot loop: every candidate through every check and cost term, and the choice.
 
 One compiled call does it all. It goes profile by profile, and within one by terminal
-offset; what belongs to a profile is worked out once. What it calls is compiled into it.
+offset; what belongs to a profile is computed once. What it calls is compiled into it.
 """
 
 from typing import NamedTuple
@@ -14,17 +14,17 @@ from planner.cruise.candidate_motion import (
     S_DOT,
     UNIT_JERK,
     UNIT_L,
-    Ground,
     L,
     Lateral,
+    RoadTables,
     S,
     Tracks,
     candidate_motion,
     fill_basis,
     lateral_length,
-    lay_ground,
+    sample_road,
 )
-from planner.cruise.checks.clearance import clear_bodies
+from planner.cruise.checks.clearance import Passing, check_clearance
 from planner.cruise.checks.limits import check_profile
 from planner.cruise.costs import (
     CONSISTENCY,
@@ -48,7 +48,7 @@ PASSED = int(Check.PASSED)
 
 
 class Evaluation(NamedTuple):
-    """What is known about all candidates, and the one that is chosen."""
+    """Outcome of all candidates, and the one that is chosen."""
 
     verdict: IntArray  # the `Check` that removed each, (n_profiles, n_offsets)
     blocker: IntArray  # first body in time that each hits, or -1, in the same shape
@@ -61,7 +61,7 @@ def evaluate(
     tracks: Tracks,
     lateral: Lateral,
     limits: Limits,
-    ground: Ground,
+    road: RoadTables,
     around: Surroundings,
     speed_term: FloatArray,
     pricing: PricingColumns,
@@ -72,7 +72,7 @@ def evaluate(
         tracks: Profiles; the rows of the ground under them are filled here.
         lateral: Samples of the lateral motion.
         limits: Of the vehicle.
-        ground: Path, road and last plan.
+        road: Path, road and last plan.
         around: Bodies.
         speed_term: Price of each profile's speed, (n_profiles,).
         pricing: Weights and scales, columns of the `Pricing`.
@@ -80,48 +80,39 @@ def evaluate(
     rows, n = tracks.rows, lateral.offsets.size
     n_profiles, n_steps = rows.shape[0], rows.shape[2]
     verdict = np.empty((n_profiles, n), np.int64)
-    hits = np.full((n_profiles, 2, n), -1)
+    hit_body, hit_at = np.full((n_profiles, n), -1), np.full(n, -1)
     hit_size = np.zeros((n_profiles, n))
     terms = np.zeros((n_profiles, N_TERMS, n))
-    change = lateral.offsets - lateral.start[0]
+    delta_l = lateral.offsets - lateral.start[0]
     wide = padded(lateral.offsets, lateral.start[0])
     bench = make_bench(n_steps, wide.size)
     for p in range(n_profiles):
         count = tracks.n_valid[p]
         passed = 0
         if tracks.dropped[p] == PASSED:
-            lay_ground(rows, p, count, ground)
+            sample_road(rows, p, count, road)
             fill_basis(bench.basis, p, count, tracks, lateral)
             passed = check_profile(
-                p, count, rows, bench.basis, change, limits, bench.course, verdict[p]
+                p, count, rows, bench.basis, delta_l, limits, bench.course, verdict[p]
             )
         else:
             verdict[p] = tracks.dropped[p]
         if passed > 0:
             own = terms[p]
-            _price_motion(p, count, tracks, bench.basis, change, lateral, own)
-            _price_end(p, count, rows, bench.basis, change, bench.course, around, own)
+            _price_motion(p, count, tracks, bench.basis, delta_l, lateral, own)
+            _price_end(p, count, rows, bench.basis, delta_l, bench.course, around, own)
             for o in range(n):
                 own[SPEED, o] = speed_term[p]
-            add_headway(p, count, rows, bench.basis, change, around, own[HEADWAY])
-            clear_bodies(
-                p,
-                count,
-                rows,
-                wide,
-                around,
-                bench,
-                verdict[p],
-                hits[p],
-                hit_size[p],
-                own[SAFETY],
-            )
+            add_headway(p, count, rows, bench.basis, delta_l, around, own[HEADWAY])
+            hit_at[:] = -1
+            passing = Passing(verdict[p], hit_body[p], hit_at, hit_size[p], own[SAFETY])
+            check_clearance(p, count, rows, wide, around, bench, passing)
     choice = choose(verdict, hit_size, terms, pricing)
     motion = np.empty((9, 0))
     if choice.best >= 0:
         offset = lateral.offsets[choice.best % n]
         motion = candidate_motion(choice.best // n, offset, tracks, lateral)
-    return Evaluation(verdict, hits[:, 0], choice, motion)
+    return Evaluation(verdict, hit_body, choice, motion)
 
 
 @inlined
@@ -130,7 +121,7 @@ def _price_motion(
     count: int,
     tracks: Tracks,
     basis: FloatArray,
-    change: FloatArray,
+    delta_l: FloatArray,
     lateral: Lateral,
     own: FloatArray,
 ) -> None:
@@ -154,8 +145,8 @@ def _price_motion(
         j01 += jerk * unit_jerk
         j11 += unit_jerk * unit_jerk
     length = lateral_length(rows, p, tracks.duration[p], lateral)
-    for o in range(change.size):
-        c = change[o]
+    for o in range(delta_l.size):
+        c = delta_l[o]
         own[OFFSET, o] = (l00 + c * (2.0 * l01 + c * l11)) / count
         own[CONSISTENCY, o] = (d00 + c * (2.0 * d01 + c * l11)) / count
         sideways = step * (j00 + c * (2.0 * j01 + c * j11))
@@ -171,7 +162,7 @@ def _price_end(
     count: int,
     rows: FloatArray,
     basis: FloatArray,
-    change: FloatArray,
+    delta_l: FloatArray,
     course: FloatArray,
     around: Surroundings,
     own: FloatArray,
@@ -186,7 +177,7 @@ def _price_end(
     last = count - 1
     s, speed = rows[p, S, last], rows[p, S_DOT, last]
     l, unit = basis[L, last], basis[UNIT_L, last]
-    for o in range(change.size):
+    for o in range(delta_l.size):
         own[HEADING, o] = course[1, last, o] * course[1, last, o]
         own[DEAD_END, o] = 0.0
     for b in range(around.size.size):
@@ -198,6 +189,6 @@ def _price_end(
         needed = around.turn_gap[b] + 0.5 * speed * speed / around.deceleration
         lack = 1.0 - max(gap, 0.0) / needed
         apart = around.l[b, last] - l
-        for o in range(change.size):
-            if abs(apart - change[o] * unit) <= reach:
+        for o in range(delta_l.size):
+            if abs(apart - delta_l[o] * unit) <= reach:
                 own[DEAD_END, o] = max(own[DEAD_END, o], lack)

@@ -15,7 +15,7 @@ STRAIGHT = 1e-6  # a smaller curvature bends nothing within a body's length [1/m
 
 
 class Check(IntEnum):
-    """What removed a candidate; the order is that of the checks."""
+    """The check that removed a candidate, in the order of the checks."""
 
     PASSED = 0
     REVERSING = 1  # the profile would drive backwards
@@ -42,6 +42,14 @@ class Limits(NamedTuple):
     excess: float  # how far the body may be over the road's edge [m]
 
 
+class RoadBody(NamedTuple):
+    """The body that has to stay on the road, from the rear axle."""
+
+    front: float  # to its front [m]
+    rear: float  # to its rear [m]
+    half_width: float  # [m]
+
+
 @inlined
 def lateral_over_time(
     c: tuple[float, float, float, float, float, float],
@@ -49,7 +57,7 @@ def lateral_over_time(
     s_dot: float,
     s_ddot: float,
 ) -> tuple[float, float, float, float]:
-    """(l, l', l'', d³l/dt³) of a quintic l(t) at time `t` within its duration."""
+    """Return (l, l', l'', d³l/dt³) of a quintic l(t) at `t` within its duration."""
     l = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
     rate = c[1] + t * (
         2.0 * c[2] + t * (3.0 * c[3] + t * (4.0 * c[4] + t * 5.0 * c[5]))
@@ -69,7 +77,7 @@ def lateral_over_distance(
     s_ddot: float,
     s_dddot: float,
 ) -> tuple[float, float, float, float]:
-    """(l, l', l'', d³l/dt³) of a quintic l(s), `driven` metres after its start."""
+    """Return (l, l', l'', d³l/dt³) of a quintic l(s), `driven` m after its start."""
     d = driven
     l = c[0] + d * (c[1] + d * (c[2] + d * (c[3] + d * (c[4] + d * c[5]))))
     slope = c[1] + d * (
@@ -92,7 +100,7 @@ def lateral_at(
     s_ddot: float,
     s_dddot: float,
 ) -> tuple[float, float, float, float]:
-    """(l, l', l'', d³l/dt³) after `done` s or m; straight on after `length`."""
+    """Return (l, l', l'', d³l/dt³) after `done` s or m; straight on after `length`."""
     if done > length + 1e-9:
         return offset, 0.0, 0.0, 0.0
     if over_time:
@@ -104,13 +112,13 @@ def lateral_at(
 def lateral_quintic(
     start: tuple[float, float, float], offset: float, length: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Quintic from (l, rate, second rate) to (offset, 0, 0); [Thesis] eq. 4.1-4.5."""
+    """Solve for the quintic from `start` to (offset, 0, 0); [Thesis] eq. 4.1-4.5."""
     return quintic_coefficients(start[0], start[1], start[2], offset, 0.0, 0.0, length)
 
 
 @inlined
 def squared_jerk(c: tuple[float, float, float, float, float, float], T: float) -> float:
-    """Integral over 0 ... T of the squared third derivative; [Thesis] eq. 4.15."""
+    """Integrate the squared third derivative over 0 ... T; [Thesis] eq. 4.15."""
     a, b, d = 6.0 * c[3], 24.0 * c[4], 60.0 * c[5]
     return T * (
         a * a
@@ -127,15 +135,14 @@ def road_excess(
     curvature: float,
     left: float,
     right: float,
-    front: float,
-    rear: float,
-    half_width: float,
+    body: RoadBody,
 ) -> float:
-    """How far the body reaches over the road's edge [m]; negative inside.
+    """Compute how far the body reaches over the road's edge [m]; negative inside.
 
     Corners and the sides' innermost points are put into the Frenet frame as on a road
     of the curvature that it has under the rear axle: exact on lines and arcs.
     """
+    front, rear, half_width = body
     straight = abs(curvature) < STRAIGHT
     nearest = 0.0  # where the body comes nearest to the centre of the road's circle
     if not straight:

@@ -15,8 +15,8 @@ def lack_of_room(s: float, s_dot: float, b: int, i: int, around: Surroundings) -
     """Squared share of the gap to a vehicle ahead or behind that is missing [-].
 
     Ahead the ego keeps standstill_gap + time_headway · its speed; behind it leaves
-    MIN_REAR_GAP + rear_time_headway · the other's speed. What stands ahead is nobody to
-    follow: its price is the dead end.
+    MIN_REAR_GAP + rear_time_headway · the other's speed. What stands ahead is not
+    followed: its price is the dead end.
 
     Args:
         s: Of the ego's rear axle at step i [m].
@@ -47,7 +47,7 @@ def add_headway(
     count: int,
     rows: FloatArray,
     basis: FloatArray,
-    change: FloatArray,
+    delta_l: FloatArray,
     around: Surroundings,
     headway: FloatArray,
 ) -> None:
@@ -58,11 +58,11 @@ def add_headway(
         count: Its valid steps.
         rows: Of the `Tracks`.
         basis: Of its lateral motion.
-        change: Terminal offsets less the present one, (n,) [m].
+        delta_l: Terminal offsets less the present one, (n,) [m].
         around: Bodies.
         headway: Filled, (n,): mean over the horizon [-].
     """
-    for o in range(change.size):
+    for o in range(delta_l.size):
         headway[o] = 0.0
     share = STRIDE / rows.shape[2]
     for i in range(STRIDE, count, STRIDE):
@@ -75,6 +75,6 @@ def add_headway(
             if lack > 0.0:
                 reach = around.corridor + around.extents[b, 1] + around.extents[b, 2]
                 apart = around.l[b, i] - l
-                for o in range(change.size):
-                    in_way = abs(apart - change[o] * unit) < reach
+                for o in range(delta_l.size):
+                    in_way = abs(apart - delta_l[o] * unit) < reach
                     headway[o] += lack if in_way else 0.0

@@ -26,7 +26,7 @@ CHECK_NAMES = {
 
 @dataclass(frozen=True, slots=True)
 class CruiseMemory:
-    """What one cycle leaves to the next."""
+    """State handed from one cycle to the next."""
 
     trajectory: Trajectory
 
@@ -39,7 +39,7 @@ class CruisePlanner:
     _pricing: Pricing = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Work out what follows from the settings alone."""
+        """Compute what follows from the settings alone."""
         object.__setattr__(self, "_pricing", Pricing.of(self.settings))
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
@@ -70,7 +70,7 @@ class CruisePlanner:
 
 
 def _statistics(cycle: Cycle, found: Evaluation) -> PlanStats:
-    """Say what became of the candidates and what the chosen one costs."""
+    """Count the removed candidates and list the costs of the chosen one."""
     choice = found.choice
     counts = choice.counts.tolist()
     removed = {
@@ -110,7 +110,7 @@ def _fall_back(
         return touched_by(
             trajectory,
             bodies,
-            bodies.follower,
+            bodies.table.follower,
             discs,
             radius,
             threshold,

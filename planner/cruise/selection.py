@@ -23,7 +23,7 @@ PricingColumns = tuple[FloatArray, FloatArray, bool, FloatArray, bool]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pricing:
-    """What prices depend on besides the candidates; follows from the settings."""
+    """Weights and scales of the prices, from the settings."""
 
     weights: FloatArray  # (8,), in the order of `costs.TERMS`
     scales: FloatArray  # (8,); not used where the normalisation is per cycle
@@ -33,7 +33,7 @@ class Pricing:
 
     @classmethod
     def of(cls, settings: CruiseSettings) -> "Pricing":
-        """Put the settings into arrays."""
+        """Return the settings as arrays."""
         scales = {name: getattr(settings.scales, name, 1.0) for name in TERMS}
         scales["jerk"] *= settings.horizon or max(settings.times)
         term = settings.safety_term
@@ -48,7 +48,7 @@ class Pricing:
         )
 
     def columns(self, *, remembers: bool) -> PricingColumns:
-        """Give what `choose` reads; consistency needs a last plan."""
+        """Return the columns for `choose`; consistency needs a last plan."""
         weights = self.weights if remembers else self.weights * WITHOUT_MEMORY
         return weights, self.scales, self.per_cycle, self.kernel, self.binary
 

@@ -8,7 +8,7 @@ from planner.errors import InvalidInputError
 
 
 class LateralMotion(StrEnum):
-    """What the lateral quintic is a function of."""
+    """Variable of the lateral quintic."""
 
     TIME = "time"  # l(t), as in [Thesis] 4.3; undefined at a standstill
     DISTANCE = "distance"  # l(s), well defined at every speed
@@ -23,7 +23,7 @@ class SafetyTerm(StrEnum):
 
 
 class Normalisation(StrEnum):
-    """What makes terms of different units comparable."""
+    """How terms of different units are made comparable."""
 
     FIXED_SCALES = "fixed_scales"  # physical scales, the same in every cycle
     PER_CYCLE = "per_cycle"  # each term over its maximum among the survivors

@@ -1,4 +1,4 @@
-"""Bodies as the kernel takes them, and the arrays that it works with."""
+"""Bodies as the kernels take them, and the arrays that these work with."""
 
 from typing import NamedTuple
 
@@ -19,21 +19,9 @@ ASKEW, TURNED = 0, 1
 N_SWAY = 2
 
 
-class Surroundings(NamedTuple):
-    """Bodies, and what the ego needs to know about them."""
+class FollowingRules(NamedTuple):
+    """The ego's body, and the room that it keeps to other bodies."""
 
-    poses: FloatArray  # (n_bodies, 4, n_steps)
-    extents: FloatArray  # (n_bodies, 3)
-    s: FloatArray  # (n_bodies, n_steps)
-    l: FloatArray  # (n_bodies, n_steps)
-    speed: FloatArray  # (n_bodies,)
-    size: FloatArray  # (n_bodies,)
-    stride: FloatArray  # longest way in one step, (n_bodies,) [m]
-    spin: FloatArray  # largest turn in one step, (n_bodies,) [rad]
-    follower: BoolArray  # (n_bodies,)
-    threshold: FloatArray  # gap below which a candidate collides, (n_bodies,) [m]
-    turn_gap: FloatArray  # room to steer round what stands, else 0, (n_bodies,) [m]
-    n_static: int
     discs: tuple[float, float, float]  # centres ahead of the rear axle, rear first [m]
     disc_radius: float
     range: float  # gap from which on a body costs nothing [m]
@@ -46,8 +34,39 @@ class Surroundings(NamedTuple):
     rear_time_headway: float  # left behind [s]
 
 
+class Surroundings(NamedTuple):
+    """Bodies, the gaps to each, and the rules of following, in one flat record.
+
+    The fields of `planner.bodies.BodyTable`, two of its own, and those of
+    `FollowingRules`, in their order.
+    """
+
+    poses: FloatArray  # (n_bodies, 4, n_steps)
+    s: FloatArray  # (n_bodies, n_steps)
+    l: FloatArray  # (n_bodies, n_steps)
+    speed: FloatArray  # (n_bodies,)
+    extents: FloatArray  # (n_bodies, 3)
+    size: FloatArray  # (n_bodies,)
+    stride: FloatArray  # longest way in one step, (n_bodies,) [m]
+    spin: FloatArray  # largest turn in one step, (n_bodies,) [rad]
+    follower: BoolArray  # (n_bodies,)
+    n_static: int
+    threshold: FloatArray  # gap below which a candidate collides, (n_bodies,) [m]
+    turn_gap: FloatArray  # room to steer round what stands, else 0, (n_bodies,) [m]
+    discs: tuple[float, float, float]
+    disc_radius: float
+    range: float
+    corridor: float
+    front_reach: float
+    rear_overhang: float
+    deceleration: float
+    standstill_gap: float
+    time_headway: float
+    rear_time_headway: float
+
+
 class Bench(NamedTuple):
-    """What is filled anew for each profile, and for each body beside it.
+    """Arrays that are filled for each profile, and for each body beside it.
 
     Arrays over offsets are padded to a multiple of `LANES`.
     """
@@ -69,7 +88,7 @@ class Bench(NamedTuple):
 
 @inlined
 def padded(offsets: FloatArray, here: float) -> FloatArray:
-    """Give the changes of offset from `here`, the last one repeated up to `LANES`."""
+    """Return the changes of offset from `here`, the last repeated up to `LANES`."""
     n = offsets.size
     change = np.empty(n + -n % LANES)
     for o in range(change.size):
@@ -79,7 +98,7 @@ def padded(offsets: FloatArray, here: float) -> FloatArray:
 
 @inlined
 def make_bench(n_steps: int, n_padded: int) -> Bench:
-    """Allocate it; what is never filled is finite all the same."""
+    """Allocate the arrays; those that are not always filled start finite."""
     return Bench(
         np.empty((N_BASIS, n_steps)),
         np.zeros((2, n_steps, n_padded)),

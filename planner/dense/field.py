@@ -6,6 +6,7 @@ plane: on a road of constant curvature they are exact, see `squared_distance`.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,33 @@ from planner.vehicle import Vehicle
 
 SAMPLE_STEP = 1.0  # between road samples taken from a scene [m]
 MAX_PIECES = 40  # that one rectangle is cut into
+
+
+class ObstacleColumns(NamedTuple):
+    """Obstacles as compiled code takes them; arrays are (n_obstacles,)."""
+
+    s: FloatArray  # [m]
+    l: FloatArray  # [m]
+    radius: FloatArray  # r_ob [m]
+    curvature: FloatArray  # of the road there [1/m]
+
+
+class RoadColumns(NamedTuple):
+    """Samples of the road as compiled code takes them; arrays are (m,)."""
+
+    s: FloatArray  # strictly growing [m]
+    left: FloatArray  # [m]
+    right: FloatArray  # [m]
+    curvature: FloatArray  # [1/m]
+
+
+class Discs(NamedTuple):
+    """The ego's discs as compiled code takes them."""
+
+    offset: FloatArray  # from the ego's point, rear first, (n_discs,) [m]
+    radius: float  # with any margin [m]
+    half_length: float  # of the piece of the body in each [m]
+    half_width: float  # [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,12 +87,21 @@ class ObstacleField:
         return int(self.s.size)
 
     def road_at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Give (left, right, curvature) at arc lengths `s` [m], in the shape of s."""
+        """Return (left, right, curvature) at arc lengths `s` [m], in the shape of s."""
         return (
             np.interp(s, self.road_s, self.left),
             np.interp(s, self.road_s, self.right),
             np.interp(s, self.road_s, self.curvature),
         )
+
+    def obstacle_columns(self) -> ObstacleColumns:
+        """Return the obstacles with the road's curvature at each."""
+        curvature = np.interp(self.s, self.road_s, self.curvature)
+        return ObstacleColumns(self.s, self.l, self.radius, curvature)
+
+    def road_columns(self) -> RoadColumns:
+        """Return the samples of the road."""
+        return RoadColumns(self.road_s, self.left, self.right, self.curvature)
 
     def only(self, keep: BoolArray) -> "ObstacleField":
         """Keep the obstacles marked in `keep`, (n,)."""
@@ -103,6 +140,11 @@ class Cover:
         """Make the three discs that cover the vehicle's rectangle."""
         piece = vehicle.length / 6.0, vehicle.width / 2.0
         return cls(vehicle.disc_offsets, vehicle.disc_radius, *piece)
+
+    def discs(self, margin: float = 0.0) -> Discs:
+        """Return the discs, grown by a margin [m]."""
+        radius = self.radius + margin
+        return Discs(np.array(self.offsets), radius, self.half_length, self.half_width)
 
 
 def straight_field(

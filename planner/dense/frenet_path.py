@@ -1,17 +1,20 @@
 """A path l(s), and the check that every method's result has to pass."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.dense.field import (
     Cover,
+    Discs,
+    ObstacleColumns,
     ObstacleField,
     disc_centre,
     path_curvature,
     squared_distance,
 )
-from planner.dense.lattice.edge_check import MIN_STRETCH, road_table
+from planner.dense.lattice.edge_check import MIN_STRETCH, RoadAlong, road_along
 from planner.errors import InvalidInputError
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray, freeze
@@ -40,13 +43,22 @@ class FrenetPath:
             raise InvalidInputError("s must be at least two strictly growing numbers")
 
     def subdivided(self, parts: int) -> "FrenetPath":
-        """Give the same path with `parts` times as many intervals; eq. 5.24."""
+        """Return the same path with `parts` times as many intervals; eq. 5.24."""
         return FrenetPath(*subdivide(self.s, self.l, self.slope, self.second, parts))
+
+
+class FrenetColumns(NamedTuple):
+    """A path as compiled code takes it; arrays are (n,)."""
+
+    s: FloatArray  # [m]
+    l: FloatArray  # [m]
+    slope: FloatArray  # dl/ds [-]
+    second: FloatArray  # d²l/ds² [1/m]
 
 
 @dataclass(frozen=True, slots=True)
 class PathCheck:
-    """What a path keeps, at worst; the first knot, where the ego is, left out."""
+    """Worst values of a path; the first knot, where the ego is, left out."""
 
     clearance: float  # from the ego's discs to the obstacles', negative inside [m]
     road_room: float  # from the body to the road's edge, negative outside [m]
@@ -56,14 +68,10 @@ class PathCheck:
 def check_path(path: FrenetPath, field: ObstacleField, cover: Cover) -> PathCheck:
     """Measure a path against obstacles, road and curvature, knots and between."""
     fine = path.subdivided(SUBDIVISION)
-    curvature = field.road_at(field.s)[2]
-    obstacles = np.column_stack([field.s, field.l, field.radius, curvature])
-    roads = np.column_stack([field.road_s, field.left, field.right, field.curvature])
-    offsets = np.array(cover.offsets)
-    road = road_table(fine.s, roads, offsets)
-    body = cover.radius, cover.half_length, cover.half_width
-    columns = fine.s, fine.l, fine.slope, fine.second
-    return PathCheck(*worst_of(*columns, road, obstacles, offsets, body))
+    discs = cover.discs()
+    road = road_along(fine.s, field.road_columns(), discs.offset)
+    columns = FrenetColumns(fine.s, fine.l, fine.slope, fine.second)
+    return PathCheck(*worst_of(columns, road, field.obstacle_columns(), discs))
 
 
 @compiled
@@ -89,51 +97,43 @@ def subdivide(
 
 @compiled
 def worst_of(
-    s: FloatArray,
-    l: FloatArray,
-    slope: FloatArray,
-    second: FloatArray,
-    road: FloatArray,
-    obstacles: FloatArray,
-    offsets: FloatArray,
-    body: tuple[float, float, float],
+    path: FrenetColumns, road: RoadAlong, obstacles: ObstacleColumns, discs: Discs
 ) -> tuple[float, float, float]:
     """Find the smallest clearance and road room and the largest curvature.
 
     Args:
-        s: (n,) [m].
-        l: (n,) [m].
-        slope: (n,) [-].
-        second: (n,) [1/m].
-        road: As `road_table` makes it.
-        obstacles: s, l, r_ob [m] and road curvature there [1/m], (n_obstacles, 4).
-        offsets: Of the ego's discs [m].
-        body: Their radius, half length, half width [m].
+        path: At n points.
+        road: At the same points.
+        obstacles: Of the field.
+        discs: Of the ego.
 
     Returns:
         (clearance [m], road room [m], curvature [1/m]).
     """
+    s, l, slope = path.s, path.l, path.slope
+    half_length, half_width = discs.half_length, discs.half_width
     clearance, room, sharpest = FAR, np.inf, 0.0
     for j in range(1, s.size):
-        curvature, rho = road[0, j], 1.0 - road[0, j] * l[j]
+        curvature = road.curvature[j]
+        rho = 1.0 - curvature * l[j]
         if rho < MIN_STRETCH:
             return -FAR, -FAR, np.inf
-        bent = path_curvature(l[j], slope[j], second[j], curvature, road[1, j])
+        bent = path_curvature(l[j], slope[j], path.second[j], curvature, road.rate[j])
         sharpest = max(sharpest, abs(bent))
         norm = np.sqrt(rho * rho + slope[j] ** 2)
-        need = (body[1] * abs(slope[j]) + body[2] * rho) / norm
-        need += 0.5 * abs(curvature) * body[1] ** 2  # the road bends, the body not
-        for d in range(offsets.size):
-            at_s, at_l = disc_centre(s[j], l[j], slope[j], offsets[d], curvature)
-            room = min(room, road[2 + d, j] - at_l - need)
-            room = min(room, at_l - need - road[2 + offsets.size + d, j])
-            for i in range(obstacles.shape[0]):
-                touching = obstacles[i, 2] + body[0]
-                if abs(at_l - obstacles[i, 1]) >= touching + clearance:
+        need = (half_length * abs(slope[j]) + half_width * rho) / norm
+        need += 0.5 * abs(curvature) * half_length**2  # only the road bends
+        for d in range(discs.offset.size):
+            at_s, at_l = disc_centre(s[j], l[j], slope[j], discs.offset[d], curvature)
+            room = min(room, road.left[d, j] - at_l - need)
+            room = min(room, at_l - need - road.right[d, j])
+            for i in range(obstacles.s.size):
+                touching = obstacles.radius[i] + discs.radius
+                if abs(at_l - obstacles.l[i]) >= touching + clearance:
                     continue
-                between = 0.5 * (curvature + obstacles[i, 3])
+                between = 0.5 * (curvature + obstacles.curvature[i])
                 away2 = squared_distance(
-                    at_s, at_l, obstacles[i, 0], obstacles[i, 1], between
+                    at_s, at_l, obstacles.s[i], obstacles.l[i], between
                 )
                 if away2 < (touching + clearance) ** 2:
                     clearance = np.sqrt(away2) - touching

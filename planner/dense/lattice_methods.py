@@ -49,12 +49,12 @@ def plan_uniform(
     Args:
         field: Obstacles and road.
         cover: Of the ego.
-        start: s [m], l [m], l' [-], l'' [1/m] of the ego.
+        start: Where the ego is.
         s_end: Where the path shall end [m].
         lattice: Of the coarse path.
         smoothing: Of the smooth one.
     """
-    waypoints = uniform_waypoints(field, cover, start[0], s_end, lattice)
+    waypoints = uniform_waypoints(field, cover, start.s, s_end, lattice)
     return plan_over(waypoints, field, cover, start, lattice, smoothing)
 
 
@@ -82,7 +82,7 @@ def plan_over(
     """Search the lattice over given waypoints and smooth what it finds."""
     search = search_lattice(field, cover, start, waypoints, lattice)
     if search.path is None:
-        reason = f"none of {search.edges} edges is free at s = {start[0]:.1f} m"
+        reason = f"none of {search.edges} edges is free at s = {start.s:.1f} m"
         return LatticePlan(LatticeStatus.NO_FREE_EDGE, reason, None, search, None)
     result = smooth(field, cover, search.path, smoothing)
     reach = search.path.s[-1]

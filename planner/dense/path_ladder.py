@@ -9,21 +9,28 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.dense.field import Cover, ObstacleField, disc_centre, squared_distance
+from planner.dense.field import (
+    Cover,
+    Discs,
+    ObstacleColumns,
+    ObstacleField,
+    disc_centre,
+    squared_distance,
+)
 from planner.dense.frenet_path import SUBDIVISION, FrenetPath
 from planner.dense.lattice.coarse_path import PathStart
-from planner.dense.lattice.edge_check import road_table
+from planner.dense.lattice.edge_check import road_along
 from planner.dense.lattice_methods import LatticeStatus, plan_adaptive, plan_uniform
 from planner.dense.settings import DenseSettings, PathMethod
 from planner.dense.sides.sequences import SideSearch, search_sides, side_task
-from planner.dense.tube.program import obstacle_table, road_columns
+from planner.dense.tube.corridor import PathGuess
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChosenPath:
-    """What a method chose."""
+    """The path that a method chose."""
 
     path: FrenetPath
     end_s: float  # of the ego's point; the path's end where nothing blocks it [m]
@@ -36,8 +43,8 @@ class ChosenPath:
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
-    """What every method needs."""
+class PathTask:
+    """Where a path has to lead, whatever the method."""
 
     field: ObstacleField
     cover: Cover
@@ -47,7 +54,7 @@ class Task:
 
 
 def choose_path(
-    task: Task, last: Mapping[str, float], settings: DenseSettings
+    task: PathTask, last: Mapping[str, float], settings: DenseSettings
 ) -> ChosenPath | None:
     """Choose the path of this cycle; None where not even standing still has one.
 
@@ -74,7 +81,7 @@ def choose_path(
 
 
 def _by_sides(
-    task: Task, last: Mapping[str, float], margin: float, settings: DenseSettings
+    task: PathTask, last: Mapping[str, float], margin: float, settings: DenseSettings
 ) -> ChosenPath | None:
     """Find the cheapest sides; those of the last cycle win unless others save enough.
 
@@ -97,7 +104,7 @@ def _by_sides(
 
 
 def _chosen(
-    task: Task, search: SideSearch, margin: float, programs: int
+    task: PathTask, search: SideSearch, margin: float, programs: int
 ) -> ChosenPath | None:
     """Make the record of a search's winner."""
     best = search.best
@@ -116,7 +123,7 @@ def _chosen(
 
 
 def _as_far_as_possible(
-    task: Task, last: Mapping[str, float], settings: DenseSettings
+    task: PathTask, last: Mapping[str, float], settings: DenseSettings
 ) -> ChosenPath | None:
     """Pass as many obstacles as can be passed, and end before the next one.
 
@@ -147,7 +154,7 @@ def _as_far_as_possible(
 
 
 def _before_what_is_ahead(
-    task: Task, found: ChosenPath, passed: int, gap: float
+    task: PathTask, found: ChosenPath, passed: int, gap: float
 ) -> ChosenPath:
     """End a path before the obstacles that it does not pass, or only would beyond.
 
@@ -164,7 +171,7 @@ def _before_what_is_ahead(
         ahead = more
 
 
-def _by_lattice(task: Task, settings: DenseSettings) -> ChosenPath | None:
+def _by_lattice(task: PathTask, settings: DenseSettings) -> ChosenPath | None:
     """Search the lattice of a method; its margin takes the same ladder."""
     plan = plan_uniform if settings.method is PathMethod.UNIFORM else plan_adaptive
     smoothing = replace(settings.smoothing, max_curvature=task.max_curvature)
@@ -196,20 +203,17 @@ def _by_lattice(task: Task, settings: DenseSettings) -> ChosenPath | None:
 
 
 def _ended(
-    task: Task, found: ChosenPath, rest: ObstacleField, gap: float
+    task: PathTask, found: ChosenPath, rest: ObstacleField, gap: float
 ) -> ChosenPath:
     """End a path before the obstacles that it does not pass."""
     fine = found.path.subdivided(SUBDIVISION)
-    offsets = np.array(task.cover.offsets)
-    road = road_table(fine.s, road_columns(rest), offsets)
+    discs = task.cover.discs(gap)
+    road = road_along(fine.s, rest.road_columns(), discs.offset)
     index, which = first_nearer(
-        fine.s,
-        fine.l,
-        fine.slope,
-        road[0],
-        obstacle_table(rest),
-        offsets,
-        task.cover.radius + gap,
+        PathGuess(fine.s, fine.l, fine.slope),
+        road.curvature,
+        rest.obstacle_columns(),
+        discs,
     )
     ahead = rest.s > fine.s[-1]
     name = rest.ids[which] if which >= 0 else _first(rest, ahead)
@@ -225,36 +229,30 @@ def _first(field: ObstacleField, ahead: FloatArray) -> str | None:
 
 @compiled
 def first_nearer(
-    s: FloatArray,
-    l: FloatArray,
-    slope: FloatArray,
-    curvature: FloatArray,
-    obstacles: FloatArray,
-    offsets: FloatArray,
-    reach: float,
+    path: PathGuess, curvature: FloatArray, obstacles: ObstacleColumns, discs: Discs
 ) -> tuple[int, int]:
     """Find the first point of a path that has a disc too near to an obstacle.
 
     Args:
-        s: (n,) [m].
-        l: (n,) [m].
-        slope: (n,).
-        curvature: Of the road, (n,) [1/m].
-        obstacles: s, l, r_ob [m] and road curvature there [1/m], (n_obstacles, 4).
-        offsets: Of the ego's discs [m].
-        reach: From the disc's centre to the obstacle's edge [m].
+        path: At n points.
+        curvature: Of the road there, (n,) [1/m].
+        obstacles: Of the field.
+        discs: Of the ego, with the gap to keep.
 
     Returns:
         (point, obstacle); -1 for both if there is none.
     """
+    s, l, slope = path
     for j in range(s.size):
-        for d in range(offsets.size):
-            at_s, at_l = disc_centre(s[j], l[j], slope[j], offsets[d], curvature[j])
-            for i in range(obstacles.shape[0]):
-                between = 0.5 * (curvature[j] + obstacles[i, 3])
+        for d in range(discs.offset.size):
+            at_s, at_l = disc_centre(
+                s[j], l[j], slope[j], discs.offset[d], curvature[j]
+            )
+            for i in range(obstacles.s.size):
+                between = 0.5 * (curvature[j] + obstacles.curvature[i])
                 away2 = squared_distance(
-                    at_s, at_l, obstacles[i, 0], obstacles[i, 1], between
+                    at_s, at_l, obstacles.s[i], obstacles.l[i], between
                 )
-                if away2 < (obstacles[i, 2] + reach) ** 2:
+                if away2 < (obstacles.radius[i] + discs.radius) ** 2:
                     return j, i
     return -1, -1

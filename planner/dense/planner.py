@@ -7,9 +7,10 @@ import numpy as np
 
 from planner.bodies import Bodies, bodies_of, touched_by
 from planner.dense.field import Cover, field_of
-from planner.dense.path_ladder import ChosenPath, Task, choose_path
+from planner.dense.lattice.coarse_path import PathStart
+from planner.dense.path_ladder import ChosenPath, PathTask, choose_path
 from planner.dense.settings import DenseSettings
-from planner.dense.speed import Way, knot_times, plan_drive
+from planner.dense.speed import DrivablePath, knot_times, plan_drive
 from planner.dense.vehicles_ahead import bound_by_vehicles
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
@@ -20,12 +21,12 @@ from planner.scene_checks import invalid
 from planner.states import Path, SpeedProfile, Trajectory
 
 HARD_GAP = 0.02  # least distance to a body that a fallback may leave [m]
-AT_THE_END = 1.0  # from where on who is blocked is said to stand because of it [m]
+AT_THE_END = 1.0  # within it of the bound, a vehicle is what holds the ego up [m]
 
 
 @dataclass(frozen=True, slots=True)
-class Memory:
-    """What one cycle leaves for the next."""
+class DenseMemory:
+    """State handed from one cycle to the next."""
 
     trajectory: Trajectory | None = None
     sides: Mapping[str, float] = field(default_factory=dict)
@@ -33,7 +34,7 @@ class Memory:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DensePlanner:
-    """Plans a path through static obstacles and the speed along it; `plan` is pure."""
+    """Plan a path through static obstacles and the speed along it; `plan` is pure."""
 
     settings: DenseSettings
 
@@ -43,7 +44,7 @@ class DensePlanner:
         if reason is not None:
             stats = PlanStats(reason=reason)
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
-        last = memory if isinstance(memory, Memory) else Memory()
+        last = memory if isinstance(memory, DenseMemory) else DenseMemory()
         chosen = choose_path(self._task(scene), last.sides, self.settings)
         if chosen is None:
             return _fall_back(scene, last, "no path from here", self.settings)
@@ -52,25 +53,25 @@ class DensePlanner:
             return _fall_back(
                 scene, last, "the path leaves the road's frame", self.settings
             )
-        way, who = self._way(scene, chosen, path)
+        way, blockers = self._drivable(scene, chosen, path)
         profile = plan_drive(way, scene, self.settings.drive)
         if profile is None:
             return _fall_back(scene, last, "no speed along the path", self.settings)
-        blocker = chosen.blocked_by or _holding(profile, way, who)
+        blocker = chosen.blocked_by or _holding(profile, way, blockers)
         return _result(chosen, trajectory_on(path, profile), blocker)
 
-    def _task(self, scene: Scene) -> Task:
-        """Say where the path has to lead."""
+    def _task(self, scene: Scene) -> PathTask:
+        """Return where the path has to lead."""
         settings, vehicle, ego = self.settings, scene.vehicle, scene.ego_frenet
         drive = settings.drive
         speed = max(scene.target_speed, scene.ego.speed)
         need = speed * drive.duration + speed**2 / (2.0 * drive.braking)
         horizon = max(settings.horizon, need)
         width = 0.5 * vehicle.width + settings.road_margin
-        return Task(
+        return PathTask(
             field_of(scene, horizon),
             replace(Cover.of(vehicle), half_width=width),
-            (ego.s, ego.l, ego.l_prime, ego.l_second),
+            PathStart(ego.s, ego.l, ego.l_prime, ego.l_second),
             ego.s + horizon,
             settings.curvature_share * vehicle.limits.max_curvature,
         )
@@ -80,32 +81,34 @@ class DensePlanner:
         fine = chosen.path.subdivided(self.settings.spacing)
         return line_in_plane(scene.path, fine.s, fine.l, fine.slope, fine.second)
 
-    def _way(
+    def _drivable(
         self, scene: Scene, chosen: ChosenPath, path: Path
-    ) -> tuple[Way, list[str | None]]:
-        """Say how far along the path the ego may go: obstacles, lines, vehicles."""
+    ) -> tuple[DrivablePath, list[str | None]]:
+        """Bound how far along the path the ego may go: obstacles, lines, vehicles."""
         reach = scene.vehicle.front_reach
         lines = [s - reach for s in scene.stop_lines if s > scene.ego_frenet.s]
         end_s = min([chosen.end_s, *lines])
         end = float(np.interp(end_s, path.s, path.distance))
         times = knot_times(self.settings.drive)
-        bound, who = bound_by_vehicles(
+        bound, blockers = bound_by_vehicles(
             path, scene, times, self.settings.drive.vehicle_gap
         )
-        return Way(path, end, bound), who
+        return DrivablePath(path, end, bound), blockers
 
 
-def _holding(profile: SpeedProfile, way: Way, who: list[str | None]) -> str | None:
+def _holding(
+    profile: SpeedProfile, way: DrivablePath, blockers: list[str | None]
+) -> str | None:
     """Name the vehicle that the drive comes nearest to, if it is held up by one."""
     rooms = way.ahead - profile.distance
     nearest = int(np.argmin(rooms))
-    return who[nearest] if rooms[nearest] < AT_THE_END else None
+    return blockers[nearest] if rooms[nearest] < AT_THE_END else None
 
 
 def _result(
     chosen: ChosenPath, trajectory: Trajectory, blocker: str | None
 ) -> PlanResult:
-    """Make what the caller gets."""
+    """Make the result of the cycle."""
     blocked = chosen.ended
     reason = f"found no passage beyond s = {chosen.end_s:.1f} m" if blocked else ""
     if chosen.blocked_by is not None:
@@ -119,14 +122,14 @@ def _result(
         blocker=blocker,
         explanation=f"sides {passed or '-'}, margin {chosen.margin:g} m",
     )
-    memory = Memory(trajectory, chosen.sides)
+    memory = DenseMemory(trajectory, chosen.sides)
     return PlanResult(PlanStatus.OK, trajectory, memory, stats)
 
 
 def _fall_back(
-    scene: Scene, last: Memory, reason: str, settings: DenseSettings
+    scene: Scene, last: DenseMemory, reason: str, settings: DenseSettings
 ) -> PlanResult:
-    """Nothing can be planned: go down the ladder and say why."""
+    """Fall back where nothing can be planned, with the reason."""
     duration = settings.drive.duration
     bodies = bodies_of(scene, round(duration / scene.step) + 1)
 
@@ -134,7 +137,7 @@ def _fall_back(
         return touched_body(scene, bodies, trajectory)
 
     status, trajectory = fallback(scene, last.trajectory, blocker, duration)
-    memory = Memory(trajectory, last.sides)
+    memory = DenseMemory(trajectory, last.sides)
     stats = PlanStats(reason=reason, blocker=blocker(trajectory))
     return PlanResult(status, trajectory, memory, stats)
 
@@ -147,7 +150,7 @@ def touched_body(scene: Scene, bodies: Bodies, trajectory: Trajectory) -> str | 
     return touched_by(
         trajectory,
         bodies,
-        bodies.follower,
+        bodies.table.follower,
         scene.vehicle.disc_offsets,
         scene.vehicle.disc_radius,
         HARD_GAP,

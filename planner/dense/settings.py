@@ -15,7 +15,7 @@ class LayerRule(StrEnum):
 
 
 class GateReach(StrEnum):
-    """What of an obstacle closes a region; [Thesis] eq. 5.6 says "in"."""
+    """Part of an obstacle that closes a region; "in" in [Thesis] eq. 5.6."""
 
     INFLATED = "inflated"  # its disc grown by the ego's
     BODY = "body"  # its disc
@@ -202,17 +202,17 @@ class DriveSettings:
 
     duration: float = 6.0  # T [s]
     time_step: float = 0.1  # between knots [s]
-    distance_weight: float = 0.5  # of the place against the wish [1/m²]
+    distance_weight: float = 0.5  # of the place against the reference [1/m²]
     speed_weight: float = 2.0
     acceleration_weight: float = 0.5
     jerk_weight: float = 0.5
     max_jerk: float = 5.0  # [m/s³]
-    acceleration: float = 1.5  # of the wish [m/s²]
-    braking: float = 1.5  # of the wish, towards bends and the end [m/s²]
-    lateral_share: float = 0.5  # of the vehicle's limit, of the wish
+    acceleration: float = 1.5  # of the reference [m/s²]
+    braking: float = 1.5  # of the reference, towards bends and the end [m/s²]
+    lateral_share: float = 0.5  # of the vehicle's limit, of the reference
     headway: float = 0.8  # to a vehicle ahead [s]
     vehicle_gap: float = 2.5  # kept to it along the path [m]
-    attempts: int = 4  # with a slower wish each, where bends are taken too fast
+    attempts: int = 4  # with a slower reference each, where bends are taken too fast
 
     def __post_init__(self) -> None:
         """Refuse what is no program."""

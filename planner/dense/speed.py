@@ -1,8 +1,8 @@
 """The speed along a path through obstacles: the piecewise-jerk program in time.
 
-The fastest drive that curvature, braking and the end of the way allow is the wish; the
-program of [Thesis] eq. 6.19, 6.20 (corrected) follows it within the limits of
-acceleration and jerk, and never past the end or into a vehicle ahead.
+The reference is the fastest drive that curvature, braking and the end of the path
+allow; the program of [Thesis] eq. 6.19, 6.20 (corrected) follows it within the limits
+of acceleration and jerk, and never past the end or into a vehicle ahead.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ END_ROOM = 0.1  # beyond the end, for what the place of the end moves between cy
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Way:
+class DrivablePath:
     """A path and how far along it the ego may go."""
 
     path: Path
@@ -33,15 +33,17 @@ class Way:
 
 
 def knot_times(settings: DriveSettings) -> FloatArray:
-    """Give the times of the knots [s]."""
+    """Return the times of the knots [s]."""
     n = round(settings.duration / settings.time_step) + 1
     return settings.time_step * np.arange(n, dtype=np.float64)
 
 
-def plan_drive(way: Way, scene: Scene, settings: DriveSettings) -> SpeedProfile | None:
+def plan_drive(
+    way: DrivablePath, scene: Scene, settings: DriveSettings
+) -> SpeedProfile | None:
     """Plan the speed along a way; None if the limits cannot be kept.
 
-    The wish is lowered until the drive keeps the limit of lateral acceleration
+    The reference is lowered until the drive keeps the limit of lateral acceleration
     everywhere: the program smooths it in time and may be late to slow down.
     """
     limits, times = scene.vehicle.limits, knot_times(settings)
@@ -80,19 +82,19 @@ def plan_drive(way: Way, scene: Scene, settings: DriveSettings) -> SpeedProfile 
 
 
 def drive_program(
-    way: Way,
+    way: DrivablePath,
     scene: Scene,
     wish: tuple[FloatArray, FloatArray],
     end: float,
     settings: DriveSettings,
 ) -> PiecewiseJerkProblem:
-    """Write the program that follows a wish.
+    """Write the program that follows a reference.
 
     Args:
         way: Gives the bound by vehicles.
         scene: Gives start and limits.
         wish: Distance [m] and speed [m/s] at the knots.
-        end: Where the wish stops [m].
+        end: Where the reference stops [m].
         settings: See there.
     """
     limits, n = scene.vehicle.limits, wish[0].size
@@ -103,7 +105,7 @@ def drive_program(
     lower[:] = -ROUNDING, 0.0, -limits.max_deceleration
     upper[:] = max(end, 0.0) + END_ROOM, np.inf, limits.max_acceleration
     upper[:, 1] = max(limits.max_speed, speed + 1.0)
-    # Who brakes harder than allowed, or stops this very moment, is let finish it.
+    # An ego that brakes harder than allowed, or is just stopping, may finish it.
     lowest = max(-limits.max_deceleration, -np.sqrt(2.0 * settings.max_jerk * speed))
     start = min(max(scene.ego.acceleration, lowest), limits.max_acceleration)
     row = np.zeros((n, 1, 3))

@@ -1,4 +1,6 @@
-"""How far along its path the ego may be at each time because of moving vehicles."""
+"""The bound that moving vehicles set on the ego's place along its path."""
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +14,8 @@ def bound_by_vehicles(
 ) -> tuple[FloatArray, list[str | None]]:
     """Bound the place along a path by the vehicles that are or will be on it.
 
-    Whoever is behind the ego's rear bumper does not count: it is for them to keep
-    clear of what is ahead. Who already touches the ego's place cannot be helped.
+    Vehicles behind the ego's rear bumper do not count: they have to keep clear of what
+    is ahead. A vehicle that already touches the ego's place sets no bound.
 
     Args:
         path: Of the ego's rear axle.
@@ -22,14 +24,15 @@ def bound_by_vehicles(
         gap: Kept along the path [m].
 
     Returns:
-        (bound, (n_times,) [m], inf where there is none; who sets it at each time).
+        (bound, (n_times,) [m], inf where there is none; the vehicle that sets it at
+        each time).
     """
     vehicles = scene.vehicles
     ahead = vehicles.prediction
     bound = np.full(times.size, np.inf)
-    who: list[str | None] = [None] * times.size
+    blockers: list[str | None] = [None] * times.size
     if not vehicles.ids:
-        return bound, who
+        return bound, blockers
     counted = _ahead_of_rear(scene)
     if ahead.x.shape[1]:
         column = np.rint(times / ahead.step).astype(np.int64)
@@ -39,38 +42,52 @@ def bound_by_vehicles(
         now = np.stack([vehicles.x, vehicles.y, vehicles.heading], axis=1)
         poses = np.repeat(now[:, :, None], times.size, axis=2)
     index = np.full(times.size, -1, dtype=np.int64)
-    first_contacts(
-        np.stack([path.x, path.y, np.cos(path.heading), np.sin(path.heading)]),
-        path.distance,
-        np.ascontiguousarray(poses),
-        np.column_stack([vehicles.length / 2.0, vehicles.width / 2.0]),
-        counted,
-        np.array(scene.vehicle.disc_offsets),
-        scene.vehicle.disc_radius,
-        bound,
-        index,
+    points = EgoPoints(
+        path.x, path.y, np.cos(path.heading), np.sin(path.heading), path.distance
     )
+    others = MovingRectangles(
+        np.ascontiguousarray(poses), vehicles.length / 2.0, vehicles.width / 2.0
+    )
+    offsets = np.array(scene.vehicle.disc_offsets)
+    radius = scene.vehicle.disc_radius
+    first_contacts(points, others, counted, offsets, radius, bound, index)
     bound -= gap
     names = [vehicles.ids[i] if i >= 0 else None for i in index.tolist()]
     return bound, names
 
 
 def _ahead_of_rear(scene: Scene) -> BoolArray:
-    """Tell which vehicles' centres are not behind the ego's rear bumper, (n,)."""
+    """Return which vehicles' centres are not behind the ego's rear bumper, (n,)."""
     ego, vehicles = scene.ego, scene.vehicles
     along = (vehicles.x - ego.x) * np.cos(ego.heading)
     along += (vehicles.y - ego.y) * np.sin(ego.heading)
     return np.asarray(along > -scene.vehicle.rear_overhang)
 
 
+class EgoPoints(NamedTuple):
+    """Points of the ego's path; arrays are (n_points,)."""
+
+    x: FloatArray  # [m]
+    y: FloatArray  # [m]
+    cos: FloatArray  # of the heading
+    sin: FloatArray
+    distance: FloatArray  # [m]
+
+
+class MovingRectangles(NamedTuple):
+    """Vehicles over time."""
+
+    poses: FloatArray  # x, y, heading, (n, 3, n_times)
+    half_length: FloatArray  # (n,) [m]
+    half_width: FloatArray  # (n,) [m]
+
+
 @compiled
 def first_contacts(
-    points: FloatArray,
-    distance: FloatArray,
-    poses: FloatArray,
-    extents: FloatArray,
+    path: EgoPoints,
+    others: MovingRectangles,
     counted: BoolArray,
-    discs: FloatArray,
+    offsets: FloatArray,
     radius: float,
     bound: FloatArray,
     index: IntArray,
@@ -78,38 +95,38 @@ def first_contacts(
     """Find the first place on the path that is taken at each time.
 
     Args:
-        points: x, y, cos and sin of the heading, (4, n_points).
-        distance: (n_points,) [m].
-        poses: x, y, heading of the vehicles, (n, 3, n_times).
-        extents: Half length, half width, (n, 2) [m].
-        counted: (n,).
-        discs: Of the ego, along its heading [m].
+        path: Of the ego.
+        others: Vehicles.
+        counted: Those that count, (n,).
+        offsets: Of the ego's discs, along its heading [m].
         radius: Of the discs [m].
         bound: Output, (n_times,) [m]; lowered where a place is taken.
-        index: Output, (n_times,): who sets the bound.
+        index: Output, (n_times,): the vehicle that sets the bound.
     """
+    poses = others.poses
     for i in range(poses.shape[0]):
         if not counted[i]:
             continue
-        reach = np.hypot(extents[i, 0], extents[i, 1]) + radius
+        half_length, half_width = others.half_length[i], others.half_width[i]
+        reach = np.hypot(half_length, half_width) + radius
         for t in range(bound.size):
             x, y = poses[i, 0, t], poses[i, 1, t]
             cos, sin = np.cos(poses[i, 2, t]), np.sin(poses[i, 2, t])
-            for j in range(distance.size):
-                if distance[j] >= bound[t]:
+            for j in range(path.distance.size):
+                if path.distance[j] >= bound[t]:
                     break
                 taken = False
-                for d in range(discs.size):
-                    dx = points[0, j] + discs[d] * points[2, j] - x
-                    dy = points[1, j] + discs[d] * points[3, j] - y
+                for offset in offsets:
+                    dx = path.x[j] + offset * path.cos[j] - x
+                    dy = path.y[j] + offset * path.sin[j] - y
                     if dx * dx + dy * dy > reach * reach:
                         continue
-                    along = max(abs(dx * cos + dy * sin) - extents[i, 0], 0.0)
-                    across = max(abs(dy * cos - dx * sin) - extents[i, 1], 0.0)
+                    along = max(abs(dx * cos + dy * sin) - half_length, 0.0)
+                    across = max(abs(dy * cos - dx * sin) - half_width, 0.0)
                     taken = taken or along**2 + across**2 < radius * radius
                 if taken:
                     if j == 0:  # already there: nothing that speed could help
                         break
-                    bound[t] = distance[j]
+                    bound[t] = path.distance[j]
                     index[t] = i
                     break

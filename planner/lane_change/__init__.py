@@ -22,7 +22,7 @@ def conventional(settings: LaneChangeSettings | None = None) -> LaneChangePlanne
 
 
 def _with(settings: LaneChangeSettings | None, rule: OrderRule) -> LaneChangeSettings:
-    """Lay an order rule over settings."""
+    """Return settings with another order rule."""
     base = settings or LaneChangeSettings()
     return replace(base, speed=replace(base.speed, order_rule=rule))
 

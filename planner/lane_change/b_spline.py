@@ -96,7 +96,7 @@ def _spline_piece(
 def b_spline_basis(
     knots: FloatArray, degree: int, u: FloatArray, span: int
 ) -> FloatArray:
-    """Give the basis functions on one knot interval; [Thesis] eq. 6.4, 6.5 corrected.
+    """Return the basis functions on one knot interval; [Thesis] eq. 6.4, 6.5 corrected.
 
     Args:
         knots: (m,), not falling.
@@ -119,7 +119,7 @@ def b_spline_basis(
 
 
 def _share(u: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Give (u - start) / (end - start), 0/0 := 0, (n_u, n).
+    """Return (u - start) / (end - start), 0/0 := 0, (n_u, n).
 
     An empty interval carries no basis function, so its share multiplies 0.
     """

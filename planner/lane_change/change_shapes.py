@@ -60,7 +60,7 @@ def _control_points(
     lengths: FloatArray,
     ratios: FloatArray,
 ) -> FloatArray:
-    """Give the points of `control_points`."""
+    """Return the points of `control_points`."""
     points = np.empty((lengths.size * ratios.size, 7, 2))
     for i in range(lengths.size):
         for j in range(ratios.size):

@@ -1,9 +1,10 @@
-"""Which lane the ego is in, what each lane is worth, and which one it wants."""
+"""The lane that the ego is in, the worth of each lane, and the lane to change to."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.bodies import bodies_of
 from planner.numerics.compiled import compiled
 from planner.scene import Lanes, Scene
 from planner.states import FloatArray
@@ -14,9 +15,8 @@ GONE = 0.5  # a lane narrower than this is none [m]
 LANE_END_STEP = 5.0  # at which the lane ahead is looked at [m]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BodiesAhead:
-    """Everything on the carriageway now, in the road's frame; arrays are (n,)."""
+class BodiesAhead(NamedTuple):
+    """All bodies on the carriageway now, in the road's frame; arrays are (n,)."""
 
     s: FloatArray  # centre [m]
     l: FloatArray  # [m]
@@ -27,52 +27,34 @@ class BodiesAhead:
     n_static: int  # the first so many never move
 
     def static(self) -> "BodiesAhead":
-        """Give those that never move."""
-        n = self.n_static
-        return BodiesAhead(
-            self.s[:n],
-            self.l[:n],
-            self.half_length[:n],
-            self.half_width[:n],
-            self.speed[:n],
-            self.later_l[:n],
-            n,
-        )
+        """Return those that never move."""
+        n, columns = self.n_static, self._asdict()
+        del columns["n_static"]
+        return self._replace(**{name: row[:n] for name, row in columns.items()})
 
 
 def bodies_on_road(scene: Scene) -> BodiesAhead:
-    """Give every obstacle and vehicle its place on the road, obstacles first."""
-    fixed, moving, path = scene.obstacles, scene.vehicles, scene.path
-    s, l = path.project(fixed.x, fixed.y)
-    ahead = moving.prediction
-    if ahead.s.shape[1]:
-        moving_s, moving_l = ahead.s[:, 0], ahead.l[:, 0]
-        later = np.where(np.isfinite(ahead.s[:, -1]), ahead.l[:, -1], moving_l)
-    else:
-        moving_s, moving_l = path.project(moving.x, moving.y)
-        later = moving_l
-    later = np.concatenate([l, later])
-    s, l = np.concatenate([s, moving_s]), np.concatenate([l, moving_l])
-    on_path = np.where(np.isfinite(s), s, 0.0)
-    turned = np.concatenate([fixed.heading, moving.heading]) - path.at(on_path).heading
+    """Return every obstacle and vehicle in the road's frame, obstacles first."""
+    fixed, moving, ahead = scene.obstacles, scene.vehicles, scene.vehicles.prediction
+    table = bodies_of(scene, max(ahead.x.shape[1], 1), ahead.step).table
+    s, l = table.s[:, 0].copy(), table.l[:, 0].copy()
+    heading = np.concatenate([fixed.heading, moving.heading])
+    turned = heading - scene.path.at(np.where(np.isfinite(s), s, 0.0)).heading
     cos, sin = np.abs(np.cos(turned)), np.abs(np.sin(turned))
-    length = 0.5 * np.concatenate([fixed.length, moving.length])
-    width = 0.5 * np.concatenate([fixed.width, moving.width])
-    radius = np.concatenate([fixed.radius, np.zeros(len(moving.ids))])
-    speed = np.concatenate([np.zeros(len(fixed.ids)), moving.speed]) * np.cos(turned)
+    half_length, half_width, radius = table.extents.T
     return BodiesAhead(
         s,
         l,
-        length * cos + width * sin + radius,
-        length * sin + width * cos + radius,
-        speed,
-        later,
-        len(fixed.ids),
+        half_length * cos + half_width * sin + radius,
+        half_length * sin + half_width * cos + radius,
+        table.speed * np.cos(turned),
+        np.where(np.isfinite(table.s[:, -1]), table.l[:, -1], l),
+        table.n_static,
     )
 
 
 def lane_at(lanes: Lanes, s: float, l: float) -> int:
-    """Give the index of the lane whose centre is nearest to `l`, -1 without lanes."""
+    """Return the index of the lane whose centre is nearest to `l`, -1 without lanes."""
     centres, widths = lanes.at(s)
     there = widths > GONE
     if not there.any():
@@ -99,7 +81,7 @@ def _lane_end(lanes_s: FloatArray, width: FloatArray, s: float, reach: float) ->
 
 
 def lane_worths(scene: Scene, bodies: BodiesAhead, gap: float) -> FloatArray:
-    """Judge each lane by the mean speed it allows over the next `WORTH_TIME`.
+    """Return the mean speed that each lane allows over the next `WORTH_TIME`.
 
     A lane's worth is min(v_target, (d - gap + v T) / T) for the nearest body ahead in
     it, d before the ego's front and v fast; the end of a lane is a body that stands.
@@ -114,32 +96,37 @@ def lane_worths(scene: Scene, bodies: BodiesAhead, gap: float) -> FloatArray:
     """
     ego, vehicle, lanes = scene.ego_frenet, scene.vehicle, scene.lanes
     return _worths(
-        lanes.s,
-        lanes.centre,
-        lanes.width,
-        ego.s,
-        ego.s + vehicle.front_reach,
+        (lanes.s, lanes.centre, lanes.width),
+        (ego.s, ego.s + vehicle.front_reach),
         scene.target_speed,
         gap,
         vehicle.width / 2.0 + SIDE_MARGIN,
-        (bodies.s, bodies.l, bodies.half_length, bodies.half_width, bodies.speed),
+        bodies,
     )
 
 
 @compiled
 def _worths(
-    lanes_s: FloatArray,
-    centre: FloatArray,
-    width: FloatArray,
-    ego_s: float,
-    front: float,
+    lanes: tuple[FloatArray, FloatArray, FloatArray],
+    ego: tuple[float, float],
     target_speed: float,
     gap: float,
     half_corridor: float,
-    bodies: tuple[FloatArray, ...],
+    bodies: BodiesAhead,
 ) -> FloatArray:
-    """Give the worths of `lane_worths`."""
-    s, l, half_length, half_width, speed = bodies
+    """Return the worths of `lane_worths`.
+
+    Args:
+        lanes: Arc lengths, centres and widths, as in `Lanes`.
+        ego: s of its rear axle and of its front bumper [m].
+        target_speed: Of the ego [m/s].
+        gap: Kept to whatever is ahead [m].
+        half_corridor: Half the width that the ego needs [m].
+        bodies: On the road.
+    """
+    lanes_s, centre, width = lanes
+    ego_s, front = ego
+    s, l, half_width = bodies.s, bodies.l, bodies.half_width
     worths = np.full(centre.shape[0], -np.inf)
     here = np.array([ego_s])
     for lane in range(centre.shape[0]):
@@ -151,8 +138,8 @@ def _worths(
         for b in range(s.size):
             inside = abs(l[b] - there[b]) < half_width[b] + half_corridor
             if inside and np.isfinite(s[b]) and s[b] > ego_s:
-                driven = max(s[b] - half_length[b] - front - gap, 0.0)
-                driven += max(speed[b], 0.0) * WORTH_TIME
+                driven = max(s[b] - bodies.half_length[b] - front - gap, 0.0)
+                driven += max(bodies.speed[b], 0.0) * WORTH_TIME
                 worth = min(worth, driven / WORTH_TIME)
         worths[lane] = worth
     return worths

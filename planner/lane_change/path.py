@@ -1,13 +1,14 @@
 """Lane-change and lane-keeping paths in the road's Frenet frame; [Thesis] 6.3.
 
 Candidates of a change differ in their length and in the place of C ([Thesis] 6.3.5);
-they are priced by their shape on the road, and laid on it from the cheapest on.
+they are priced by their shape on the road, and placed on it from the cheapest on.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -66,39 +67,43 @@ def lane_keeping_path(
     return line_in_plane(reference, state.s + driven, *line)
 
 
+class ChangeTarget(NamedTuple):
+    """Where a change has to lead."""
+
+    offset: float  # of the lane to go to [m]
+    begin: float  # distance along the road over which the present offset is kept [m]
+    total: float  # length of the path along the reference [m]
+
+
 def best_change(
     reference: ReferencePath,
     state: FrenetState,
-    target: float,
-    begin: float,
-    total: float,
+    target: ChangeTarget,
     vehicle: Vehicle,
     settings: PathSettings,
     is_free: Callable[[ChangePath], bool] = lambda _: True,
-    cost_to_beat: float = math.inf,
+    cutoff: float = math.inf,
 ) -> tuple[ChangePath | None, dict[str, int]]:
-    """Give the cheapest change path that can be driven.
+    """Find the cheapest change path that can be driven.
 
     Args:
         reference: Of the road.
         state: Of the ego.
-        target: Offset of the lane to go to [m].
-        begin: Distance along the road over which the present offset is kept [m].
-        total: Length of the path along the reference [m].
+        target: See there.
         vehicle: Its curvature limit holds.
         settings: Lengths, ratios, weights.
-        is_free: Tells whether nothing that stands is in the way of a change. Of one
+        is_free: Returns whether nothing that stands is in the way of a change. Of one
             length only the cheapest is asked about.
-        cost_to_beat: Changes that cost as much are not looked at.
+        cutoff: Changes that cost as much are not looked at.
 
     Returns:
         (path or None, reason -> number of candidates refused).
     """
     speed = max(state.s_dot, 0.0)
     refused: dict[str, int] = {}
-    motion = (0.0, 0.0) if begin > 0.0 else (state.l_prime, state.l_second)
+    motion = (0.0, 0.0) if target.begin > 0.0 else (state.l_prime, state.l_second)
     points, costs, peaks = _priced(
-        (state.l, *motion), target, _lengths(speed, settings), settings
+        (state.l, *motion), target.offset, _lengths(speed, settings), settings
     )
     slow = speed**2 * peaks <= settings.lateral_acceleration
     if not slow.all():
@@ -107,18 +112,17 @@ def best_change(
     blocked: set[float] = set()
     for k in np.argsort(costs, kind="stable").tolist():
         length = float(points[k, -1, 0])
-        if costs[k] >= cost_to_beat:
+        if costs[k] >= cutoff:
             break
         if not slow[k] or length in blocked:
             continue
-        made = _laid(
-            reference, state, sample(points[k], BASIS), begin, length, total, settings
-        )
+        shape = sample(points[k], BASIS)
+        made = _on_road(reference, state, shape, target, length, settings)
         if made is None:
             _count(refused, "outside the road's frame")
             continue
         path, place = made
-        if swing(path.l, state.l, target) > MAX_SWING:
+        if swing(path.l, state.l, target.offset) > MAX_SWING:
             _count(refused, "swings out")
             continue
         if float(np.abs(path.curvature).max()) > limit:
@@ -140,7 +144,7 @@ def _priced(
     lengths: tuple[float, ...],
     settings: PathSettings,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give control points, costs and peak curvatures; nobody writes to them.
+    """Return control points, costs and peak curvatures, read only.
 
     A cycle asks for the changes that begin farther on once for each place: they are
     the same shapes.
@@ -151,7 +155,7 @@ def _priced(
 
 
 def _lengths(speed: float, settings: PathSettings) -> tuple[float, ...]:
-    """Give the lengths to try [m]; the tight ones are for walking speed."""
+    """Return the lengths to try [m]; the tight ones are for walking speed."""
     usual, *tight = settings.min_lengths
     soonest = min(settings.change_times) * speed
     lengths = {max(usual, t * speed) for t in settings.change_times}
@@ -165,29 +169,29 @@ def _count(refused: dict[str, int], reason: str) -> None:
 
 
 def swing(l: FloatArray, begin: float, end: float) -> float:
-    """Say how far offsets go beyond both of their ends [m]."""
+    """Compute how far offsets go beyond both of their ends [m]."""
     low, high = min(begin, end), max(begin, end)
     return max(low - float(l.min()), float(l.max()) - high, 0.0)
 
 
-def _laid(
+def _on_road(
     reference: ReferencePath,
     state: FrenetState,
     shape: FloatArray,
-    begin: float,
+    target: ChangeTarget,
     length: float,
-    total: float,
     settings: PathSettings,
 ) -> tuple[Path, FloatArray] | None:
-    """Lay one spline on the road and extend it straight on.
+    """Place one sampled spline on the road and extend it straight on.
 
     Returns:
         The path and the distances at which the change begins and ends; None outside
         the road's Frenet frame.
     """
-    driven = _grid(max(total, begin + length + settings.spacing), settings.spacing)
+    begin, spacing = target.begin, settings.spacing
+    driven = _grid(max(target.total, begin + length + spacing), spacing)
     line = np.empty((3, driven.size))
-    _lay_change(shape, begin, length, driven, line)
+    _fill_change(shape, begin, length, driven, line)
     if begin > 0.0:  # slope and bend are taken out of the present motion first
         first = driven < begin
         before = np.empty((3, int(first.sum())))
@@ -208,7 +212,7 @@ def _laid(
 
 
 @compiled
-def _lay_change(
+def _fill_change(
     shape: FloatArray, begin: float, length: float, driven: FloatArray, line: FloatArray
 ) -> None:
     """Fill l, dl/ds, d²l/ds² at the distances driven, (3, n), from a sampled change."""
@@ -245,5 +249,5 @@ def _settle(
 
 
 def _grid(total: float, spacing: float) -> FloatArray:
-    """Distances 0, spacing, ... at least up to `total`."""
+    """Return distances 0, spacing, ... at least up to `total`."""
     return spacing * np.arange(math.ceil(total / spacing) + 1, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""The lane-change planner: keep, seek a gap, change, and turn back while one can."""
+"""The lane-change planner: keep, seek a gap, change, and turn back while possible."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -9,7 +9,7 @@ from planner.bodies import bodies_of, touched_by
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import lane_at, wanted_lane
-from planner.lane_change.phases.candidate import Attempt, Tally
+from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.change import go_on
 from planner.lane_change.phases.cycle_view import Situation, look
 from planner.lane_change.phases.keep import keep
@@ -27,7 +27,7 @@ HARD_GAP = 0.05  # least distance to a body that a fallback may leave [m]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LaneChangePlanner:
-    """Plans path and speed of keeping and changing lanes; `plan` is pure."""
+    """Plan path and speed of keeping and changing lanes; `plan` is pure."""
 
     settings: LaneChangeSettings
 
@@ -44,72 +44,87 @@ class LaneChangePlanner:
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
         last = memory if isinstance(memory, Memory) else None
         situation = look(scene, self.settings)
-        tally = Tally()
-        attempt = _decide(situation, last, self.settings, tally)
-        if attempt is None:
-            return _fall_back(situation, last, self.settings, tally)
-        return _result(attempt, last, tally)
+        counts = SearchCounts()
+        candidate = _decide(situation, last, self.settings, counts)
+        if candidate is None:
+            return _fall_back(situation, last, self.settings, counts)
+        return _result(candidate, last, counts)
 
 
 def _decide(
-    here: Situation, last: Memory | None, settings: LaneChangeSettings, tally: Tally
-) -> Attempt | None:
-    """Go through the phases; None if nothing can be planned."""
+    here: Situation,
+    last: Memory | None,
+    settings: LaneChangeSettings,
+    counts: SearchCounts,
+) -> PlanCandidate | None:
+    """Try the phases in turn; None if nothing can be planned."""
     scene = here.scene
     if last is not None and last.change is not None:
-        attempt = go_on(here, last, last.change, settings, tally)
-        if attempt is not None:
-            return attempt
+        candidate = go_on(here, last, last.change, settings, counts)
+        if candidate is not None:
+            return candidate
         if last.phase is Phase.COMMITTED:
             return None
     ego = scene.ego_frenet
     lane = last.lane if last is not None else lane_at(scene.lanes, ego.s, ego.l)
-    if not np.isfinite(here.worths[min(lane, here.worths.size - 1)]):
+    if not np.isfinite(here.lane_speeds[min(lane, here.lane_speeds.size - 1)]):
         lane = lane_at(scene.lanes, ego.s, ego.l)
     seeking = last is not None and last.phase is not Phase.KEEP
     gain = 0.3 * settings.manoeuvre.gain if seeking else settings.manoeuvre.gain
-    target = wanted_lane(here.lasting, lane, gain)  # queues dissolve, walls do not
+    target = wanted_lane(
+        here.static_lane_speeds, lane, gain
+    )  # queues dissolve, walls do not
     if target is None:
-        target = wanted_lane(here.worths, lane, gain)
-        if target is not None and here.lasting[target] + gain < here.lasting[lane]:
+        target = wanted_lane(here.lane_speeds, lane, gain)
+        if (
+            target is not None
+            and here.static_lane_speeds[target] + gain < here.static_lane_speeds[lane]
+        ):
             target = None
     if target is not None:
-        found = seek(here, last, lane, target, settings, tally)
+        found = seek(here, last, lane, target, settings, counts)
         if found is not None:
             return found
-    return keep(here, lane, target, settings, tally)
+    return keep(here, lane, target, settings, counts)
 
 
-def _result(attempt: Attempt, last: Memory | None, tally: Tally) -> PlanResult:
-    """Turn an attempt into what the caller gets."""
-    profile = attempt.speed.profile
-    assert profile is not None  # noqa: S101 - attempts without one are never returned
-    trajectory = trajectory_on(attempt.path, profile)
-    lane = attempt.lane
+def _result(
+    candidate: PlanCandidate, last: Memory | None, counts: SearchCounts
+) -> PlanResult:
+    """Turn an candidate into what the caller gets."""
+    profile = candidate.speed.profile
+    assert profile is not None  # noqa: S101 - candidates without one are never returned
+    trajectory = trajectory_on(candidate.path, profile)
+    lane = candidate.lane
     memory = Memory(
-        attempt.phase,
+        candidate.phase,
         lane,
         trajectory,
-        attempt.change,
-        attempt.start_s,
+        candidate.change,
+        candidate.start_s,
         0 if last is None else last.cycle + 1,
     )
     stats = PlanStats(
-        candidates=tally.candidates,
-        survivors=max(tally.survivors, 1),
-        removed=tally.removed,
-        costs={"speed": attempt.speed.cost},
-        blocker=attempt.speed.ahead,
-        explanation=f"{attempt.phase}: {attempt.why}" if attempt.why else attempt.phase,
+        candidates=counts.candidates,
+        survivors=max(counts.feasible, 1),
+        removed=counts.removed,
+        costs={"speed": candidate.speed.cost},
+        blocker=candidate.speed.ahead,
+        explanation=f"{candidate.phase}: {candidate.why}"
+        if candidate.why
+        else candidate.phase,
     )
-    graph = partial(speed_graph_of, attempt.speed, profile)
+    graph = partial(speed_graph_of, candidate.speed, profile)
     return PlanResult(PlanStatus.OK, trajectory, memory, stats, speed_graph=graph)
 
 
 def _fall_back(
-    here: Situation, last: Memory | None, settings: LaneChangeSettings, tally: Tally
+    here: Situation,
+    last: Memory | None,
+    settings: LaneChangeSettings,
+    counts: SearchCounts,
 ) -> PlanResult:
-    """Nothing can be planned: go down the ladder and say why."""
+    """Fall back where nothing can be planned, with the reason."""
     scene, ahead = here.scene, here.scene.vehicles.prediction
     bodies = bodies_of(scene, max(ahead.x.shape[1], 1), ahead.step)
 
@@ -134,9 +149,9 @@ def _fall_back(
         phase, lane, trajectory, change, None, 0 if last is None else last.cycle + 1
     )
     stats = PlanStats(
-        reason=f"no speed plan on any path ({tally.candidates} tried)",
-        candidates=tally.candidates,
-        removed=tally.removed,
+        reason=f"no speed plan on any path ({counts.candidates} tried)",
+        candidates=counts.candidates,
+        removed=counts.removed,
         blocker=blocker(trajectory),
     )
     return PlanResult(status, trajectory, memory, stats)

@@ -1,4 +1,4 @@
-"""Who is in which lane, and who only follows the ego."""
+"""Which bodies are in which lane, and which only follow the ego."""
 
 import numpy as np
 
@@ -10,13 +10,13 @@ BEHIND = 0.5  # a front bumper this far ahead of the ego's rear is beside it [m]
 
 
 def behind_ego(scene: Scene, bodies: BodiesAhead) -> BoolArray:
-    """Tell which bodies are wholly behind the ego's rear bumper, (n,)."""
+    """Mark the bodies that are wholly behind the ego's rear bumper, (n,)."""
     rear = scene.ego_frenet.s - scene.vehicle.rear_overhang
     return bodies.s + bodies.half_length < rear + BEHIND
 
 
 def in_lane(scene: Scene, bodies: BodiesAhead, index: int) -> BoolArray:
-    """Tell which bodies are in a lane and will be when their lateral motion is over.
+    """Mark the bodies that are in a lane and will be after their lateral motion.
 
     Args:
         scene: Of this cycle, with lanes.

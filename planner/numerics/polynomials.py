@@ -122,30 +122,8 @@ def evaluate(coefficients: FloatArray, t: ArrayLike, derivative: int = 0) -> Flo
     return value
 
 
-def integral_of_squared_jerk(coefficients: FloatArray, T: ArrayLike) -> FloatArray:
-    """Integrate the squared third derivative from 0 to T: c^T H c.
-
-    Implements [Thesis] eq. 4.15 with third derivatives.
-
-    Args:
-        coefficients: (..., n), lowest order first.
-        T: Durations, broadcast against the leading axes [s].
-
-    Returns:
-        [m²/s⁵] in the broadcast shape.
-    """
-    c = coefficients[..., 3:] * _derivative_factors(coefficients.shape[-1], 3)
-    times = np.asarray(T, dtype=np.float64)
-    total = np.zeros(np.broadcast_shapes(coefficients.shape[:-1], times.shape))
-    for i in range(c.shape[-1]):
-        for j in range(c.shape[-1]):
-            power = i + j + 1
-            total += c[..., i] * c[..., j] * times**power / power
-    return total
-
-
 def _derivative_factors(n: int, derivative: int) -> FloatArray:
-    """Give k (k - 1) ... of the powers that survive `derivative` differentiations."""
+    """Return k (k - 1) ... of the powers left after `derivative` differentiations."""
     powers = np.arange(derivative, n, dtype=np.float64)
     factors = np.ones(powers.size)
     for k in range(derivative):

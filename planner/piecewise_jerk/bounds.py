@@ -6,28 +6,60 @@ the upper bound of one column at all knots; blocks without any bound are left ou
 block that has bounds at some knots only, `active` is 0 at the others, where the slack
 stays 1 and the multiplier 0.
 
-Loops over the knots of a block write one array each, so that the compiler makes vector
-code of them.
+Arrays over bounds are (n_blocks n,), block after block. Loops over the knots of a block
+write one array each, so that the compiler makes vector code of them.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.numerics.compiled import compiled
+from planner.piecewise_jerk.problem import JerkProgram
 from planner.states import FloatArray, IntArray
 
-NO_BOUND = 1e19  # a bound beyond it is none
+NO_BOUND = 1e19  # a bound beyond it does not bind
 PROOF_MARGIN = 1e-6  # of a proof, relative to what it is made of
 
 
-@compiled
-def block_columns(
-    lower: FloatArray, upper: FloatArray, jerk_lower: float, jerk_upper: float
-) -> tuple[IntArray, FloatArray]:
-    """Find the blocks that have a bound: (column, sign), (n_blocks,) each.
+class BoundBlocks(NamedTuple):
+    """The bounds of a program, block after block: sign value + offset >= 0."""
 
-    The sign is 1 for a lower bound and -1 for an upper one, so that
-    sign value + offset is the room to the bound.
-    """
+    column: IntArray  # of the table, growing, (n_blocks,)
+    sign: FloatArray  # 1 for a lower bound, -1 for an upper one, (n_blocks,)
+    offset: FloatArray  # (n_blocks n,)
+    active: FloatArray  # 1 where there is a bound, else 0, (n_blocks n,)
+    n_bounds: int
+
+
+@compiled
+def bound_blocks(program: JerkProgram) -> BoundBlocks:
+    """Return the blocks that have a bound."""
+    lower, upper = program.lower, program.upper
+    column, sign = _block_columns(program)
+    n, n_columns = lower.shape[0], lower.shape[1]
+    offset, active = np.empty(column.size * n), np.empty(column.size * n)
+    count = 0
+    for b in range(column.size):
+        i = column[b]
+        for k in range(n):
+            offset[b * n + k], active[b * n + k] = 0.0, 0.0
+            if i == n_columns:
+                there = k < n - 1
+                bound = -program.jerk_lower if sign[b] > 0.0 else program.jerk_upper
+            else:
+                bound = -lower[k, i] if sign[b] > 0.0 else upper[k, i]
+                there = k > 0 and bound < NO_BOUND
+            if there:
+                offset[b * n + k], active[b * n + k] = bound, 1.0
+                count += 1
+    return BoundBlocks(column, sign, offset, active, count)
+
+
+@compiled
+def _block_columns(program: JerkProgram) -> tuple[IntArray, FloatArray]:
+    """Return (column, sign) of the blocks that have a bound, (n_blocks,) each."""
+    lower, upper = program.lower, program.upper
     n, n_columns = lower.shape[0], lower.shape[1]
     column = np.empty(2 * n_columns + 2, np.int64)
     sign = np.empty(2 * n_columns + 2)
@@ -35,7 +67,7 @@ def block_columns(
     for i in range(n_columns + 1):
         for side in (1.0, -1.0):
             if i == n_columns:
-                bound = -jerk_lower if side > 0.0 else jerk_upper
+                bound = -program.jerk_lower if side > 0.0 else program.jerk_upper
                 bounded = bound < NO_BOUND
             else:
                 bounded = False
@@ -48,44 +80,6 @@ def block_columns(
                 column[count], sign[count] = i, side
                 count += 1
     return column[:count], sign[:count]
-
-
-@compiled
-def block_offsets(
-    lower: FloatArray,
-    upper: FloatArray,
-    jerk_lower: float,
-    jerk_upper: float,
-    column: IntArray,
-    sign: FloatArray,
-    offset: FloatArray,
-    active: FloatArray,
-) -> int:
-    """Fill the offsets and where there are bounds, (n_blocks n,); count the bounds."""
-    n, n_columns = lower.shape[0], lower.shape[1]
-    count = 0
-    for b in range(column.size):
-        i = column[b]
-        for k in range(n):
-            offset[b * n + k], active[b * n + k] = 0.0, 0.0
-            if i == n_columns:
-                there = k < n - 1
-                bound = -jerk_lower if sign[b] > 0.0 else jerk_upper
-            else:
-                bound = -lower[k, i] if sign[b] > 0.0 else upper[k, i]
-                there = k > 0 and bound < NO_BOUND
-            if there:
-                offset[b * n + k], active[b * n + k] = bound, 1.0
-                count += 1
-    return count
-
-
-@compiled
-def move_table(table: FloatArray, change: FloatArray, alpha: float) -> None:
-    """Go a share of the way of a change."""
-    for i in range(table.shape[0]):
-        for k in range(table.shape[1]):
-            table[i, k] += alpha * change[i, k]
 
 
 @compiled
@@ -102,18 +96,12 @@ def row_values(row: FloatArray, table: FloatArray) -> None:
 
 
 @compiled
-def rooms(
-    table: FloatArray,
-    column: IntArray,
-    sign: FloatArray,
-    offset: FloatArray,
-    active: FloatArray,
-    room: FloatArray,
-) -> None:
-    """Fill the room to every bound; 0 where there is none."""
+def bound_residuals(table: FloatArray, blocks: BoundBlocks, room: FloatArray) -> None:
+    """Fill the room to every bound, negative where it is broken; 0 without a bound."""
+    offset, active = blocks.offset, blocks.active
     n = table.shape[1]
-    for b in range(column.size):
-        i, side = column[b], sign[b]
+    for b in range(blocks.column.size):
+        i, side = blocks.column[b], blocks.sign[b]
         for k in range(n):
             room[b * n + k] = active[b * n + k] * (
                 side * table[i, k] + offset[b * n + k]
@@ -122,17 +110,12 @@ def rooms(
 
 @compiled
 def slack_steps(
-    change: FloatArray,
-    column: IntArray,
-    sign: FloatArray,
-    active: FloatArray,
-    residual: FloatArray,
-    d_slack: FloatArray,
+    change: FloatArray, blocks: BoundBlocks, residual: FloatArray, d_slack: FloatArray
 ) -> None:
     """Fill the steps of the slacks that belong to a change of the table."""
-    n = change.shape[1]
-    for b in range(column.size):
-        i, side = column[b], sign[b]
+    active, n = blocks.active, change.shape[1]
+    for b in range(blocks.column.size):
+        i, side = blocks.column[b], blocks.sign[b]
         for k in range(n):
             d_slack[b * n + k] = (
                 active[b * n + k] * (side * change[i, k]) - residual[b * n + k]
@@ -140,64 +123,63 @@ def slack_steps(
 
 
 @compiled
-def gather(
-    values: FloatArray, column: IntArray, sign: FloatArray, total: FloatArray
-) -> None:
-    """Add -sign values of every block to its column of `total`."""
+def gather(values: FloatArray, blocks: BoundBlocks, total: FloatArray) -> None:
+    """Fill `total`, (4 + m, n), with the sum of -sign values of each column's blocks.
+
+    Of multipliers this is their linear term: the derivatives of -sum z (value).
+    """
     n = total.shape[1]
     total[:] = 0.0
-    for b in range(column.size):
-        i, side = column[b], sign[b]
+    for b in range(blocks.column.size):
+        i, side = blocks.column[b], blocks.sign[b]
         for k in range(n):
             total[i, k] -= side * values[b * n + k]
 
 
 @compiled
-def gather_curvature(ratio: FloatArray, column: IntArray, curved: FloatArray) -> None:
-    """Add the ratios of every block to its column of `curved`."""
-    n = curved.shape[1]
-    curved[:] = 0.0
-    for b in range(column.size):
-        i = column[b]
+def gather_curvature(
+    ratio: FloatArray, blocks: BoundBlocks, barrier: FloatArray
+) -> None:
+    """Fill `barrier`, (4 + m, n), with the sums of each column's ratios."""
+    n = barrier.shape[1]
+    barrier[:] = 0.0
+    for b in range(blocks.column.size):
+        i = blocks.column[b]
         for k in range(n):
-            curved[i, k] += ratio[b * n + k]
+            barrier[i, k] += ratio[b * n + k]
 
 
 @compiled
-def farkas(
-    step: FloatArray,
-    row: FloatArray,
+def certifies_infeasibility(
+    program: JerkProgram,
+    blocks: BoundBlocks,
     table: FloatArray,
-    column: IntArray,
     dual: FloatArray,
     room: FloatArray,
-    push: FloatArray,
-    jerk_lower: float,
-    jerk_upper: float,
+    linear_term: FloatArray,
 ) -> bool:
-    """Try the multipliers as a proof that no jerk within its bounds keeps the others.
+    """Check whether the multipliers prove that no motion keeps all bounds (Farkas).
 
     With multipliers z >= 0 every feasible motion has sum z (violation) <= 0. The sum is
-    affine in the jerk, so that its least value over the jerk's own bounds is at hand;
-    where that is positive, there is no feasible motion (Farkas).
+    affine in the jerk, so that its minimum over the jerk's own bounds is at hand; where
+    that is positive, there is no feasible motion; [NocedalWright2006] lemma 12.4.
 
     Args:
-        step: (n - 1,).
-        row: (n, m, 3).
+        program: Gives the dynamics and the jerk's bounds.
+        blocks: Its bounds.
         table: The present motion, (4 + m, n).
-        column: Of the blocks, rising.
-        dual: Multipliers of the blocks, (n_blocks n,).
-        room: To the bounds, (n_blocks n,); 0 where there is none.
-        push: The sum's derivatives with respect to the table, (4 + m, n).
-        jerk_lower: Of every interval.
-        jerk_upper: As `jerk_lower`.
+        dual: Multipliers, (n_blocks n,).
+        room: To the bounds, (n_blocks n,).
+        linear_term: The sum's derivatives with respect to the table, (4 + m, n).
     """
+    jerk_lower, jerk_upper = program.jerk_lower, program.jerk_upper
     if not (jerk_lower > -NO_BOUND and jerk_upper < NO_BOUND):
         return False
+    step, row = program.step, program.row
     n, m = row.shape[0], row.shape[1]
     least, size = 0.0, 0.0
-    for b in range(column.size):
-        if column[b] == 3 + m:
+    for b in range(blocks.column.size):
+        if blocks.column[b] == 3 + m:
             break  # the jerk's own bounds stand for themselves
         for i in range(b * n, (b + 1) * n):
             part = dual[i] * room[i]
@@ -215,11 +197,11 @@ def farkas(
             size += abs(best)
             g2 += half * g0 + h * g1
             g1 += h * g0
-        g0 += push[0, k]
-        g1 += push[1, k]
-        g2 += push[2, k]
+        g0 += linear_term[0, k]
+        g1 += linear_term[1, k]
+        g2 += linear_term[2, k]
         for i in range(m):
-            g0 += push[3 + i, k] * row[k, i, 0]
-            g1 += push[3 + i, k] * row[k, i, 1]
-            g2 += push[3 + i, k] * row[k, i, 2]
+            g0 += linear_term[3 + i, k] * row[k, i, 0]
+            g1 += linear_term[3 + i, k] * row[k, i, 1]
+            g2 += linear_term[3 + i, k] * row[k, i, 2]
     return least > PROOF_MARGIN * size

@@ -1,6 +1,6 @@
 """Riccati recursions along the knots of a piecewise-jerk program: the Newton step.
 
-The step is itself a program without bounds, the least of a quadratic form along the
+The step is itself a program without bounds, the minimum of a quadratic form along the
 dynamics of three states and one input; a recursion over the knots solves it in O(n).
 All tables are stored by columns, (3, n) for states, so that loops over knots run over
 neighbours in memory.
@@ -30,16 +30,16 @@ def backward(
     hessian: FloatArray,
     gradient: FloatArray,
     gain: FloatArray,
-    feed: FloatArray,
+    feedforward: FloatArray,
 ) -> None:
-    """Find the cost-to-go ½ x'P x + g'x from the last knot to the first.
+    """Compute the cost-to-go ½ x'P x + g'x from the last knot to the first.
 
     Args:
         step: (n - 1,).
         hessian: (7, n): 00, 01, 02, 11, 12, 22 of the states, and the jerk's.
         gradient: (4, n): of the states and the jerk.
         gain: Filled, (4, n - 1): A'P B and 1 / (R + B'P B).
-        feed: Filled, (n - 1,): the jerk's step where the state's is zero.
+        feedforward: Filled, (n - 1,): the jerk's step where the state's is zero.
     """
     last = hessian.shape[1] - 1
     p00, p01, p02 = hessian[0, last], hessian[1, last], hessian[2, last]
@@ -72,7 +72,7 @@ def backward(
         p11 = (hessian[3, k] + q11) - m1 * m1 * inverse
         p12 = (hessian[4, k] + q12) - m1 * m2 * inverse
         p22 = (hessian[5, k] + q22) - m2 * m2 * inverse
-    backward_linear(step, gradient, gain, feed)
+    backward_linear(step, gradient, gain, feedforward)
 
 
 @compiled
@@ -80,9 +80,9 @@ def backward_linear(
     step: FloatArray,
     gradient: FloatArray,
     gain: FloatArray,
-    feed: FloatArray,
+    feedforward: FloatArray,
 ) -> None:
-    """Do the recursion of the gradient alone, with the gains of `backward`."""
+    """Repeat the recursion of the gradient alone, with the gains of `backward`."""
     last = gradient.shape[1] - 1
     g0, g1, g2 = gradient[0, last], gradient[1, last], gradient[2, last]
     for k in range(last - 1, -1, -1):
@@ -90,7 +90,7 @@ def backward_linear(
         half = 0.5 * h * h
         slope = (gradient[3, k] + THIRD * h * half * g0) + (half * g1 + h * g2)
         push = -slope * gain[3, k]
-        feed[k] = push
+        feedforward[k] = push
         g2 = ((gradient[2, k] + half * g0) + (h * g1 + g2)) + gain[2, k] * push
         g1 = ((gradient[1, k] + h * g0) + g1) + gain[1, k] * push
         g0 = (gradient[0, k] + g0) + gain[0, k] * push
@@ -98,7 +98,7 @@ def backward_linear(
 
 @compiled
 def forward(
-    step: FloatArray, gain: FloatArray, feed: FloatArray, change: FloatArray
+    step: FloatArray, gain: FloatArray, feedforward: FloatArray, change: FloatArray
 ) -> None:
     """Roll the step out: rows 0-2 of `change` are the states, the last is the jerk."""
     p, v, a = 0.0, 0.0, 0.0
@@ -110,7 +110,7 @@ def forward(
         b = THIRD * h * half
         back = gain[0, k] * inverse * p
         back += gain[1, k] * inverse * v + gain[2, k] * inverse * a
-        j = feed[k] - back
+        j = feedforward[k] - back
         change[jerk, k] = j
         p = ((p + h * v) + half * a) + b * j
         v = (v + h * a) + half * j

@@ -19,8 +19,8 @@ import numpy as np
 
 from planner.errors import InvalidInputError
 from planner.piecewise_jerk.bounds import NO_BOUND
-from planner.piecewise_jerk.interior_point import INFEASIBLE, SOLVED, interior_point
-from planner.piecewise_jerk.problem import PiecewiseJerkProblem
+from planner.piecewise_jerk.interior_point import IpmOptions, interior_point
+from planner.piecewise_jerk.problem import PiecewiseJerkProblem, Verdict
 from planner.piecewise_jerk.sparse_solvers import (
     SOLVERS,
     Program,
@@ -30,8 +30,7 @@ from planner.piecewise_jerk.sparse_solvers import (
 )
 from planner.states import FloatArray
 
-TOLERANCE = 1e-9  # of residuals, and of the gap relative to the objective
-MAX_ITERATIONS = 40  # of the interior point; 8-12 are usual
+OPTIONS = IpmOptions(max_iterations=40, tolerance=1e-9)  # 8-12 iterations are usual
 VIOLATION = 1e-6  # that a solution may have
 
 
@@ -45,7 +44,7 @@ class QpStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PiecewiseJerkSolution:
-    """What a solver found; `state` and `jerk` are its best guess unless SOLVED."""
+    """Outcome of a solver; `state` and `jerk` are its best guess unless SOLVED."""
 
     status: QpStatus
     state: FloatArray  # (n, 3)
@@ -58,7 +57,7 @@ class PiecewiseJerkSolution:
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
-    """How far a solution is from keeping its promises; all >= 0."""
+    """By how much a solution breaks its constraints; all >= 0."""
 
     dynamics: float  # largest jump between the knots
     bounds: float  # largest violation of a bound of state or jerk
@@ -77,37 +76,30 @@ def solve(
             decides. Others: a name of `SOLVERS`.
 
     Returns:
-        The solution; INFEASIBLE is said only when it is proven.
+        The solution; its status is INFEASIBLE only where that is proven.
 
     Raises:
         InvalidInputError: If there is no such solver.
     """
     if solver != "riccati":
         return _by_matrices(problem, program_of(problem), solver)
-    lower = np.concatenate([problem.lower, problem.row_lower], axis=1)
-    upper = np.concatenate([problem.upper, problem.row_upper], axis=1)
-    if np.any(lower[1:] > upper[1:]) or problem.jerk_lower > problem.jerk_upper:
-        return _crossed(problem, 0, "bounds")
-    state, jerk, objective, verdict, iterations = interior_point(
-        problem.step,
-        problem.start,
-        problem.weight,
-        problem.reference,
-        problem.jerk_weight,
-        lower,
-        upper,
-        problem.row,
-        problem.jerk_lower,
-        problem.jerk_upper,
-        MAX_ITERATIONS,
-        TOLERANCE,
-    )
-    if verdict == INFEASIBLE:
-        return _crossed(problem, iterations, solver)
-    if verdict != SOLVED:
+    program = problem.as_program()
+    crossed = np.any(program.lower[1:] > program.upper[1:])
+    if crossed or program.jerk_lower > program.jerk_upper:
+        return _infeasible(problem, 0, "bounds")
+    found = interior_point(program, OPTIONS)
+    if found.verdict == Verdict.INFEASIBLE:
+        return _infeasible(problem, found.iterations, solver)
+    if found.verdict != Verdict.SOLVED:
         return _by_matrices(problem, program_of(problem), "piqp")
     return PiecewiseJerkSolution(
-        QpStatus.SOLVED, state, jerk, objective, 0.0, iterations, solver
+        QpStatus.SOLVED,
+        found.state,
+        found.jerk,
+        found.objective,
+        0.0,
+        found.iterations,
+        solver,
     )
 
 
@@ -133,7 +125,7 @@ def solve_soft(
 
 
 def judge(problem: PiecewiseJerkProblem, solution: PiecewiseJerkSolution) -> Residuals:
-    """Recompute what a solution must keep, from the numbers alone."""
+    """Recompute the residuals of a solution from its numbers alone."""
     x, j, h = solution.state, solution.jerk, problem.step
     p, v, a = x[:-1].T
     after = np.column_stack(
@@ -167,10 +159,10 @@ def objective_of(
     return float(of_state + problem.jerk_weight * (jerk**2 @ problem.step))
 
 
-def _crossed(
+def _infeasible(
     problem: PiecewiseJerkProblem, iterations: int, solver: str
 ) -> PiecewiseJerkSolution:
-    """Report that there is no solution."""
+    """Make the record of a program without a solution."""
     n = problem.weight.shape[0]
     return PiecewiseJerkSolution(
         QpStatus.INFEASIBLE,
@@ -186,7 +178,7 @@ def _crossed(
 def _by_matrices(
     problem: PiecewiseJerkProblem, program: Program, solver: str
 ) -> PiecewiseJerkSolution:
-    """Solve by a general solver and judge what it says."""
+    """Solve by a general solver and check its result."""
     if solver not in SOLVERS:
         raise InvalidInputError(
             f"solver {solver} is none of riccati, {', '.join(SOLVERS)}"
@@ -194,7 +186,7 @@ def _by_matrices(
     found, z, iterations = solve_program(program, solver)
     n = problem.weight.shape[0]
     if z is None or not np.isfinite(z).all():
-        missing = _crossed(problem, iterations, solver)
+        missing = _infeasible(problem, iterations, solver)
         status = (
             QpStatus.INFEASIBLE if found == "infeasible" else QpStatus.NOT_CONVERGED
         )

@@ -128,7 +128,7 @@ def relaxed_program(
 
 
 def _bounded_row_knots(problem: PiecewiseJerkProblem) -> IntArray:
-    """Give the interval before the knot of every row that has a bound."""
+    """Return the interval before the knot of every row that has a bound."""
     bounded = (problem.row_lower[1:] > -HUGE) | (problem.row_upper[1:] < HUGE)
     return np.nonzero(bounded)[0]
 

@@ -9,17 +9,17 @@ from planner.states import FloatArray
 
 
 @compiled
-def residuals(
+def slack_residuals(
     slack: FloatArray, active: FloatArray, room: FloatArray, residual: FloatArray
 ) -> None:
-    """Fill how far the slacks are from the rooms they stand for."""
+    """Fill slack less room: 0 where the slacks are those of the motion."""
     for i in range(slack.size):
         residual[i] = active[i] * slack[i] - room[i]
 
 
 @compiled
 def shortfalls(room: FloatArray, short: FloatArray) -> None:
-    """Fill by how much rooms are negative."""
+    """Fill by how much bounds are broken."""
     for i in range(room.size):
         short[i] = max(-room[i], 0.0)
 
@@ -39,26 +39,26 @@ def products(one: FloatArray, other: FloatArray, product: FloatArray) -> None:
 
 
 @compiled
-def predicted(
+def affine_dual_steps(
     ratio: FloatArray, d_slack: FloatArray, dual: FloatArray, d_dual: FloatArray
 ) -> None:
-    """Fill the steps of the multipliers towards no gap at all."""
+    """Fill the predictor's steps of the multipliers, which aim at a gap of 0."""
     for i in range(ratio.size):
         d_dual[i] = -ratio[i] * d_slack[i] - dual[i]
 
 
 @compiled
 def centring(
-    centre: float,
+    sigma_mu: float,
     active: FloatArray,
     d_slack: FloatArray,
     d_dual: FloatArray,
     inverse: FloatArray,
     push: FloatArray,
 ) -> None:
-    """Fill what the corrector adds to the multipliers."""
+    """Fill what the corrector adds to the multipliers: centring, second order."""
     for i in range(active.size):
-        push[i] = (centre * active[i] - d_slack[i] * d_dual[i]) * inverse[i]
+        push[i] = (sigma_mu * active[i] - d_slack[i] * d_dual[i]) * inverse[i]
 
 
 @compiled
@@ -69,21 +69,29 @@ def dual_steps(
     dual: FloatArray,
     d_dual: FloatArray,
 ) -> None:
-    """Fill the steps of the multipliers."""
+    """Fill the corrector's steps of the multipliers."""
     for i in range(push.size):
         d_dual[i] = push[i] - ratio[i] * d_slack[i] - dual[i]
 
 
 @compiled
 def move(values: FloatArray, change: FloatArray, alpha: float) -> None:
-    """Go a share of the way."""
+    """Add a share of a change, in place."""
     for i in range(values.size):
         values[i] += alpha * change[i]
 
 
 @compiled
+def move_table(table: FloatArray, change: FloatArray, alpha: float) -> None:
+    """Add a share of a change to a table of two dimensions, in place."""
+    for i in range(table.shape[0]):
+        for k in range(table.shape[1]):
+            table[i, k] += alpha * change[i, k]
+
+
+@compiled
 def least(values: FloatArray) -> float:
-    """Give the least of many numbers, at most 0."""
+    """Return the least of many numbers, at most 0."""
     m0, m1, m2, m3 = 0.0, 0.0, 0.0, 0.0
     whole = values.size - values.size % 4
     for i in range(0, whole, 4):
@@ -98,7 +106,7 @@ def least(values: FloatArray) -> float:
 
 @compiled
 def largest(values: FloatArray) -> float:
-    """Give the greatest of many numbers, at least 0."""
+    """Return the greatest of many numbers, at least 0."""
     m0, m1, m2, m3 = 0.0, 0.0, 0.0, 0.0
     whole = values.size - values.size % 4
     for i in range(0, whole, 4):
@@ -134,7 +142,7 @@ def longest_step(
     dual: FloatArray,
     d_dual: FloatArray,
 ) -> float:
-    """Say how far slacks and multipliers can go until the first of them is 0."""
+    """Compute the share of a step at which the first slack or multiplier is 0."""
     of_slack, of_dual = 0.0, 0.0  # largest -ds / s and -dz / z
     for i in range(slack.size):
         if -d_slack[i] > of_slack * slack[i]:

@@ -5,10 +5,13 @@ Implements [Thesis] eq. 3.44 and 3.45 with the corrections listed in
 the batched and the single transforms share.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from planner.errors import OutsidePathDomainError
+from planner.numerics.angles import wrapped
 from planner.numerics.compiled import compiled, inlined
 from planner.reference_path.linear_curvature import IndexArray, point_at
 from planner.reference_path.path import ReferencePath, as_input
@@ -19,6 +22,9 @@ from planner.states import (
     FrenetState,
     FrenetStates,
 )
+
+FRENET_REACH = 40.0  # farther from the path another vehicle has no place on it [m]
+MIN_STRETCH = 0.2  # 1 - kappa_r l, below which a vehicle is too near the frame's pole
 
 # 1 - kappa_r l and cos(heading error) below this count as outside the domain.
 DOMAIN_MARGIN = 1e-9
@@ -311,10 +317,36 @@ def frenet_to_cartesian_one(path: ReferencePath, state: FrenetState) -> Cartesia
     return CartesianState(*values)
 
 
+def state_on_path(
+    path: ReferencePath, s: float, l: float, speed: float
+) -> CartesianState:
+    """Return the state of a rear axle that follows the path at a constant offset.
+
+    Args:
+        path: The reference path.
+        s: Arc length [m].
+        l: Offset, positive to the left [m].
+        speed: Along the heading [m/s].
+
+    Returns:
+        The state; its heading is wrapped, its acceleration 0.
+    """
+    x, y, heading = path.pose(s)
+    curvature = float(path.at(s).curvature)
+    return CartesianState(
+        x - l * math.sin(heading),
+        y + l * math.cos(heading),
+        wrapped(heading),
+        curvature / (1.0 - curvature * l),
+        speed,
+        0.0,
+    )
+
+
 def _outside(
     path: ReferencePath, s: float, l: float, heading: float | None = None
 ) -> OutsidePathDomainError:
-    """Say why a state has no Frenet coordinates."""
+    """Make the error of a state without Frenet coordinates."""
     road = path.at(s)
     message = (
         f"outside the Frenet domain at s = {s:.3f} m, l = {l:.3f} m: "

@@ -45,7 +45,7 @@ def _lay(
     slope: FloatArray,
     bend: FloatArray,
 ) -> tuple[FloatArray, bool]:
-    """Give distance, x, y, heading, curvature, (5, n), and whether all is inside."""
+    """Return distance, x, y, heading, curvature, (5, n), and whether all is inside."""
     out = np.empty((5, s.size))
     before = 0.0
     for i in range(s.size):

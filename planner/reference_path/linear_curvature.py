@@ -68,7 +68,7 @@ def advance(
 
 @inlined
 def rotation(angle: float) -> tuple[float, float]:
-    """Give (cos, sin) of an angle below 0.15 rad to the last digit, by series."""
+    """Return (cos, sin) of an angle below 0.15 rad to the last digit, by series."""
     q = angle * angle
     cos = 1.0 - q * (
         1 / 2 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320 - q * (1 / 3628800))))
@@ -136,7 +136,7 @@ def point_at(
 
 @inlined
 def curvature_at(knots: FloatArray, bins: IndexArray, s: float) -> float:
-    """Give the curvature at `s` [1/m], as `point_at` does; 0 beyond both ends."""
+    """Return the curvature at `s` [1/m], as `point_at` does; 0 beyond both ends."""
     i = piece_index(knots, bins, s)
     inside = 0.0 <= s <= knots[i + 1, S]
     curvature = knots[i, CURVATURE] + knots[i, RATE] * (s - knots[i, S])
@@ -197,7 +197,7 @@ def trace(knots: FloatArray, bins: IndexArray, s: FloatArray, out: FloatArray) -
 
 
 def index_bins(s: FloatArray) -> IndexArray:
-    """Give, for each multiple of `BIN_WIDTH`, the last knot at or before it."""
+    """Return, for each multiple of `BIN_WIDTH`, the last knot at or before it."""
     edges = np.arange(int(s[-1] / BIN_WIDTH) + 1) * BIN_WIDTH
     bins = np.clip(np.searchsorted(s, edges, side="right") - 1, 0, s.size - 2)
     bins = bins.astype(np.int64)

@@ -27,7 +27,7 @@ EMPTY = freeze(())
 
 
 class PathTable(NamedTuple):
-    """What the compiled functions of `pieces` and `projection` read."""
+    """Arrays that the compiled functions of this package read."""
 
     knots: FloatArray  # (n, 8), columns named in `pieces`
     bins: IndexArray  # arc length -> piece
@@ -62,11 +62,10 @@ class ReferencePath:
     heading: FloatArray  # unwrapped [rad]
     curvature: FloatArray  # [1/m]
     curvature_rate: FloatArray  # [1/m²]
-    deviation: float = 0.0  # largest distance from the source polyline [m]
     table: PathTable = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Copy and freeze the knots and lay out the tables of the compiled code."""
+        """Copy and freeze the knots and build the tables of the compiled code."""
         names = ("s", "x", "y", "heading", "curvature", "curvature_rate")
         for name in names:
             object.__setattr__(self, name, freeze(getattr(self, name)))
@@ -87,12 +86,12 @@ class ReferencePath:
             start: (x [m], y [m], heading [rad]) of the first point.
 
         Returns:
-            The path; its deviation is 0.
+            The path.
 
         Raises:
             InvalidInputError: If there is no segment or a number is not finite.
         """
-        return cls._from_knots(knots_of_segments(segments, start), 0.0)
+        return cls._from_knots(knots_of_segments(segments, start))
 
     @classmethod
     def from_polyline(
@@ -105,7 +104,7 @@ class ReferencePath:
             max_deviation: Bound of the distance between polyline and path [m].
 
         Returns:
-            The path; `deviation` is the distance measured.
+            The path.
 
         Raises:
             InvalidInputError: If the points make no line, or if the bound cannot be
@@ -113,11 +112,10 @@ class ReferencePath:
         """
         from planner.reference_path.smoothing import smooth_polyline  # takes scipy
 
-        knots, deviation = smooth_polyline(points, max_deviation)
-        return cls._from_knots(knots, deviation)
+        return cls._from_knots(smooth_polyline(points, max_deviation)[0])
 
     @classmethod
-    def _from_knots(cls, knots: Knots, deviation: float) -> "ReferencePath":
+    def _from_knots(cls, knots: Knots) -> "ReferencePath":
         """Unpack the record of knots."""
         return cls(
             knots.s,
@@ -126,7 +124,6 @@ class ReferencePath:
             knots.heading,
             knots.curvature,
             knots.curvature_rate,
-            deviation,
         )
 
     @property
@@ -190,7 +187,7 @@ class ReferencePath:
         return foot(*self.table, float(x), float(y), limits, NO_DIRECTION)
 
     def pose(self, s: float) -> tuple[float, float, float]:
-        """Give (x [m], y [m], heading [rad], unwrapped) at one arc length."""
+        """Return (x [m], y [m], heading [rad], unwrapped) at one arc length."""
         x, y, _, _, _, _, heading = point_at(
             self.table.knots, self.table.bins, float(s)
         )

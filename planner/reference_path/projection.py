@@ -43,14 +43,14 @@ Foot = tuple[float, float, float, bool]  # cost [m], s [m], l [m], found
 
 @inlined
 def lead(knots: FloatArray, i: int, x: float, y: float) -> float:
-    """Give how far a point lies ahead of knot `i`, along its tangent [m]."""
+    """Return how far a point lies ahead of knot `i`, along its tangent [m]."""
     dx, dy = x - knots[i, X], y - knots[i, Y]
     return float(dx * knots[i, COS] + dy * knots[i, SIN])
 
 
 @inlined
 def squared_distance(blocks: FloatArray, j: int, x: float, y: float) -> float:
-    """Give the squared distance of a point from the middle of block `j` [m²]."""
+    """Return the squared distance of a point from the middle of block `j` [m²]."""
     dx, dy = x - blocks[j, MIDDLE_X], y - blocks[j, MIDDLE_Y]
     return float(dx * dx + dy * dy)
 
@@ -65,7 +65,7 @@ def newton_step(
     rate: float,
     bracket: tuple[float, float, float],
 ) -> tuple[tuple[float, float, float], float, float, float, bool]:
-    """Take one step of Newton's method to the foot of the origin on a piece.
+    """Compute one step of Newton's method to the foot of the origin on a piece.
 
     The root sought is that of (p - r) . t, whose derivative is -(1 - kappa l).
 
@@ -334,7 +334,7 @@ def feet(
 
 
 def search_tables(knots: FloatArray) -> tuple[FloatArray, IndexArray, FloatArray]:
-    """Lay out what the search reads; (knots, bins, blocks)."""
+    """Build the tables that the search reads; (knots, bins, blocks)."""
     bins = index_bins(knots[:, S])
     first = np.arange(0, knots.shape[0] - 1, PIECES_PER_BLOCK)
     last = np.minimum(first + PIECES_PER_BLOCK, knots.shape[0] - 1)

@@ -88,7 +88,7 @@ class Knots:
 
 
 def knot_table(knots: Knots) -> FloatArray:
-    """Lay knots out as the table of `pieces`, (n, 8), and check them."""
+    """Return knots as the table of `linear_curvature`, (n, 8), and check them."""
     columns = (
         knots.s,
         knots.x,
@@ -147,7 +147,7 @@ def knots_of_segments(
 
 
 def _local_points(segment: Segment) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give (u, x, y) of the knots of one segment in its own frame."""
+    """Return (u, x, y) of the knots of one segment in its own frame."""
     sharpest = max(abs(segment.curvature), abs(segment.end_curvature))
     n_pieces = max(
         1,

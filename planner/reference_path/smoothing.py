@@ -120,7 +120,7 @@ def _fit(u: FloatArray, corners: FloatArray, bound: float) -> BSpline:
 
 
 def _third_differences(n: int) -> csr_array:
-    """Give D^T D of the third differences of n coefficients."""
+    """Return D^T D of the third differences of n coefficients."""
     differences = diags_array(
         [-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(n - 3, n), format="csr"
     )
@@ -130,7 +130,7 @@ def _third_differences(n: int) -> csr_array:
 def _normal_distances(
     spline: BSpline, samples: FloatArray, wanted: FloatArray
 ) -> FloatArray:
-    """Give the distance of the samples from the spline, across its direction [m]."""
+    """Return the distance of the samples from the spline, across its direction [m]."""
     gap = wanted - spline(samples)
     tangent = spline(samples, 1)
     speed = np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), MIN_SPEED)
@@ -176,7 +176,7 @@ def _knots(
 
 
 def _curvature(spline: BSpline, u: FloatArray) -> FloatArray:
-    """Give the signed curvature of the spline [1/m]."""
+    """Return the signed curvature of the spline [1/m]."""
     first, second = spline(u, 1), spline(u, 2)
     cross = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     return np.asarray(cross / np.hypot(first[:, 0], first[:, 1]) ** 3)
@@ -205,7 +205,7 @@ def _chain(
 
 
 def _distances(knots: Knots, wanted: FloatArray, near: FloatArray) -> FloatArray:
-    """Give the distance of points (2, n) from the path [m]."""
+    """Return the distance of points (2, n) from the path [m]."""
     tables = search_tables(knot_table(knots))
     x, y = freeze(wanted[0]), freeze(wanted[1])
     _, l = feet(*tables, x, y, freeze(near), REACH, freeze(()))
@@ -213,5 +213,5 @@ def _distances(knots: Knots, wanted: FloatArray, near: FloatArray) -> FloatArray
 
 
 def _place(point: FloatArray) -> str:
-    """Say where, for a message."""
+    """Name a place, for a message."""
     return f"at ({point[0]:.2f}, {point[1]:.2f})"

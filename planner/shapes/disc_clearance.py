@@ -7,14 +7,14 @@ import numpy as np
 from planner.numerics.compiled import inlined
 from planner.states import FloatArray
 
-TURN_REACH = 5.0  # lever with which turning moves the discs, generously [m]
+TURN_REACH = 5.0  # at most from the rear axle to a disc: turning moves it [m]
 
 
 @inlined
 def _corner_to_segment(
     cu: float, cw: float, u0: float, w0: float, u1: float, w1: float
 ) -> float:
-    """Distance of a point from a segment [m]."""
+    """Compute the distance of a point from a segment [m]."""
     du, dw = u1 - u0, w1 - w0
     length2 = du * du + dw * dw
     share = 0.0
@@ -28,7 +28,7 @@ def _corner_to_segment(
 def _crosses(
     u0: float, w0: float, u1: float, w1: float, half_length: float, half_width: float
 ) -> bool:
-    """Tell whether a segment meets the rectangle (slab method)."""
+    """Check whether a segment meets the rectangle (slab method)."""
     enter, leave = 0.0, 1.0
     for start, delta, half in ((u0, u1 - u0, half_length), (w0, w1 - w0, half_width)):
         if abs(delta) < 1e-12:
@@ -46,7 +46,9 @@ def _crosses(
 def segment_to_rectangle(
     u0: float, w0: float, u1: float, w1: float, half_length: float, half_width: float
 ) -> float:
-    """Distance of a segment from a rectangle about the origin [m]; 0 on contact.
+    """Compute the distance of a segment from a rectangle about the origin [m].
+
+    It is 0 on contact.
 
     Args:
         u0: Start, along the rectangle's length [m].
@@ -80,41 +82,19 @@ def segment_to_rectangle(
 
 
 @inlined
-def span_clearance(
+def gap_to(
     points: FloatArray,
     poses: FloatArray,
     extents: FloatArray,
     b: int,
-    begin: int,
-    end: int,
     discs: FloatArray,
     disc_radius: float,
-    enough: float,
-    threshold: float,
-    move: float,
-) -> tuple[float, int]:
-    """Smallest gap between the ego's discs and one body up to the first hit.
+    cutoff_gap: float,
+) -> float:
+    """Compute the smallest gap of one motion to body `b`; arguments as in `gaps_to`.
 
     Between steps each disc centre moves on a segment in the body's frame, which may
     itself move and turn.
-
-    Args:
-        points: Rear axle: rows x, y, cos and sin of the heading, (>= 4, n_steps).
-        poses: Bodies, (n_bodies, 4, n_steps): x, y, cos and sin of the heading.
-        extents: (n_bodies, 3): half length, half width, radius [m].
-        b: Which body.
-        begin: First step; the sweep starts one step before, where there is one.
-        end: Last step.
-        discs: Disc centres along the ego's heading from the rear axle [m].
-        disc_radius: [m].
-        enough: From this gap on the exact value does not matter [m].
-        threshold: A smaller gap is a hit [m].
-        move: Largest change of the distance between both in one step [m]; steps that
-            cannot matter are skipped by it.
-
-    Returns:
-        (gap [m], negative on overlap, inf or at least `enough` when it is at least
-        that; first step with a hit, where the search ends, or -1).
     """
     half_length, half_width = extents[b, 0], extents[b, 1]
     grown = extents[b, 2] + disc_radius
@@ -122,10 +102,7 @@ def span_clearance(
     middle = 0.5 * (discs[0] + discs[-1])
     around_both = 0.5 * abs(discs[-1] - discs[0]) + math.hypot(half_length, half_width)
     nearest = np.inf
-    hit = -1
-    i = begin - 1
-    while i < end:
-        i += 1
+    for i in range(points.shape[1]):
         j = max(i - 1, 0)
         dx = points[0, i] + middle * points[2, i] - poses[b, 0, i]
         dy = points[1, i] + middle * points[3, i] - poses[b, 1, i]
@@ -138,36 +115,30 @@ def span_clearance(
             + abs(poses[b, 2, i] - poses[b, 2, j])
             + abs(poses[b, 3, i] - poses[b, 3, j])
         )
-        apart2 = dx * dx + dy * dy
         moved = abs(ahead_x) + abs(ahead_y) + TURN_REACH * turned
-        far = min(enough, nearest) + grown + around_both + moved
-        if apart2 > far * far:
-            # Until the bodies can have come as near as that, nothing can happen.
-            i += int(max(math.sqrt(apart2) - far - move, 0.0) / move)
+        far = min(cutoff_gap, nearest) + grown + around_both + moved
+        if dx * dx + dy * dy > far * far:
             continue
         for k in range(discs.size):
             u0, w0 = _in_frame(points, poses, b, j, discs[k])
             u1, w1 = _in_frame(points, poses, b, i, discs[k])
             du = max(abs(u1) - half_length, 0.0)
             dw = max(abs(w1) - half_width, 0.0)
-            far = min(enough, nearest) + grown + abs(u1 - u0) + abs(w1 - w0)
+            far = min(cutoff_gap, nearest) + grown + abs(u1 - u0) + abs(w1 - w0)
             if du * du + dw * dw < far * far:
                 gap = (
                     segment_to_rectangle(u0, w0, u1, w1, half_length, half_width)
                     - grown
                 )
                 nearest = min(nearest, gap)
-        if nearest < threshold:
-            hit = i
-            break
-    return nearest, hit
+    return nearest
 
 
 @inlined
 def _in_frame(
     points: FloatArray, poses: FloatArray, b: int, i: int, disc: float
 ) -> tuple[float, float]:
-    """Disc centre at step i in the frame of body b [m]."""
+    """Return the disc centre at step i in the frame of body b [m]."""
     dx = points[0, i] + disc * points[2, i] - poses[b, 0, i]
     dy = points[1, i] + disc * points[3, i] - poses[b, 1, i]
     cos, sin = poses[b, 2, i], poses[b, 3, i]
@@ -181,9 +152,9 @@ def gaps_to(
     extents: FloatArray,
     discs: FloatArray,
     disc_radius: float,
-    enough: float = np.inf,
+    cutoff_gap: float = np.inf,
 ) -> FloatArray:
-    """Smallest gap of one motion to each body, swept from step to step.
+    """Compute the smallest gap of one motion to each body, swept from step to step.
 
     Args:
         points: (4, n_steps): x, y, cos and sin of the heading of the rear axle; with
@@ -192,25 +163,13 @@ def gaps_to(
         extents: (n_bodies, 3): half length, half width, radius [m].
         discs: Disc centres along the ego's heading from the rear axle [m].
         disc_radius: [m].
-        enough: From this gap on the exact value does not matter [m].
+        cutoff_gap: From this gap on the exact value does not matter [m].
 
     Returns:
-        (n_bodies,) [m], negative on overlap; inf or at least `enough` when it is at
+        (n_bodies,) [m], negative on overlap; inf or at least `cutoff_gap` when it is at
         least that.
     """
     gaps = np.empty(poses.shape[0])
     for b in range(poses.shape[0]):
-        gaps[b] = span_clearance(
-            points,
-            poses,
-            extents,
-            b,
-            0,
-            points.shape[1] - 1,
-            discs,
-            disc_radius,
-            enough,
-            -np.inf,
-            np.inf,
-        )[0]
+        gaps[b] = gap_to(points, poses, extents, b, discs, disc_radius, cutoff_gap)
     return gaps

@@ -86,23 +86,13 @@ class Rectangles:
 
 
 def distance(a: Rectangle, b: Rectangle) -> float:
-    """Give the distance of two bodies [m], 0 where they overlap."""
+    """Return the distance of two bodies [m], 0 where they overlap."""
     return _rounded_distance(a.row, b.row)
 
 
 def distances(one: Rectangle, many: Rectangles) -> FloatArray:
-    """Give the distance of one body from each of many, (n,) [m]."""
+    """Return the distance of one body from each of many, (n,) [m]."""
     return _distances(one.row, many.rows)
-
-
-def overlap(a: Rectangle, b: Rectangle) -> bool:
-    """Tell whether two bodies touch or overlap."""
-    return distance(a, b) <= 0.0
-
-
-def overlaps(one: Rectangle, many: Rectangles) -> NDArray[np.bool_]:
-    """Tell which of many bodies one body touches or overlaps, (n,)."""
-    return distances(one, many) <= 0.0
 
 
 def swept_contacts(
@@ -111,7 +101,9 @@ def swept_contacts(
     many_before: Rectangles,
     many_after: Rectangles,
 ) -> NDArray[np.bool_]:
-    """Tell which bodies touch one body at any time during a step.
+    """Return which bodies touch one body at any time during a step.
+
+    Public API; the compiled `swept_contact` is what a loop over steps calls.
 
     Positions are linear in time, headings turn the shorter way. Conservative
     advancement: time goes on by the distance over a bound of the relative speed, so
@@ -140,7 +132,7 @@ def swept_contacts(
 
 
 def corners(bodies: Rectangle | Rectangles) -> FloatArray:
-    """Give the corners without the radius, (..., 4, 2), front left first, clockwise."""
+    """Return the corners without the radius, (..., 4, 2), clockwise from front left."""
     rows = bodies.row if isinstance(bodies, Rectangle) else bodies.rows
     cos, sin = np.cos(rows[..., HEADING]), np.sin(rows[..., HEADING])
     along = rows[..., HALF_LENGTH, None] * np.array([1.0, 1.0, -1.0, -1.0])
@@ -160,7 +152,7 @@ def _require_bodies(rows: FloatArray) -> None:
 
 @inlined
 def _outside_box(dx: float, dy: float, half_length: float, half_width: float) -> float:
-    """Give the squared distance of a point from an upright box about the origin."""
+    """Return the squared distance of a point from an upright box about the origin."""
     ex = max(abs(dx) - half_length, 0.0)
     ey = max(abs(dy) - half_width, 0.0)
     return ex * ex + ey * ey
@@ -177,7 +169,7 @@ def _nearest_corner(
     box_half_length: float,
     box_half_width: float,
 ) -> float:
-    """Give the least squared distance of a rectangle's corners from an upright box."""
+    """Return the least squared distance of the corners from an upright box."""
     ax, ay = half_length * cos, half_length * sin
     bx, by = -half_width * sin, half_width * cos
     return min(
@@ -199,7 +191,7 @@ def core_distance(
     b_half_length: float,
     b_half_width: float,
 ) -> float:
-    """Give the distance of two plain rectangles, b at (dx, dy) from a [m].
+    """Return the distance of two plain rectangles, b at (dx, dy) from a [m].
 
     Overlap by separating axes; apart, the nearest points of two convex polygons
     include a corner of one of them.
@@ -244,7 +236,7 @@ def core_distance(
 
 @inlined
 def _rounded_distance(a: FloatArray, b: FloatArray) -> float:
-    """Give the distance of two rows of the packed table [m]."""
+    """Return the distance of two rows of the packed table [m]."""
     core = core_distance(
         b[X] - a[X],
         b[Y] - a[Y],
@@ -260,7 +252,7 @@ def _rounded_distance(a: FloatArray, b: FloatArray) -> float:
 
 @compiled
 def _distances(one: FloatArray, many: FloatArray) -> FloatArray:
-    """Give the distance of one row from each of many."""
+    """Return the distance of one row from each of many."""
     out = np.empty(many.shape[0])
     for i in range(many.shape[0]):
         out[i] = _rounded_distance(one, many[i])
@@ -269,7 +261,7 @@ def _distances(one: FloatArray, many: FloatArray) -> FloatArray:
 
 @inlined
 def _turn(before: float, after: float) -> float:
-    """Give the shorter turn between two headings [rad]."""
+    """Return the shorter turn between two headings [rad]."""
     full = 2.0 * np.pi
     return (after - before + np.pi) % full - np.pi
 
@@ -278,7 +270,7 @@ def _turn(before: float, after: float) -> float:
 def swept_contact(
     a_before: FloatArray, a_after: FloatArray, b_before: FloatArray, b_after: FloatArray
 ) -> bool:
-    """Tell whether two moving rows of the packed table touch; see `swept_contacts`."""
+    """Check whether two moving rows of the packed table touch; see `swept_contacts`."""
     dx, dy = b_before[X] - a_before[X], b_before[Y] - a_before[Y]
     travel_x = b_after[X] - a_after[X] - dx
     travel_y = b_after[Y] - a_after[Y] - dy

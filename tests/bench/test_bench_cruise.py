@@ -12,6 +12,7 @@ from planner.interface import PlanStatus
 from planner.prediction import constant_speed
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, clothoid, line
+from planner.scene import RoadUsers
 from tests.planner.scenes import Car, Disc, ego_on, make_scene, road
 
 pytestmark = pytest.mark.bench
@@ -89,7 +90,10 @@ def test_predicting_thirty_vehicles(benchmark, scene):
     x, y = points.x - l * points.sin_heading, points.y + l * points.cos_heading
     none = np.zeros(30)
     benchmark.extra_info["vehicles"] = 30
-    args = (scene.path, x, y, points.heading.copy(), speed, none, none, 0.1, 51)
+    size = (np.full(30, 4.6), np.full(30, 1.8))
+    ids = tuple(map(str, range(30)))
+    users = RoadUsers(ids, x, y, points.heading, speed, none, none, *size)
+    args = (scene.path, users, 0.1 * np.arange(51))
     assert benchmark(constant_speed, *args).x.shape == (30, 51)
 
 

@@ -6,6 +6,7 @@ import pytest
 from experiments.thesis.dense.layouts import DIFFERENT_SIZES, EGO_RADIUS
 from planner.dense import adaptive, proposed, uniform
 from planner.dense.field import Cover, straight_field
+from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice_methods import plan_adaptive, plan_uniform
 from planner.dense.settings import (
     EdgeChecks,
@@ -19,6 +20,7 @@ from tests.planner.scenes import Disc, ego_on, make_scene, straight
 
 pytestmark = pytest.mark.bench
 
+STILL = PathStart(0.0, 0.0, 0.0, 0.0)
 FEW = DIFFERENT_SIZES.array()
 RANDOM = np.random.default_rng(4)
 MANY = np.column_stack(
@@ -39,8 +41,7 @@ MANY = np.column_stack(
 def test_whole_cycle(benchmark, plan, checks, cover, obstacles):
     field = straight_field(obstacles, 5.0, 60.0)
     lattice, smoothing = LatticeSettings(edge_checks=checks), SmoothingSettings()
-    start = (0.0, 0.0, 0.0, 0.0)
-    planned = benchmark(plan, field, cover, start, 60.0, lattice, smoothing)
+    planned = benchmark(plan, field, cover, STILL, 60.0, lattice, smoothing)
     assert planned.search.edges > 500
 
 
@@ -52,7 +53,7 @@ def test_whole_cycle(benchmark, plan, checks, cover, obstacles):
 def test_side_sequences(benchmark, alternatives, cover, obstacles):
     field = straight_field(obstacles, 5.0, 60.0)
     settings = SideSettings(alternatives=alternatives)
-    found = benchmark(plan_sides, field, cover, (0.0, 0.0, 0.0, 0.0), 60.0, settings)
+    found = benchmark(plan_sides, field, cover, STILL, 60.0, settings)
     assert found.exact
 
 

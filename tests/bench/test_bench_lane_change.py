@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.lane_change import proposed
-from planner.lane_change.path import best_change
+from planner.lane_change.path import ChangeTarget, best_change
 from planner.lane_change.settings import (
     GridSettings,
     OrderRule,
@@ -67,7 +67,11 @@ def speed_tasks(n):
     for seed in range(20):
         scene = random_scene(np.random.default_rng(seed), n)
         change, _ = best_change(
-            scene.path, scene.ego_frenet, 1.75, 0.0, 220.0, CAR, PathSettings()
+            scene.path,
+            scene.ego_frenet,
+            ChangeTarget(1.75, 0.0, 220.0),
+            CAR,
+            PathSettings(),
         )
         assert change is not None
         task = SpeedTask(scene.ego.speed, scene.ego.acceleration, 13.9)

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from experiments.cosim.kinematic_world import (
-    KinematicSettings,
     KinematicWorld,
     ScriptedVehicle,
-    constant_road,
+    constant_bounds,
 )
-from experiments.cosim.loop import LoopSettings, run_loop
+from experiments.cosim.loop import EpisodeOptions, run_loop
 from experiments.cosim.plant import PerfectTracking
+from experiments.cosim.road import EgoTask, Road, Start
 from planner import cruise
 from planner.vehicle import Vehicle
 from tests.planner.scenes import Disc, discs, straight
@@ -25,6 +25,7 @@ from tests.planner.scenes import Disc, discs, straight
 pytestmark = pytest.mark.bench
 
 N_STEPS = 120
+TASK = EgoTask(Vehicle(), 590.0, 13.9, Start(10.0, 0.0, 10.0))
 
 
 def busy_world():
@@ -41,22 +42,21 @@ def busy_world():
         for k in range(30)
     )
     rows = [Disc(60.0 + 45.0 * k, (-1) ** k * 1.0, 0.4) for k in range(5)]
-    return KinematicWorld(
-        KinematicSettings(
-            path=path,
-            road=constant_road(path, 5.25),
-            start_speed=10.0,
-            start_s=10.0,
-            obstacles=discs(path, rows),
-            vehicles=vehicles,
-        )
-    )
+    road = Road(path, constant_bounds(path, 5.25), obstacles=discs(path, rows))
+    return KinematicWorld(road, TASK, vehicles)
 
 
 def drive():
     steps = []
-    settings = LoopSettings(Vehicle(), 13.9, goal_s=590.0, duration=0.1 * N_STEPS)
-    run_loop(busy_world(), cruise.proposed(), PerfectTracking(), settings, steps.append)
+    options = EpisodeOptions(duration=0.1 * N_STEPS)
+    run_loop(
+        busy_world(),
+        cruise.proposed(),
+        PerfectTracking(),
+        TASK,
+        options,
+        steps.append,
+    )
     return steps
 
 

@@ -5,6 +5,7 @@ import signal
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -28,6 +29,7 @@ class ConstantSpeed:
     stats_at: float | None = None  # the statistics are none then [s]
     move_at: float | None = None  # the working folder changes then [s]
     sleep: float = 0.0  # in every cycle [s]
+    mark: str | None = None  # file that appears when the first cycle begins
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         if self.crash_at is not None and scene.time >= self.crash_at:
@@ -62,6 +64,8 @@ class ConstantSpeed:
         return PlanResult(PlanStatus.OK, trajectory, None, stats)
 
     def _misbehave(self, now: float) -> None:
+        if self.mark is not None:
+            Path(self.mark).touch()
         time.sleep(self.sleep)
         if self.exit_at is not None and now >= self.exit_at:
             sys.exit("enough")
@@ -71,7 +75,7 @@ class ConstantSpeed:
             os.chdir("/")
 
 
-def make(**settings: float) -> ConstantSpeed:
+def make(**settings: float | str) -> ConstantSpeed:
     return ConstantSpeed(**settings)
 
 

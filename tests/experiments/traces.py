@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from experiments.cosim.records import Ending, EpisodeStatus, StepRecord, TrafficState
-from experiments.trace.recording import Setting, build_trace
+from experiments.cosim.road import EgoTask, Road
+from experiments.trace.recording import RunFacts, build_trace
 from experiments.trace.schema import Trace
 from planner.interface import PlanResult
 from planner.reference_path.frenet import cartesian_to_frenet_one
@@ -14,6 +15,7 @@ from planner.reference_path.segments import line
 from planner.scene import Obstacles, RoadBounds
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
+from tests.experiments.road_users import road_users
 
 STEP = 0.1
 CAR = Vehicle()
@@ -22,10 +24,7 @@ STRAIGHT = ReferencePath.from_segments([line(1000.0)])
 
 def traffic(time: float, cars=()) -> TrafficState:
     """Cars are (id, x, y, heading, speed, acceleration)."""
-    ids = tuple(car[0] for car in cars)
-    rows = np.array([car[1:] for car in cars], dtype=float).reshape(-1, 5).T
-    size = np.ones(len(ids))
-    return TrafficState(time, ids, *rows, 4.0 * size, 2.0 * size)
+    return TrafficState(time, road_users(*cars, length=4.0, width=2.0))
 
 
 def record(
@@ -66,9 +65,13 @@ def trace_of(
 ) -> Trace:
     road = RoadBounds(np.array([0.0]), np.array([5.0]), np.array([-5.0]))
     bodies = Obstacles.none() if obstacles is None else obstacles
-    setting = Setting("s", "p", 0, STEP, 100.0, 10.0, CAR, path, road, bodies)
     return build_trace(
-        setting, records, Ending(status, ""), elapsed or [0.0] * len(records)
+        RunFacts("s", "p", 0, STEP),
+        Road(path, road, obstacles=bodies),
+        EgoTask(CAR, 100.0, 10.0),
+        records,
+        Ending(status, ""),
+        elapsed or [0.0] * len(records),
     )
 
 

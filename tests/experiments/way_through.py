@@ -17,7 +17,7 @@ GRID = 0.1  # of `connected` [m]
 
 def hits(layout, vehicle, x, y, heading):
     """Say which poses of the rear axle touch an obstacle, (n,)."""
-    other = layout.obstacles
+    other = layout.road.obstacles
     near = np.hypot(other.x - x.mean(), other.y - y.mean()) < 25.0
     dx, dy = other.x[near, None] - x, other.y[near, None] - y
     cos, sin = np.cos(heading), np.sin(heading)
@@ -36,8 +36,8 @@ def off_road(layout, vehicle, x, y, heading, s):
     for along in (-vehicle.rear_overhang, vehicle.length - vehicle.rear_overhang):
         for across in (-0.5 * vehicle.width, 0.5 * vehicle.width):
             px, py = x + along * cos - across * sin, y + along * sin + across * cos
-            foot, l = layout.path.project(px, py, near=s)
-            left, right = layout.road.at(foot)
+            foot, l = layout.road.path.project(px, py, near=s)
+            left, right = layout.road.bounds.at(foot)
             over |= (l > left) | (l < right)
     return over
 
@@ -51,7 +51,7 @@ def drivable(layout, vehicle, start, goal, offset=0.0):
         bend = np.tile(CURVATURES, l.size // CURVATURES.size)
         for _ in range(round(LAYER / STEP)):
             # The midpoint rule on dl/ds and dheading/ds of an arc.
-            at = layout.path.at(np.array([s + STEP / 2.0]))
+            at = layout.road.path.at(np.array([s + STEP / 2.0]))
             k = float(at.curvature[0])
             ahead = 1.0 - k * l
             turned = heading + 0.5 * STEP * (bend * ahead / np.cos(heading) - k)
@@ -60,13 +60,13 @@ def drivable(layout, vehicle, start, goal, offset=0.0):
             heading = heading + STEP * (bend * ahead / np.cos(turned) - k)
             l = l + STEP * ahead * np.tan(turned)
             s += STEP
-            at = layout.path.at(np.full(l.size, s))
+            at = layout.road.path.at(np.full(l.size, s))
             x, y = at.x - l * at.sin_heading, at.y + l * at.cos_heading
             kept = (np.abs(heading) < 0.9) & ~hits(
                 layout, vehicle, x, y, at.heading + heading
             )
             # Who is far from the edges need not be measured.
-            left, right = (edge[0] for edge in layout.road.at(np.array([s])))
+            left, right = (edge[0] for edge in layout.road.bounds.at(np.array([s])))
             reach = vehicle.length * np.sin(np.abs(heading)) + vehicle.width
             rim = kept & ((l + reach > left) | (l - reach < right))
             pose = (x[rim], y[rim], (at.heading + heading)[rim])
@@ -83,16 +83,16 @@ def drivable(layout, vehicle, start, goal, offset=0.0):
 def connected(layout, vehicle, start, goal, offset=0.0):
     """Say whether a disc of the vehicle's width gets through, in doubt yes."""
     s = np.arange(start, goal, GRID)
-    left, right = layout.road.at(s)
+    left, right = layout.road.bounds.at(s)
     l = np.arange(right.min(), left.max() + GRID, GRID)
-    at = layout.path.at(s)
+    at = layout.road.path.at(s)
     x = at.x[:, None] - l * at.sin_heading[:, None]
     y = at.y[:, None] + l * at.cos_heading[:, None]
     # No point of a cell is farther from its centre than this, on a bend either.
     doubt = GRID
     radius = 0.5 * vehicle.width - doubt
     free = (l <= left[:, None] - radius) & (l >= right[:, None] + radius)
-    other = layout.obstacles
+    other = layout.road.obstacles
     for ox, oy, size in zip(other.x, other.y, other.radius, strict=True):
         free &= np.hypot(x - ox, y - oy) >= size + radius
     parts, _ = ndimage.label(free, np.ones((3, 3)))

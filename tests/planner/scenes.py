@@ -11,7 +11,7 @@ from planner.prediction import constant_speed
 from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, clothoid, line
-from planner.scene import Obstacles, RoadBounds, Scene, Vehicles
+from planner.scene import Obstacles, RoadBounds, RoadUsers, Scene, Vehicles
 from planner.shapes.rectangles import Rectangle, distance
 from planner.states import CartesianState, FloatArray, FrenetState, Trajectory
 from planner.vehicle import Vehicle
@@ -98,14 +98,19 @@ def cars(
     turned = np.array([car.turned for car in rows], dtype=np.float64)
     heading = along + np.where(speeds < 0.0, math.pi, 0.0) + turned
     none = np.zeros(len(rows))
-    motion = (x, y, heading, np.abs(speeds), none)
-    return Vehicles(
+    users = RoadUsers(
         tuple(f"car.{k}" for k in range(len(rows))),
-        *motion,
+        x,
+        y,
+        heading,
+        np.abs(speeds),
+        none,
+        none,
         np.array([car.length for car in rows], dtype=np.float64),
         np.array([car.width for car in rows], dtype=np.float64),
-        constant_speed(path, *motion, none, step, n_steps),
     )
+    ahead = constant_speed(path, users, step * np.arange(n_steps))
+    return Vehicles.predicted(users, ahead)
 
 
 def ego_on(

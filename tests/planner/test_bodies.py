@@ -35,34 +35,36 @@ def test_static_bodies_come_first_and_stand_still(path):
     scene = scene_at(path, obstacles=[Disc(120.0, 1.0, 0.7)], vehicles=[Car(130, 0, 5)])
     bodies = bodies_of(scene, N)
     assert bodies.ids == ("disc.0", "car.0")
-    assert bodies.n_static == 1
-    np.testing.assert_array_equal(bodies.poses[0, 0], np.full(N, 120.0))
-    np.testing.assert_allclose(bodies.poses[1, 0], 130.0 + 0.5 * np.arange(N))
-    np.testing.assert_allclose(bodies.s, bodies.poses[:, 0], atol=1e-9)
-    np.testing.assert_allclose(bodies.l, bodies.poses[:, 1], atol=1e-9)
-    assert list(bodies.speed) == [0.0, 5.0]
+    assert bodies.table.n_static == 1
+    np.testing.assert_array_equal(bodies.table.poses[0, 0], np.full(N, 120.0))
+    np.testing.assert_allclose(bodies.table.poses[1, 0], 130.0 + 0.5 * np.arange(N))
+    np.testing.assert_allclose(bodies.table.s, bodies.table.poses[:, 0], atol=1e-9)
+    np.testing.assert_allclose(bodies.table.l, bodies.table.poses[:, 1], atol=1e-9)
+    assert list(bodies.table.speed) == [0.0, 5.0]
 
 
 def test_extents_and_circumscribed_circles(path):
     box = Obstacles(("box",), *(np.array([v]) for v in (120.0, 0, 0.3, 4.0, 3.0, 0.2)))
     scene = scene_at(path, obstacles=box, vehicles=[Car(130, 0, 5, 6.0, 8.0)])
     bodies = bodies_of(scene, N)
-    np.testing.assert_allclose(bodies.extents, [[2.0, 1.5, 0.2], [3.0, 4.0, 0.0]])
-    np.testing.assert_allclose(bodies.size, [2.7, 5.0])
-    np.testing.assert_allclose(bodies.poses[0, 2:, 0], [math.cos(0.3), math.sin(0.3)])
+    np.testing.assert_allclose(bodies.table.extents, [[2.0, 1.5, 0.2], [3.0, 4.0, 0.0]])
+    np.testing.assert_allclose(bodies.table.size, [2.7, 5.0])
+    np.testing.assert_allclose(
+        bodies.table.poses[0, 2:, 0], [math.cos(0.3), math.sin(0.3)]
+    )
 
 
 def test_a_shorter_prediction_is_held_at_its_end(path):
     scene = scene_at(path, vehicles=cars(path, [Car(130, 0, 5)], n_steps=11))
     bodies = bodies_of(scene, N)
-    np.testing.assert_allclose(bodies.poses[0, 0, 10:], 135.0)
+    np.testing.assert_allclose(bodies.table.poses[0, 0, 10:], 135.0)
 
 
 def test_a_prediction_on_a_finer_grid_is_read_at_the_planners_times(path):
     fine = cars(path, [Car(130, 0, 5)], n_steps=101, step=STEP / 2.0)
     bodies = bodies_of(scene_at(path, vehicles=fine), N)
     expected = 130.0 + 5.0 * STEP * np.arange(N)
-    np.testing.assert_allclose(bodies.poses[0, 0], expected, atol=1e-9)
+    np.testing.assert_allclose(bodies.table.poses[0, 0], expected, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -77,17 +79,17 @@ def test_a_prediction_on_a_finer_grid_is_read_at_the_planners_times(path):
 )
 def test_followers_are_vehicles_behind_in_the_egos_corridor(path, car, follows):
     bodies = bodies_of(scene_at(path, vehicles=[car]), N)
-    assert bool(bodies.follower[0]) is follows
+    assert bool(bodies.table.follower[0]) is follows
 
 
 def test_an_obstacle_never_follows(path):
     bodies = bodies_of(scene_at(path, obstacles=[Disc(85.0, 0.0, 1.0)]), N)
-    assert not bodies.follower.any()
+    assert not bodies.table.follower.any()
 
 
 def test_the_corridor_moves_with_the_ego(path):
     bodies = bodies_of(scene_at(path, l=3.5, vehicles=[Car(85.0, 3.5, 12.0)]), N)
-    assert bodies.follower[0]
+    assert bodies.table.follower[0]
 
 
 def leader(scene):
@@ -143,7 +145,7 @@ def test_who_has_no_place_on_the_path_is_neither_leader_nor_follower(path):
     )
     scene = scene_at(path, vehicles=replace(vehicles, prediction=nowhere))
     assert leader(scene) is None
-    assert not bodies_of(scene, N).follower.any()
+    assert not bodies_of(scene, N).table.follower.any()
 
 
 def test_in_a_bend_places_are_along_the_road():
@@ -167,6 +169,6 @@ def test_a_trajectory_meets_bodies_where_they_are_at_its_own_times(path, step):
         still = np.zeros_like(t)
         return Trajectory(t, x, y, heading, still, still + speed, still, s, still)
 
-    asked = (bodies, bodies.follower, (0.0, 1.4, 2.8), 1.1, 0.1)
+    asked = (bodies, bodies.table.follower, (0.0, 1.4, 2.8), 1.1, 0.1)
     assert touched_by(at_speed(10.0), *asked) is None
     assert touched_by(at_speed(20.0), *asked) == "car.0"

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from planner.errors import InvalidInputError
 from planner.prediction import (
     FRENET_REACH,
     LATERAL_HOLD,
@@ -13,6 +14,7 @@ from planner.prediction import (
 )
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, line
+from planner.scene import RoadUsers
 
 STEP, N = 0.1, 51
 T = STEP * np.arange(N)
@@ -25,9 +27,16 @@ def on_lane(path, s, l, *, against=False):
 
 
 def predict(predictor, path, pose, speed, acceleration=0.0, lateral=0.0, step=STEP):
-    values = (*pose, speed, acceleration, lateral)
-    columns = (np.array([value], dtype=np.float64) for value in values)
-    return predictor(path, *columns, step, round(5.0 / step) + 1)
+    one = users([pose], [speed], acceleration, lateral)
+    return predictor(path, one, step * np.arange(round(5.0 / step) + 1))
+
+
+def users(poses, speeds, acceleration=0.0, lateral=0.0) -> RoadUsers:
+    x, y, heading = np.array(poses, float).reshape(-1, 3).T
+    one = np.ones(x.size)
+    ids = tuple(f"car.{k}" for k in range(x.size))
+    rates = (np.array(speeds), acceleration * one, lateral * one)
+    return RoadUsers(ids, x, y, heading, *rates, 4.6 * one, 1.8 * one)
 
 
 @pytest.fixture(scope="module")
@@ -147,9 +156,7 @@ def test_many_are_predicted_as_each_alone(u_turn):
         (300.0, 300.0, 0.0),
     ]
     speeds = np.array([8.0, 12.0, 5.0, 1.0])
-    x, y, heading = np.array(poses).T
-    none = np.zeros(4)
-    together = constant_speed(u_turn, x, y, heading, speeds, none, none, STEP, N)
+    together = constant_speed(u_turn, users(poses, speeds), T)
     assert together.x.shape == (4, N)
     for k, pose in enumerate(poses):
         alone = predict(constant_speed, u_turn, pose, speeds[k])
@@ -160,6 +167,10 @@ def test_many_are_predicted_as_each_alone(u_turn):
 
 
 def test_nobody_is_predicted_as_nobody(straight):
-    empty = np.empty(0)
-    ahead = constant_speed(straight, *(empty,) * 6, STEP, N)
+    ahead = constant_speed(straight, users([], []), T)
     assert ahead.x.shape == (0, N)
+
+
+def test_one_time_is_no_prediction(straight):
+    with pytest.raises(InvalidInputError, match="two times"):
+        constant_speed(straight, users([], []), T[:1])

@@ -1,13 +1,12 @@
 import math
 
-import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from planner.errors import InvalidInputError
 from planner.states import CartesianState
-from planner.vehicle import Vehicle, VehicleLimits, single_track_rates
+from planner.vehicle import Vehicle, VehicleLimits, centre_from_rear_axle
 
 
 @given(
@@ -39,40 +38,29 @@ def test_reference_point_is_the_rear_axle():
     assert car.centre_offset == pytest.approx(1.6)
 
 
-@pytest.mark.parametrize("curvature", [0.1, -0.04, 0.0])
-def test_single_track_drives_the_circle_of_its_steering_angle(curvature):
-    car = Vehicle()
-    speed, t, step = 7.0, 1.3, 1e-4
-
-    def driven(time):
-        """Pose after `time` on the circle through the origin along +x."""
-        turn = curvature * speed * time
-        if curvature == 0.0:
-            return np.array([speed * time, 0.0, 0.0])
-        return np.array(
-            [math.sin(turn) / curvature, (1 - math.cos(turn)) / curvature, turn]
-        )
-
-    x, y, heading = driven(t)
-    state = CartesianState(x, y, heading, curvature, speed, 0.0)
-    rates = single_track_rates(state, car.steering_angle(curvature), car)
-    expected = (driven(t + step) - driven(t - step)) / (2 * step)
-    np.testing.assert_allclose(rates, expected, atol=1e-6)
-
-
-def test_steering_angle_is_atan_of_wheelbase_over_radius():
-    assert Vehicle(wheelbase=2.5).steering_angle(1 / 2.5) == pytest.approx(math.pi / 4)
-    assert Vehicle().steering_angle(-0.1) == -Vehicle().steering_angle(0.1)
+@pytest.mark.parametrize("heading", [0.0, 2.0, -1.0])
+def test_the_centre_is_ahead_of_the_rear_axle(heading):
+    car = Vehicle(length=5.0, width=2.0, wheelbase=3.0, rear_overhang=0.9)
+    ego = CartesianState(3.0, -1.0, heading, 0.0, 0.0, 0.0)
+    x, y = centre_from_rear_axle(ego, car)
+    assert x == pytest.approx(3.0 + 1.6 * math.cos(heading))
+    assert y == pytest.approx(-1.0 + 1.6 * math.sin(heading))
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Vehicle(width=0.0), "width = 0.0"),
-        (lambda: Vehicle(length=math.nan), "length = nan"),
-        (lambda: Vehicle(wheelbase=4.5), "rear_overhang \\+ wheelbase = 5.5"),
-        (lambda: VehicleLimits(max_speed=-1.0), "max_speed = -1.0"),
-        (lambda: VehicleLimits(max_deceleration=9.0), "emergency_deceleration = 8.0"),
+        (lambda: Vehicle(width=0.0), "width is 0; allowed: positive"),
+        (lambda: Vehicle(length=math.nan), "length is nan"),
+        (
+            lambda: Vehicle(wheelbase=4.5),
+            r"wheelbase is 4.5; allowed: at most length - rear_overhang = 3.8",
+        ),
+        (lambda: VehicleLimits(max_speed=-1.0), "max_speed is -1"),
+        (
+            lambda: VehicleLimits(max_deceleration=9.0),
+            "emergency_deceleration is 8; allowed: at least",
+        ),
     ],
 )
 def test_impossible_vehicles_are_refused(make, message):

@@ -85,5 +85,5 @@ def test_unknown_network_lists_the_known_ones(capsys):
 
 def test_missing_netconvert_says_what_to_install(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(NetworkError, match=r'pip install "rearview\[nets\]"'):
+    with pytest.raises(NetworkError, match="pip install eclipse-sumo==1"):
         build.convert("straight")

@@ -16,7 +16,6 @@ from sumo_nets.centre_line import (
     parse_segment,
     polyline,
     sample,
-    total_length,
 )
 from sumo_nets.errors import NetworkError
 
@@ -62,7 +61,6 @@ def test_offset_polyline_lies_beside_the_segments():
 def test_straight_lines_have_two_points_and_curves_one_per_metre():
     points = polyline([line(40.0), arc(10.0, 0.05), line(100.0)])
     assert len(points) == 1 + 1 + 10 + 1
-    assert total_length([line(40.0), arc(10.0, 0.05)]) == 50.0
 
 
 def test_main_prints_the_shape_of_the_committed_road(capsys):

@@ -17,10 +17,10 @@ from scipy import stats
 from sumo_nets.catalogue import Stream, network
 from sumo_nets.demand import Demand, vehicles_for, write_demand
 from sumo_nets.errors import NetworkError
-from sumo_nets.vehicle_types import KINDS, MODELS, TEMPERS, LeaderType, ego_type
+from sumo_nets.vehicle_types import KINDS, MODELS, TEMPERS, EgoType, LeaderType
 
 BUSY = Demand(own_veh_per_h=700.0, oncoming_veh_per_h=500.0, cross_veh_per_h=300.0)
-EGO = ego_type(4.8, 1.9, 4.0, 8.0, 20.0)
+EGO = EgoType(4.8, 1.9, 4.0, 8.0, 20.0)
 
 WRITE = """
 import sys
@@ -186,7 +186,7 @@ def test_type_of_a_slow_leader_is_written(tmp_path):
 @pytest.mark.parametrize(
     ("kind", "speed", "message"),
     [
-        ("tractor", 8.0, 'leader kind "tractor" is none of car, van, truck'),
+        ("tractor", 8.0, 'leader kind "tractor" is unknown; allowed: car, van, truck'),
         ("car", 0.0, "leader max_speed = 0 must be > 0"),
         ("car", nan, "leader max_speed = nan must be > 0"),
     ],
@@ -218,7 +218,10 @@ def test_drivers_differ_in_speed_as_their_tempers_say():
         ({"truck_share": 1.5}, r"truck_share = 1.5 must be in \[0, 1\]"),
         ({"van_share": 0.6, "truck_share": 0.6}, r"van_share \+ truck_share = 1.2"),
         ({"cautious_share": 0.9}, r"cautious_share \+ aggressive_share = 1.1"),
-        ({"models": (("SmartSK", 1.0),)}, '"SmartSK" is none of Krauss, IDM, EIDM, A'),
+        (
+            {"models": (("SmartSK", 1.0),)},
+            '"SmartSK" is unknown; allowed: Krauss, IDM, EIDM, A',
+        ),
         ({"models": (("IDM", -1.0),)}, "share -1 of IDM must be >= 0"),
         ({"models": ()}, "must name some"),
         ({"models": (("IDM", 1.0), ("IDM", 1.0))}, "each once"),
@@ -245,9 +248,9 @@ def test_times_and_seeds_outside_their_range_are_named(seed, begin, end, message
 
 def test_ego_outside_its_range_is_named():
     with pytest.raises(NetworkError, match="ego width = 0 must be > 0"):
-        ego_type(4.8, 0.0, 4.0, 8.0, 20.0)
+        EgoType(4.8, 0.0, 4.0, 8.0, 20.0)
     with pytest.raises(NetworkError, match="decel = 9 must be <= emergency_decel = 8"):
-        ego_type(4.8, 1.9, 9.0, 8.0, 20.0)
+        EgoType(4.8, 1.9, 9.0, 8.0, 20.0)
 
 
 def test_stream_without_a_flow_is_named():

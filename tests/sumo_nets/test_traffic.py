@@ -4,7 +4,7 @@ import pytest
 from sumo_nets.catalogue import network, networks
 from sumo_nets.demand import Demand, write_demand
 from sumo_nets.route_path import route_path
-from sumo_nets.vehicle_types import ego_type
+from sumo_nets.vehicle_types import EgoType
 
 libsumo = pytest.importorskip("libsumo")
 
@@ -21,7 +21,7 @@ def run(tmp_path):
 
     def start(record, seed=1, end=120.0):
         routes = tmp_path / "traffic.rou.xml"
-        ego = ego_type(4.8, 1.9, 4.0, 8.0, 20.0)
+        ego = EgoType(4.8, 1.9, 4.0, 8.0, 20.0)
         vehicles = write_demand(record, DEMAND, seed, 0.0, end, routes, ego)
         options = {
             "-n": record.net_file,

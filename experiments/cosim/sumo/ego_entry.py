@@ -1,38 +1,36 @@
-"""How the ego, and a slow leader with it, come into running traffic.
+"""How the ego, and a slow leader with it, enter running traffic.
 
-SUMO inserts them where it finds safe gaps. It looks at one lane alone, so that whoever
-reaches into it from the next one has to be looked for here.
+SUMO inserts them where it finds safe gaps. It considers one lane alone, so that
+vehicles that reach into it from the next one have to be found here.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from types import ModuleType
 
-import numpy as np
-
-from experiments.cosim.scene_builder import state_on_path
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo.ghost_vehicle import lane_of
 from experiments.cosim.sumo.lanes import Lane
-from experiments.cosim.sumo.settings import SumoSettings
-from experiments.cosim.sumo.vehicle_reader import Row
+from experiments.cosim.sumo.libsumo_api import Libsumo
+from experiments.cosim.sumo.settings import EGO_TYPE, SumoSettings
 from experiments.errors import SimulationError
+from planner.reference_path.frenet import state_on_path
+from planner.scene import RoadUsers
 from planner.shapes.rectangles import Rectangle, distance
 from planner.states import CartesianState
-from planner.vehicle import Vehicle
+from planner.vehicle import Vehicle, centre_from_rear_axle
 
 EGO_ID = "ego"
 EGO_ROUTE = "route@ego"
 LEADER_ROUTE = "route@leader"
-CLEARANCE = 0.5  # between the ego and anybody where it enters [m]
+CLEARANCE = 0.5  # between the ego and any vehicle where it enters [m]
 FOLLOWED = tuple(0.2 * k for k in range(11))  # a lane changer is followed for [s]
 DRIFTING = 0.05  # a lateral speed from here on is a lane change [m/s]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Departure:
-    """Someone about to enter."""
+    """A vehicle about to enter."""
 
     id: str
     type: str
@@ -42,8 +40,8 @@ class Departure:
     position: float  # of the front bumper on the lane, as SUMO counts [m]
     speed: float | None  # None: as fast as the gap allows [m/s]
 
-    def ask(self, sumo: ModuleType) -> None:
-        """Hand it to SUMO, which inserts it as soon as there is a gap."""
+    def ask(self, sumo: Libsumo) -> None:
+        """Ask SUMO to insert it as soon as there is a gap."""
         sumo.vehicle.add(
             self.id,
             self.route,
@@ -55,7 +53,7 @@ class Departure:
 
 
 def departures(
-    sumo: ModuleType, settings: SumoSettings, route_lanes: Sequence[Sequence[Lane]]
+    sumo: Libsumo, settings: SumoSettings, route_lanes: Sequence[Sequence[Lane]]
 ) -> list[Departure]:
     """Find where the ego enters, and where the slow leader if there is one.
 
@@ -65,22 +63,22 @@ def departures(
     Raises:
         SimulationError: If one of them would not be on the route.
     """
-    start = start_state(settings, 0.0)
-    x, y, _ = frames.front_from_rear_axle(start, settings.vehicle)
+    road, task = settings.road, settings.task
+    start = task.state_at_start(road.path, 0.0)
+    x, y, _ = frames.front_from_rear_axle(start, task.vehicle)
     found = _on_route(sumo, route_lanes, x, y)
     if found is None:
         raise SimulationError(
-            f"at start_s = {settings.start_s:g} m, start_offset = "
-            f"{settings.start_offset:g} m the ego's front bumper is on none of the "
-            f"edges {', '.join(settings.route)}"
+            f"at start_s = {task.start.s:g} m, start_offset = {task.start.l:g} m the "
+            f"ego's front bumper is on none of the edges {', '.join(settings.route)}"
         )
-    ego = Departure(EGO_ID, settings.ego_type, EGO_ROUTE, *found, settings.start_speed)
+    ego = Departure(EGO_ID, EGO_TYPE, EGO_ROUTE, *found, task.start.speed)
     leader = settings.leader
     if leader is None:
         return [ego]
     length = float(sumo.vehicletype.getLength(leader.id))
-    front = settings.start_s + settings.vehicle.front_reach + leader.gap + length
-    there = state_on_path(settings.path, front, settings.start_offset, 0.0)
+    front = task.start.s + task.vehicle.front_reach + leader.gap + length
+    there = state_on_path(road.path, front, task.start.l, 0.0)
     found = _on_route(sumo, route_lanes, there.x, there.y)
     if found is None:
         raise SimulationError(
@@ -90,29 +88,21 @@ def departures(
     return [ego, Departure(leader.id, leader.id, LEADER_ROUTE, *found, leader.speed)]
 
 
-def start_state(settings: SumoSettings, speed: float) -> CartesianState:
-    """Give the ego's state where it starts."""
-    return state_on_path(settings.path, settings.start_s, settings.start_offset, speed)
+def stands_free(vehicle: Vehicle, start: CartesianState, others: RoadUsers) -> bool:
+    """Check that no vehicle is at the ego's place, or about to move into it.
 
-
-def stands_free(vehicle: Vehicle, start: CartesianState, others: Iterable[Row]) -> bool:
-    """Tell whether nobody is at the ego's place, or about to move into it.
-
-    Someone in mid lane change is followed for a while, as is the ego.
+    A vehicle in mid lane change is followed for a while, as is the ego.
 
     Args:
         vehicle: The ego's dimensions.
         start: Rear axle where it enters.
-        others: Everyone near, as SUMO says it.
+        others: All vehicles near.
     """
-    x, y = frames.centre_from_rear_axle(start, vehicle)
+    x, y = centre_from_rear_axle(start, vehicle)
     vx = start.speed * math.cos(start.heading)
     vy = start.speed * math.sin(start.heading)
-    for front_x, front_y, angle, speed, _, lateral, length, width in others:
-        heading = float(frames.heading_from_angle(angle))
-        other_x, other_y = frames.centre_from_front(
-            front_x, front_y, np.array(heading), np.array(length)
-        )
+    for row in others.table.T.tolist():
+        other_x, other_y, heading, speed, _, lateral, length, width = row
         cos, sin = math.cos(heading), math.sin(heading)
         other_vx, other_vy = speed * cos - lateral * sin, speed * sin + lateral * cos
         for time in FOLLOWED if abs(lateral) > DRIFTING else FOLLOWED[:1]:
@@ -124,8 +114,8 @@ def stands_free(vehicle: Vehicle, start: CartesianState, others: Iterable[Row]) 
                 vehicle.width,
             )
             there = Rectangle(
-                float(other_x) + other_vx * time,
-                float(other_y) + other_vy * time,
+                other_x + other_vx * time,
+                other_y + other_vy * time,
                 heading,
                 length,
                 width,
@@ -136,7 +126,7 @@ def stands_free(vehicle: Vehicle, start: CartesianState, others: Iterable[Row]) 
 
 
 def _on_route(
-    sumo: ModuleType, route_lanes: Sequence[Sequence[Lane]], x: float, y: float
+    sumo: Libsumo, route_lanes: Sequence[Sequence[Lane]], x: float, y: float
 ) -> tuple[int, Lane, float] | None:
     """Find edge, lane and SUMO's lane position of a front bumper."""
     for index, lanes in enumerate(route_lanes):

@@ -18,18 +18,6 @@ RIGHT_ANGLE = 90.0  # from north to east [degrees]
 FULL_TURN = 360.0  # [degrees]
 
 
-def wrapped(heading: float) -> float:
-    """Bring a heading into (-pi, pi] [rad]."""
-    turned = math.remainder(heading, math.tau)
-    return math.pi if turned == -math.pi else turned
-
-
-def wrapped_all(heading: FloatArray) -> FloatArray:
-    """Bring headings into (-pi, pi] [rad]."""
-    turned = heading - math.tau * np.rint(heading / math.tau)
-    return np.where(turned <= -math.pi, math.pi, turned)
-
-
 def heading_from_angle(angle: ArrayLike) -> FloatArray:
     """Turn SUMO's angle [degrees, clockwise from north] into a heading [rad]."""
     turned = np.remainder(RIGHT_ANGLE - np.asarray(angle), FULL_TURN)
@@ -61,27 +49,6 @@ def centre_from_front(
     return (
         np.asarray(x) - half * np.cos(heading),
         np.asarray(y) - half * np.sin(heading),
-    )
-
-
-def front_from_centre(
-    x: float, y: float, heading: float, length: float
-) -> tuple[float, float, float]:
-    """Go from the centre of a rectangle to SUMO's pose.
-
-    Args:
-        x: Centre [m].
-        y: Centre [m].
-        heading: Ours [rad].
-        length: Of the rectangle [m].
-
-    Returns:
-        (x, y) of the front bumper [m] and SUMO's angle [degrees].
-    """
-    return (
-        x + length / 2.0 * math.cos(heading),
-        y + length / 2.0 * math.sin(heading),
-        angle_from_heading(heading),
     )
 
 
@@ -119,12 +86,4 @@ def rear_axle_from_front(
         x - vehicle.front_reach * math.cos(heading),
         y - vehicle.front_reach * math.sin(heading),
         heading,
-    )
-
-
-def centre_from_rear_axle(ego: CartesianState, vehicle: Vehicle) -> tuple[float, float]:
-    """Go from the ego's rear axle to the centre of its rectangle [m]."""
-    return (
-        ego.x + vehicle.centre_offset * math.cos(ego.heading),
-        ego.y + vehicle.centre_offset * math.sin(ego.heading),
     )

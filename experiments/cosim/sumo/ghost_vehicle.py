@@ -1,4 +1,4 @@
-"""The ghost: how followers see an ego that reaches over a lane line.
+"""The ghost: makes an ego that reaches over a lane line visible to followers.
 
 A vehicle that is moved by `moveToXY` occupies only the lane in which the centre of its
 front bumper lies, so that traffic in the other lane drives into the part of its body
@@ -17,12 +17,12 @@ the lane beside and back, which happens between two steps and clears the note.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import ModuleType
 
 import numpy as np
 
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo.lanes import Lane, edge_of
+from experiments.cosim.sumo.libsumo_api import Libsumo
 from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
 
@@ -38,7 +38,7 @@ STRIP_MARGIN = 1.0  # a front bumper farther outside its edge is not on it [m]
 
 @dataclass(frozen=True, slots=True)
 class GhostPose:
-    """Where the ghost has to be: abreast of the ego, front bumper [m, rad]."""
+    """Required pose of the ghost, abreast of the ego: front bumper [m, rad]."""
 
     edge: str
     lane: int
@@ -79,7 +79,7 @@ def ghost_pose(
 
 
 def lane_of(lanes: Sequence[Lane], x: float, y: float) -> int | None:
-    """Say in which of an edge's lanes SUMO counts a front bumper; None off the edge.
+    """Return the lane of an edge in which SUMO counts a front bumper; None off it.
 
     The lane changes exactly where the point crosses the line between two lanes.
     """
@@ -93,7 +93,7 @@ def lane_of(lanes: Sequence[Lane], x: float, y: float) -> int | None:
 
 
 def corners(ego: CartesianState, vehicle: Vehicle) -> FloatArray:
-    """Give the corners of the ego's rectangle, (4, 2) [m], counter-clockwise."""
+    """Return the corners of the ego's rectangle, (4, 2) [m], counter-clockwise."""
     cos, sin = np.cos(ego.heading), np.sin(ego.heading)
     along = np.array([-vehicle.rear_overhang, vehicle.front_reach])[[0, 1, 1, 0]]
     across = vehicle.width / 2.0 * np.array([-1.0, -1.0, 1.0, 1.0])
@@ -116,7 +116,7 @@ class Ghost:
 
     def __init__(
         self,
-        sumo: ModuleType,
+        sumo: Libsumo,
         ego_id: str,
         route_id: str,
         type_id: str,
@@ -136,7 +136,7 @@ class Ghost:
         self.pose: GhostPose | None = None
 
     def update(self, ego: CartesianState, vehicle: Vehicle) -> None:
-        """Put the ghost where the ego, about to be moved to `ego`, needs it.
+        """Move the ghost to where the ego, about to be moved to `ego`, needs it.
 
         Raises:
             libsumo.TraCIException: If SUMO refuses; the session wraps it.
@@ -152,7 +152,7 @@ class Ghost:
             self._noted = not _clear_note(self._sumo, self._ego_id)
 
     def _locate(self, ego: CartesianState, vehicle: Vehicle) -> int:
-        """Follow the ego along its route: on this edge, or already on the next?"""
+        """Return the strip that the ego is on, from the last one on."""
         x, y, _ = frames.front_from_rear_axle(ego, vehicle)
         for index in range(
             self._strip, min(self._strip + LOOK_AHEAD, len(self._strips))
@@ -186,8 +186,8 @@ class Ghost:
         )
 
 
-def _clear_note(sumo: ModuleType, ego_id: str) -> bool:
-    """Make SUMO look again which lanes the ego occupies; tell whether it did."""
+def _clear_note(sumo: Libsumo, ego_id: str) -> bool:
+    """Make SUMO find anew which lanes the ego occupies; return whether it did."""
     name = str(sumo.vehicle.getLaneID(ego_id))
     if not name or name.startswith(INSIDE_JUNCTION):
         return False

@@ -1,26 +1,29 @@
 """The simulator's lanes as plain geometry: centre lines, widths, projections.
 
 The ghost and the static obstacles have to be put where SUMO's lanes are, whatever the
-ego's reference path does; this is the only thing they need to know about them.
+ego's reference path does.
 """
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from types import ModuleType
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from experiments.cosim.sumo.libsumo_api import Libsumo
 from planner.errors import InvalidInputError
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray, freeze
 
 OVERHANG = 20.0  # how far a lane's ends are carried on straight, for long bodies [m]
 SAME_POINT = 1e-9  # closer points of a centre line are one [m]
-NEXT_LANE, INTERNAL_LANE = 0, 4  # places in a link of `lane.getLinks`
+NEXT_LANE: Final = 0  # places in a link of `lane.getLinks`
+INTERNAL_LANE: Final = 4
 PLANE = 2  # coordinates of a point
+TWO = 2  # points of a line, lanes side by side
 TRAFFIC_CLASS = "passenger"  # of all vehicles in the demand files
 
 
@@ -30,7 +33,7 @@ class Lane:
 
     id: str
     edge: str
-    index: int  # 0 is the rightmost lane of its edge, as in SUMO
+    index: int  # 0 is the lane at the kerb of its edge, as in SUMO
     width: float  # [m]
     points: FloatArray  # [m]
     stations: FloatArray = field(init=False)  # arc length at each point, (n,) [m]
@@ -48,7 +51,7 @@ class Lane:
         return float(self.stations[-1])
 
     def project(self, x: float, y: float) -> tuple[float, float]:
-        """Give arc length and offset (positive to the left) of a point [m].
+        """Return arc length and offset (positive to the left) of a point [m].
 
         The ends are carried on straight by `OVERHANG`, so that the rear of a body
         whose front is on the lane has an offset too.
@@ -57,7 +60,7 @@ class Lane:
         return float(station), float(offset)
 
     def at(self, station: float) -> tuple[float, float, float]:
-        """Give (x, y) [m] and heading [rad] of the centre line at an arc length."""
+        """Return (x, y) [m] and heading [rad] of the centre line at an arc length."""
         last = self.stations.size - 2
         k = min(max(int(np.searchsorted(self.stations, station)) - 1, 0), last)
         (x0, y0), (x1, y1) = self.points[k], self.points[k + 1]
@@ -71,7 +74,7 @@ class Lane:
 
 
 def without_repeats(points: ArrayLike) -> FloatArray:
-    """Drop points that repeat the one before them; (n, 2) with n >= 2 is left.
+    """Return the points without those that repeat the one before, (n, 2), n >= 2.
 
     Raises:
         InvalidInputError: If fewer than two different points are left.
@@ -86,26 +89,44 @@ def without_repeats(points: ArrayLike) -> FloatArray:
     return array
 
 
-def edge_lanes(sumo: ModuleType, edge: str) -> list[Lane]:
-    """Read all lanes of an edge, from the rightmost to the leftmost."""
-    count = sumo.edge.getLaneNumber(edge)
-    return [read_lane(sumo, f"{edge}_{index}") for index in range(count)]
+def edge_lanes(sumo: Libsumo, edge: str) -> list[Lane]:
+    """Read all lanes of an edge, from the rightmost to the leftmost.
+
+    Lanes without length, as inside the joint of two edges, are left out. SUMO counts
+    from the kerb, which is on the left in left-hand traffic.
+    """
+    names = [f"{edge}_{k}" for k in range(sumo.edge.getLaneNumber(edge))]
+    lanes = [read_lane(sumo, name) for name in names if _has_length(sumo, name)]
+    return lanes[::-1] if _counts_from_left(lanes) else lanes
 
 
-def route_strips(sumo: ModuleType, route: Sequence[str]) -> list[list[Lane]]:
+def _counts_from_left(lanes: Sequence[Lane]) -> bool:
+    """Tell whether the second lane of an edge lies to the right of the first."""
+    if len(lanes) < TWO:
+        return False
+    x, y, _ = lanes[1].at(lanes[1].length / 2.0)
+    return lanes[0].project(x, y)[1] < 0.0
+
+
+def _has_length(sumo: Libsumo, name: str) -> bool:
+    """Tell whether a lane is more than a point."""
+    return len({point[:2] for point in sumo.lane.getShape(name)}) >= TWO
+
+
+def route_strips(sumo: Libsumo, route: Sequence[str]) -> list[list[Lane]]:
     """Read the lanes along a route, edge by edge, also those inside junctions."""
     strips = []
     for edge, following in pairwise([*route, None]):
         strips.append(edge_lanes(sumo, str(edge)))
         inside = _inside_junction(sumo, strips[-1], following)
         strips += [edge_lanes(sumo, internal) for internal in inside]
-    return strips
+    return [strip for strip in strips if strip]
 
 
 def _inside_junction(
-    sumo: ModuleType, lanes: Sequence[Lane], following: str | None
+    sumo: Libsumo, lanes: Sequence[Lane], following: str | None
 ) -> list[str]:
-    """Name the edges inside the junction between an edge and the next of the route."""
+    """Return the edges inside the junction before the next edge of the route."""
     ways = [
         link[INTERNAL_LANE]
         for lane in lanes
@@ -120,19 +141,19 @@ def _inside_junction(
 
 
 def edge_of(lane: str) -> str:
-    """Give the id of the edge that a lane belongs to."""
+    """Return the id of the edge that a lane belongs to."""
     return lane.rpartition("_")[0]
 
 
-def all_lanes(sumo: ModuleType) -> Iterator[Lane]:
+def all_lanes(sumo: Libsumo) -> Iterator[Lane]:
     """Read every lane that cars may use, also those inside junctions."""
     for name in sorted(sumo.lane.getIDList()):
         allowed = sumo.lane.getAllowed(name)
-        if not allowed or TRAFFIC_CLASS in allowed:
+        if (not allowed or TRAFFIC_CLASS in allowed) and _has_length(sumo, name):
             yield read_lane(sumo, name)
 
 
-def read_lane(sumo: ModuleType, name: str) -> Lane:
+def read_lane(sumo: Libsumo, name: str) -> Lane:
     """Read one lane."""
     points = [point[:2] for point in sumo.lane.getShape(name)]
     width = float(sumo.lane.getWidth(name))

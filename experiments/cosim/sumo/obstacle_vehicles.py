@@ -3,19 +3,18 @@
 SUMO blocks only the lane that a vehicle's front bumper is in, and measures its length
 along that lane, whatever its heading. So every lane in which a car would touch the
 obstacle gets a *twin*: a standing vehicle in the lane's centre that covers exactly the
-stretch that is blocked there. The twins are for SUMO's traffic alone; what is true is
-`planner.scene.Obstacles`.
+stretch that is blocked there. The twins are for SUMO's traffic alone; the planner and
+the collision monitor use `planner.scene.Obstacles`.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from types import ModuleType
 
 import numpy as np
 
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo.lanes import Lane
-from planner.reference_path.path import ReferencePath
+from experiments.cosim.sumo.libsumo_api import Libsumo
 from planner.scene import Obstacles
 from planner.states import FloatArray
 
@@ -36,45 +35,6 @@ class Twin:
     length: float  # [m]
 
 
-@dataclass(frozen=True, slots=True)
-class PlacedBody:
-    """A static body given along the road: rectangle grown by `radius`."""
-
-    id: str
-    s: float  # centre, along the reference path [m]
-    l: float  # centre, positive to the left [m]
-    length: float = 0.0  # [m]
-    width: float = 0.0  # [m]
-    radius: float = 0.0  # [m]
-    heading: float = 0.0  # against the reference path [rad]
-
-
-def obstacles_on_path(path: ReferencePath, bodies: Sequence[PlacedBody]) -> Obstacles:
-    """Put bodies that are given along the road into the plane.
-
-    Args:
-        path: The reference path.
-        bodies: Discs, rectangles or rounded rectangles.
-
-    Returns:
-        The obstacles, in the same order.
-    """
-    column = {
-        name: np.array([getattr(body, name) for body in bodies], dtype=np.float64)
-        for name in ("s", "l", "length", "width", "radius", "heading")
-    }
-    point = path.at(column["s"])
-    return Obstacles(
-        tuple(body.id for body in bodies),
-        point.x - column["l"] * point.sin_heading,
-        point.y + column["l"] * point.cos_heading,
-        point.heading + column["heading"],
-        column["length"],
-        column["width"],
-        column["radius"],
-    )
-
-
 def twins(obstacles: Obstacles, lanes: Iterable[Lane]) -> list[Twin]:
     """Find every stretch of a lane in which a car would touch an obstacle.
 
@@ -91,7 +51,7 @@ def twins(obstacles: Obstacles, lanes: Iterable[Lane]) -> list[Twin]:
 def blocked_stretches(
     obstacles: Obstacles, index: int, lane: Lane
 ) -> list[tuple[float, float]]:
-    """Give the stretches of a lane that an obstacle blocks, as arc lengths.
+    """Return the stretches of a lane that an obstacle blocks, as arc lengths.
 
     A place is blocked if the cross section of a car of `TRAFFIC_WIDTH` in the lane's
     centre would touch the obstacle there.
@@ -136,12 +96,12 @@ def distance(
     return gap
 
 
-def place(sumo: ModuleType, placed: Sequence[Twin], route_id: str) -> frozenset[str]:
-    """Put the twins into the simulation, where they then stand for ever.
+def place(sumo: Libsumo, placed: Sequence[Twin], route_id: str) -> frozenset[str]:
+    """Add the twins to the simulation, where they stand until its end.
 
     Args:
         sumo: The running libsumo module.
-        placed: What to put there.
+        placed: The twins.
         route_id: Any route; SUMO replaces it by the twin's own edge.
 
     Returns:
@@ -168,7 +128,7 @@ def place(sumo: ModuleType, placed: Sequence[Twin], route_id: str) -> frozenset[
 
 
 def _near(obstacles: Obstacles, lane: Lane) -> list[int]:
-    """Say which obstacles come near the box around a lane at all."""
+    """Return the indices of obstacles near the box around a lane."""
     reach = (
         np.hypot(obstacles.length, obstacles.width) / 2.0
         + obstacles.radius

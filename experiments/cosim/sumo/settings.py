@@ -1,12 +1,16 @@
-"""What a SUMO world is made of, and the command line that starts it."""
+"""Settings of a SUMO world, and the command line that starts it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
-from planner.reference_path.path import ReferencePath
-from planner.scene import Obstacles, RoadBounds
-from planner.vehicle import Vehicle
-from sumo_nets.route_path import StopLine
+from experiments.cosim.road import EgoTask, Road
+
+EGO_TYPE = "ego"  # vehicle type in the route file
+BEGIN = 0.0  # of the demand [s]
+ENTRY_PATIENCE = 120.0  # how long the ego waits for a gap to enter in [s]
+VIEW_RADIUS = 150.0  # vehicles farther from the ego are not read [m]
+# A car changes lanes in this time instead of jumping sideways in one step [s].
+LANE_CHANGE_DURATION = 2.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,25 +29,13 @@ class SumoSettings:
     net_file: Path
     route_file: Path  # demand, and the ego's vehicle type
     route: tuple[str, ...]  # the ego's edges, one beyond its last junction
-    path: ReferencePath  # of that route
-    road: RoadBounds
-    vehicle: Vehicle
-    start_s: float  # of the ego's rear axle on the path [m]
-    start_offset: float = 0.0  # of the ego, positive to the left [m]
-    start_speed: float | None = None  # None: as fast as the gap allows [m/s]
-    ego_type: str = "ego"  # vehicle type in the route file
+    road: Road  # along that route
+    task: EgoTask
     leader: SlowLeader | None = None
-    obstacles: Obstacles = field(default_factory=Obstacles.none)
-    stop_lines: tuple[StopLine, ...] = ()
     step: float = 0.1  # [s]
     seed: int = 42
-    begin: float = 0.0  # of the demand [s]
     warm_up: float = 60.0  # of traffic alone before the ego asks to enter [s]
-    entry_patience: float = 120.0  # how long the ego waits for a gap [s]
-    view_radius: float = 150.0  # vehicles farther from the ego are not reported [m]
-    # A car changes lanes in this time instead of jumping sideways in one step [s].
-    lane_change_duration: float = 2.5
-    ghost: bool = True
+    entry_patience: float = ENTRY_PATIENCE
     gui: bool = False
 
 
@@ -52,17 +44,16 @@ def command_line(settings: SumoSettings) -> list[str]:
     command = ["sumo-gui" if settings.gui else "sumo"]
     command += ["--net-file", str(settings.net_file)]
     command += ["--route-files", str(settings.route_file)]
-    command += ["--begin", repr(float(settings.begin))]
+    command += ["--begin", repr(BEGIN)]
     command += ["--step-length", repr(float(settings.step))]
     command += ["--seed", str(settings.seed)]
     command += ["--no-step-log", "--no-warnings"]
-    # Queues stay; SUMO removes nobody, whatever it takes for a collision.
+    # Queues stay; SUMO removes no vehicle, whatever it takes for a collision.
     command += ["--time-to-teleport", "-1"]
     command += ["--collision.action", "warn"]
     command += ["--collision.mingap-factor", "0"]
     command += ["--collision.check-junctions", "true"]
-    if settings.lane_change_duration > 0.0:
-        command += ["--lanechange.duration", repr(float(settings.lane_change_duration))]
+    command += ["--lanechange.duration", repr(LANE_CHANGE_DURATION)]
     if settings.gui:
         # No delay of SUMO's: it would hold for the warm-up too.
         command += ["--start", "--quit-on-end", "--delay", "0"]

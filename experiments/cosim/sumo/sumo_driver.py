@@ -1,45 +1,35 @@
 """SUMO's own driver in the ego's place: the baseline for paired comparison.
 
-The same vehicle enters in the same traffic; SUMO's car-following and lane-change model
-(Krauss, LC2013) drive it, and the loop only watches. What is planned is not driven.
+The same vehicle enters the same traffic; SUMO's car-following and lane-change model
+(Krauss, LC2013) drive it. What is planned is not driven.
 """
 
 import math
 from dataclasses import dataclass
-from types import ModuleType
 
 import numpy as np
 
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo.ego_entry import EGO_ID
 from experiments.cosim.sumo.ghost_vehicle import NO_LIMIT
-from experiments.cosim.sumo.settings import SumoSettings
+from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.world import SumoWorld, sumo_errors
 from experiments.errors import SimulationError
 from planner.interface import PlanResult, PlanStatus
 from planner.scene import Scene
 from planner.states import CartesianState, Trajectory
 
-STANDING = 0.05  # a step this short has no curvature [m]
+LEAST_DRIVEN = 0.05  # a step this short has no curvature [m]
 
 
-class SelfDrivenWorld(SumoWorld):
-    """A SUMO world whose ego is driven by SUMO.
-
-    Args:
-        settings: As of every SUMO world.
-        target_speed: That the driver wishes for, as a planner does [m/s].
-    """
-
-    def __init__(self, settings: SumoSettings, target_speed: float) -> None:
-        super().__init__(settings)
-        self._target_speed = target_speed
+class SumoDriverWorld(SumoWorld):
+    """A SUMO world whose ego is driven by SUMO, at the ego's target speed."""
 
     def advance(self, ego: CartesianState) -> CartesianState:
-        """Let SUMO move everyone, the ego too.
+        """Let SUMO move all vehicles, the ego too.
 
         Args:
-            ego: Where it is; not where it shall be.
+            ego: Its present state.
 
         Returns:
             The rear axle after the step, with the curvature that it has driven.
@@ -59,31 +49,32 @@ class SelfDrivenWorld(SumoWorld):
         self._ego_front = (x, y)
         self._steps += 1
         rear_x, rear_y, heading = frames.rear_axle_from_front(
-            x, y, angle, self._settings.vehicle
+            x, y, angle, self._settings.task.vehicle
         )
         turned = math.remainder(heading - ego.heading, 2.0 * math.pi)
         driven = speed * self.step
-        curvature = turned / driven if driven > STANDING else 0.0
+        curvature = turned / driven if driven > LEAST_DRIVEN else 0.0
         return CartesianState(rear_x, rear_y, heading, curvature, speed, acceleration)
 
-    def _take_over(self, sumo: ModuleType) -> None:
-        """Leave SUMO's driver at the wheel, with the ego's limits and wish.
+    def _take_over(self, sumo: Libsumo) -> None:
+        """Keep SUMO's driver, with the ego's limits and target speed.
 
         The limits of lanes bind SUMO's driver no more than they do a planner.
         """
-        limits = self._settings.vehicle.limits
-        wish = min(limits.max_speed, self._target_speed)
+        task = self._settings.task
+        limits = task.vehicle.limits
+        wish = min(limits.max_speed, task.target_speed)
         sumo.vehicle.setAccel(EGO_ID, limits.max_acceleration)
         sumo.vehicle.setMaxSpeed(EGO_ID, wish)
         sumo.vehicle.setSpeedFactor(EGO_ID, NO_LIMIT)
 
 
 @dataclass(frozen=True, slots=True)
-class Passenger:
-    """A planner that plans nothing: the trajectory is straight on, and not driven."""
+class NoOpPlanner:
+    """A planner whose trajectory goes straight on, and is not driven."""
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
-        """Say where the ego would be if it just went on."""
+        """Return a trajectory that keeps heading and speed."""
         t = scene.step * np.arange(11, dtype=np.float64)
         ego, place = scene.ego, scene.ego_frenet
         driven = ego.speed * t
@@ -102,6 +93,6 @@ class Passenger:
         return PlanResult(PlanStatus.OK, trajectory, memory)
 
 
-def passenger() -> Passenger:
-    """Make the planner that goes with a `SelfDrivenWorld`."""
-    return Passenger()
+def no_op() -> NoOpPlanner:
+    """Make the planner of a `SumoDriverWorld`."""
+    return NoOpPlanner()

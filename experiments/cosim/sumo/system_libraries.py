@@ -1,14 +1,15 @@
-"""Check that the simulator can be loaded.
+"""Loads the simulator, or explains why it cannot be loaded.
 
-`python -m experiments.cosim.sumo.system_libraries` does it from the shell.
+`python -m experiments.cosim.sumo.system_libraries` checks it from the shell.
 
 The wheel of libsumo links some libraries that only the system has.
 """
 
-import importlib
 import re
 import sys
+from typing import cast
 
+from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.errors import SimulationError
 
 # library -> package on Debian and Ubuntu, on Fedora
@@ -24,21 +25,21 @@ PACKAGES = {
 _MISSING = re.compile(r"(lib[A-Za-z0-9_+-]+)\.so[.0-9]*: cannot open shared object")
 
 
-def check_simulator() -> None:
-    """Load libsumo.
+def load_libsumo() -> Libsumo:
+    """Import libsumo, which needs libraries of the system.
 
     Raises:
-        SimulationError: One line that says which library is missing and how to
-            install it.
+        SimulationError: One line that names the missing library and how to install it.
     """
     try:
-        importlib.import_module("libsumo")
+        import libsumo
     except (ImportError, OSError) as error:
         raise SimulationError(explain(error)) from error
+    return cast(Libsumo, libsumo)
 
 
 def explain(error: Exception) -> str:
-    """Say what to install, given why libsumo cannot be loaded."""
+    """Return what to install, given the error of loading libsumo."""
     text = " ".join(str(error).split())
     found = _MISSING.search(text)
     if isinstance(error, ModuleNotFoundError) and error.name == "libsumo":
@@ -56,7 +57,7 @@ def explain(error: Exception) -> str:
 def main() -> int:
     """Report on the simulator; 0 if it can be loaded, else 2."""
     try:
-        check_simulator()
+        load_libsumo()
     except SimulationError as error:
         sys.stderr.write(f"{error}\n")
         return 2

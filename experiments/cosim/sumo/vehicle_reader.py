@@ -4,30 +4,30 @@ Plain getters, which in libsumo are faster than subscriptions.
 """
 
 from collections.abc import Iterable, Set
-from types import ModuleType
 
 import numpy as np
 
-from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.sumo import frames
-from planner.states import CartesianState
+from experiments.cosim.sumo.libsumo_api import Libsumo
+from planner.scene import COLUMNS, RoadUsers
 
-# x, y of the front bumper, angle, speed, acceleration, lateral speed, length, width
-Row = tuple[float, ...]
-N_CELLS = 8
+X, Y, HEADING, LENGTH = (COLUMNS.index(n) for n in ("x", "y", "heading", "length"))
 
 
 class VehicleReader:
-    """Everyone but those who are no traffic; sizes are asked for once."""
+    """Reads all vehicles that are traffic; asks for the size of each only once.
 
-    def __init__(self, sumo: ModuleType, hidden: Set[str]) -> None:
+    Args:
+        sumo: The running libsumo module.
+        hidden: Ids of vehicles that are not traffic.
+    """
+
+    def __init__(self, sumo: Libsumo, hidden: Set[str]) -> None:
         self._vehicles = sumo.vehicle
         self._hidden = hidden
         self._sizes: dict[str, tuple[float, float]] = {}
 
-    def near(
-        self, point: tuple[float, float], radius: float
-    ) -> tuple[list[str], list[Row]]:
+    def near(self, point: tuple[float, float], radius: float) -> RoadUsers:
         """Read all vehicles whose front is at most `radius` from a point, by id."""
         x, y = point
         return self.of(self._vehicles.getIDList(), x, y, radius**2)
@@ -38,15 +38,16 @@ class VehicleReader:
         x: float = 0.0,
         y: float = 0.0,
         square: float = np.inf,
-    ) -> tuple[list[str], list[Row]]:
+    ) -> RoadUsers:
         """Read the vehicles of these names within the root of `square` of (x, y)."""
         vehicles = self._vehicles
         position, angle = vehicles.getPosition, vehicles.getAngle
         speed, acceleration = vehicles.getSpeed, vehicles.getAcceleration
         lateral = vehicles.getLateralSpeed
+        wanted = sorted(names)
+        table = np.empty((len(COLUMNS), len(wanted)))  # first with fronts and angles
         ids: list[str] = []
-        rows: list[Row] = []
-        for name in sorted(names):
+        for name in wanted:
             if name in self._hidden:
                 continue
             own_x, own_y = position(name)
@@ -56,36 +57,13 @@ class VehicleReader:
             if size is None:
                 size = (vehicles.getLength(name), vehicles.getWidth(name))
                 self._sizes[name] = size
-            ids.append(name)
             motion = (speed(name), acceleration(name), lateral(name))
-            rows.append((own_x, own_y, angle(name), *motion, *size))
-        return ids, rows
-
-
-def traffic_state(
-    time: float,
-    ids: list[str],
-    rows: list[Row],
-    signals: tuple[Signal, ...] = (),
-    ghost: CartesianState | None = None,
-) -> TrafficState:
-    """Bring what was read into the project's frames."""
-    x, y, angle, speed, acceleration, lateral, length, width = (
-        np.array(rows, dtype=np.float64).reshape(-1, N_CELLS).T
-    )
-    heading = frames.heading_from_angle(angle)
-    centre_x, centre_y = frames.centre_from_front(x, y, heading, length)
-    return TrafficState(
-        time,
-        tuple(ids),
-        centre_x,
-        centre_y,
-        heading,
-        speed,
-        acceleration,
-        length,
-        width,
-        signals,
-        ghost,
-        lateral,
-    )
+            table[:, len(ids)] = (own_x, own_y, angle(name), *motion, *size)
+            ids.append(name)
+        table = np.ascontiguousarray(table[:, : len(ids)])
+        heading = frames.heading_from_angle(table[HEADING])
+        table[X], table[Y] = frames.centre_from_front(
+            table[X], table[Y], heading, table[LENGTH]
+        )
+        table[HEADING] = heading
+        return RoadUsers.from_table(tuple(ids), table)

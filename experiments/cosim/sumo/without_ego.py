@@ -8,22 +8,21 @@ draw from random numbers of their lane, of which an ego takes its share.
 from collections.abc import Iterator, Set
 
 from experiments.cosim.records import TrafficState
-from experiments.cosim.sumo.vehicle_reader import traffic_state
 from experiments.cosim.sumo.world import SumoWorld, sumo_errors
 
 
-class EgolessWorld(SumoWorld):
-    """A SUMO world in which the ego never turns up; the slow leader does."""
+class WithoutEgoWorld(SumoWorld):
+    """A SUMO world in which the ego never enters; the slow leader does."""
 
     def drive(
         self, entry_steps: int, n_steps: int, ids: Set[str]
     ) -> Iterator[TrafficState]:
-        """Run the traffic alone.
+        """Run the traffic without the ego.
 
         Args:
             entry_steps: Steps after the warm-up until the ego would enter.
             n_steps: Moments to report, the first is that entry.
-            ids: Who is reported, wherever they are.
+            ids: Of the vehicles reported, wherever they are.
 
         Yields:
             A state for each moment.
@@ -43,4 +42,4 @@ class EgolessWorld(SumoWorld):
                 if moment > 0:
                     sumo.simulationStep()
                 found = reader.of(ids & set(sumo.vehicle.getIDList()))
-                yield traffic_state(moment * self.step, *found)
+                yield TrafficState(moment * self.step, found)

@@ -1,18 +1,18 @@
-"""SUMO as a world: the only module that imports libsumo.
+"""SUMO as a world.
 
 One simulation per process: libsumo holds a single one, and a second start would
-silently take the place of the first.
+silently replace the first.
 """
 
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from time import monotonic, sleep
-from types import ModuleType
 
 import numpy as np
 
 from experiments.cosim.records import Signal, TrafficState
+from experiments.cosim.road import Road
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo import obstacle_vehicles as obstacles
 from experiments.cosim.sumo.ego_entry import (
@@ -21,7 +21,6 @@ from experiments.cosim.sumo.ego_entry import (
     Departure,
     departures,
     stands_free,
-    start_state,
 )
 from experiments.cosim.sumo.ghost_vehicle import (
     GHOST_ID,
@@ -29,13 +28,20 @@ from experiments.cosim.sumo.ghost_vehicle import (
     NO_CHECKS,
     Ghost,
 )
-from experiments.cosim.sumo.lane_change_guard import LaneChangeHold, abreast
+from experiments.cosim.sumo.lane_change_guard import LaneChangeGuard, abreast
 from experiments.cosim.sumo.lanes import all_lanes, edge_lanes, route_strips
-from experiments.cosim.sumo.settings import SumoSettings, command_line
-from experiments.cosim.sumo.vehicle_reader import VehicleReader, traffic_state
+from experiments.cosim.sumo.libsumo_api import Libsumo
+from experiments.cosim.sumo.settings import (
+    BEGIN,
+    EGO_TYPE,
+    VIEW_RADIUS,
+    SumoSettings,
+    command_line,
+)
+from experiments.cosim.sumo.system_libraries import load_libsumo
+from experiments.cosim.sumo.vehicle_reader import VehicleReader
 from experiments.errors import SimulationError
-from planner.reference_path.path import ReferencePath
-from planner.scene import Obstacles, RoadBounds
+from planner.scene import RoadUsers
 from planner.states import CartesianState, Trajectory
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
@@ -44,7 +50,6 @@ PLAN_ID = "rearview.plan"  # of the line drawn in SUMO's window
 PLAN_COLOUR = (213, 94, 0, 255)  # as in all pictures
 PLAN_LAYER = 200  # above the vehicles
 PLAN_WIDTH = 0.4  # [m]
-SYSTEM_LIBRARIES = "libgl1 libx11-6 libxext6 libxrender1 libatomic1 libexpat1"
 
 
 class SumoWorld:
@@ -56,10 +61,11 @@ class SumoWorld:
 
     def __init__(self, settings: SumoSettings) -> None:
         self._settings = settings
-        self._sumo: ModuleType | None = None
+        self._vehicle = settings.task.vehicle
+        self._sumo: Libsumo | None = None
         self._ghost: Ghost | None = None
-        self._hold: LaneChangeHold | None = None
-        self._traffic: TrafficState | None = None  # as last observed
+        self._guard: LaneChangeGuard | None = None
+        self._others: RoadUsers | None = None  # as last observed
         self._ego_front = (math.nan, math.nan)
         self._reader: VehicleReader | None = None
         self._steps = 0
@@ -73,19 +79,9 @@ class SumoWorld:
         return self._settings.step
 
     @property
-    def path(self) -> ReferencePath:
-        """Reference path of the ego's route."""
-        return self._settings.path
-
-    @property
-    def road(self) -> RoadBounds:
-        """Lateral room along `path`."""
+    def road(self) -> Road:
+        """The ego's road; its obstacles as they are, not as SUMO sees them."""
         return self._settings.road
-
-    @property
-    def obstacles(self) -> Obstacles:
-        """Static bodies, as they are and not as SUMO sees them."""
-        return self._settings.obstacles
 
     @property
     def entry_steps(self) -> int:
@@ -94,9 +90,9 @@ class SumoWorld:
 
     @property
     def reported_collisions(self) -> int:
-        """Steps in which SUMO itself saw the ego collide: a cross-check, no truth.
+        """Steps in which SUMO itself saw the ego collide, for tests of our own check.
 
-        SUMO misses overlaps across lane lines and reports others that are none.
+        SUMO misses overlaps across lane lines and reports some that are not there.
         """
         return self._reported_collisions
 
@@ -115,13 +111,12 @@ class SumoWorld:
             self._insert(sumo, entering)
             speed = float(sumo.vehicle.getSpeed(EGO_ID))
         edge = entering[0].edge
-        if settings.ghost:
-            with sumo_errors(sumo, "reading the lanes"):
-                strips = route_strips(sumo, settings.route[edge:])
-                self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, settings.ego_type, strips)
-        self._hold = LaneChangeHold(sumo)
-        ego = start_state(settings, speed)
-        self._ego_front = frames.front_from_rear_axle(ego, settings.vehicle)[:2]
+        with sumo_errors(sumo, "reading the lanes"):
+            strips = route_strips(sumo, settings.route[edge:])
+            self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, EGO_TYPE, strips)
+        self._guard = LaneChangeGuard(sumo)
+        ego = self._at_start(speed)
+        self._ego_front = frames.front_from_rear_axle(ego, self._vehicle)[:2]
         return ego
 
     def observe(self) -> TrafficState:
@@ -132,14 +127,13 @@ class SumoWorld:
         """
         sumo, reader = self._running(), self._reading()
         with sumo_errors(sumo, "reading the traffic"):
-            ids, rows = reader.near(self._ego_front, self._settings.view_radius)
+            self._others = reader.near(self._ego_front, VIEW_RADIUS)
             signals = self._read_signals(sumo)
         time = self._steps * self.step
-        self._traffic = traffic_state(time, ids, rows, signals, self._ghost_state())
-        return self._traffic
+        return TrafficState(time, self._others, signals, self._ghost_state())
 
     def advance(self, ego: CartesianState) -> CartesianState:
-        """Put the ego at `ego` and let SUMO move everyone else one step on.
+        """Put the ego at `ego` and let SUMO move all others one step on.
 
         The others still react to the ego's pose before: SUMO applies the new one at
         the end of the step.
@@ -152,18 +146,18 @@ class SumoWorld:
         """
         sumo = self._running()
         if not all(map(math.isfinite, (ego.x, ego.y, ego.heading, ego.speed))):
-            # SUMO accepts NaN without a word and goes on with it.
+            # SUMO accepts NaN silently and goes on with it.
             raise SimulationError(f"the ego cannot be moved to {ego}")
-        x, y, angle = frames.front_from_rear_axle(ego, self._settings.vehicle)
+        x, y, angle = frames.front_from_rear_axle(ego, self._vehicle)
         with sumo_errors(sumo, "moving the ego"):
             if self._ghost is not None:
-                self._ghost.update(ego, self._settings.vehicle)
+                self._ghost.update(ego, self._vehicle)
             # A negative speed would hand the ego back to SUMO's driver.
             sumo.vehicle.setSpeed(EGO_ID, max(ego.speed, 0.0))
             sumo.vehicle.moveToXY(EGO_ID, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
-            if self._hold is not None and self._traffic is not None:
-                beside = abreast(ego, self._settings.vehicle, self._traffic)
-                self._hold.update(beside, set(self._traffic.ids))
+            if self._guard is not None and self._others is not None:
+                beside = abreast(ego, self._vehicle, self._others)
+                self._guard.update(beside, set(self._others.ids))
             sumo.simulationStep()
             if sumo.simulation.getCollidingVehiclesNumber():
                 self._count_collision(sumo)
@@ -174,7 +168,7 @@ class SumoWorld:
         return ego
 
     def _keep_pace(self) -> None:
-        """Let a step take as long as it lasts, to be watched."""
+        """Wait so that a step takes as long as it lasts."""
         now = monotonic()
         due = self._shown_at + self.step
         if now < due:
@@ -182,7 +176,7 @@ class SumoWorld:
         self._shown_at = max(now, due)
 
     def show_plan(self, plan: Trajectory) -> None:
-        """Draw a plan in SUMO's window, in the place of the one before.
+        """Draw a plan in SUMO's window, replacing the one before.
 
         Raises:
             SimulationError: If SUMO fails.
@@ -208,20 +202,24 @@ class SumoWorld:
             with sumo_errors(sumo, "closing"):
                 sumo.close()
 
-    def _running(self) -> ModuleType:
-        """Give the simulation, which must have been started."""
+    def _at_start(self, speed: float) -> CartesianState:
+        """Return the ego's state at its start, with a speed [m/s]."""
+        return self._settings.task.state_at_start(self.road.path, speed)
+
+    def _running(self) -> Libsumo:
+        """Return the simulation, which must have been started."""
         if self._sumo is None:
             raise SimulationError("the simulation is not running: call enter() first")
         return self._sumo
 
     def _reading(self) -> VehicleReader:
-        """Give the reader of a simulation that is set up."""
+        """Return the reader of a simulation that is set up."""
         if self._reader is None:
             raise SimulationError("the simulation is not set up: call enter() first")
         return self._reader
 
-    def _set_up(self) -> tuple[ModuleType, list[Departure]]:
-        """Start SUMO, place the obstacles, run the warm-up, say who is to enter."""
+    def _set_up(self) -> tuple[Libsumo, list[Departure]]:
+        """Start SUMO, place the obstacles, run the warm-up, return the departures."""
         settings = self._settings
         sumo = self._start()
         with sumo_errors(sumo, "setting up"):
@@ -235,12 +233,12 @@ class SumoWorld:
             self._check_stop_lines(sumo)
         with sumo_errors(sumo, "warming up"):
             if settings.warm_up > 0.0:
-                sumo.simulationStep(settings.begin + settings.warm_up)
+                sumo.simulationStep(BEGIN + settings.warm_up)
         return sumo, entering
 
-    def _start(self) -> ModuleType:
+    def _start(self) -> Libsumo:
         """Start SUMO on the settings' files."""
-        sumo = _import_libsumo()
+        sumo = load_libsumo()
         try:
             check_complete(self._settings.net_file)
         except NetworkError as error:
@@ -253,27 +251,28 @@ class SumoWorld:
             sumo.start(command_line(self._settings))
         return sumo
 
-    def _place_obstacles(self, sumo: ModuleType) -> frozenset[str]:
-        """Make the obstacles visible to SUMO's traffic; gives the names they get."""
-        if not self.obstacles.ids:
+    def _place_obstacles(self, sumo: Libsumo) -> frozenset[str]:
+        """Make the obstacles visible to SUMO's traffic; return the names they get."""
+        static = self.road.obstacles
+        if not static.ids:
             return frozenset()
-        found = obstacles.twins(self.obstacles, all_lanes(sumo))
+        found = obstacles.twins(static, all_lanes(sumo))
         return obstacles.place(sumo, found, EGO_ROUTE)
 
-    def _check_ego_type(self, sumo: ModuleType) -> None:
-        """Refuse an ego whose SUMO type has another size."""
-        types, name = sumo.vehicletype, self._settings.ego_type
+    def _check_ego_type(self, sumo: Libsumo) -> None:
+        """Raise if the ego's SUMO type has another size."""
+        types, name = sumo.vehicletype, EGO_TYPE
         size = (types.getLength(name), types.getWidth(name))
-        vehicle = self._settings.vehicle
+        vehicle = self._vehicle
         if not np.allclose(size, (vehicle.length, vehicle.width), atol=1e-3):
             raise SimulationError(
                 f"vehicle type {name!r} measures {size[0]:g} x {size[1]:g} m, "
                 f"the ego {vehicle.length:g} x {vehicle.width:g} m"
             )
 
-    def _check_stop_lines(self, sumo: ModuleType) -> None:
-        """Refuse a stop line whose letter the traffic light does not have."""
-        for line in self._settings.stop_lines:
+    def _check_stop_lines(self, sumo: Libsumo) -> None:
+        """Raise if a traffic light does not have the letter of a stop line."""
+        for line in self.road.stop_lines:
             state = sumo.trafficlight.getRedYellowGreenState(line.signal)
             if not 0 <= line.link < len(state):
                 raise SimulationError(
@@ -281,18 +280,18 @@ class SumoWorld:
                     f"no {line.link}"
                 )
 
-    def _insert(self, sumo: ModuleType, entering: Sequence[Departure]) -> None:
-        """Wait for SUMO to find safe gaps for all of them, then take the ego over."""
+    def _insert(self, sumo: Libsumo, entering: Sequence[Departure]) -> None:
+        """Wait until SUMO finds safe gaps for all of them, then take the ego over."""
         settings, ego = self._settings, entering[0]
         if ego.speed is not None:
-            # How fast the ego enters is the scenario's business, not the limit's.
+            # The scenario decides how fast the ego enters, not the lane's limit.
             limit = float(sumo.lane.getMaxSpeed(ego.lane.id))
             factor = max(1.0, 1.001 * ego.speed / limit)
-            sumo.vehicletype.setSpeedFactor(settings.ego_type, factor)
+            sumo.vehicletype.setSpeedFactor(EGO_TYPE, factor)
         self._ego_front = frames.front_from_rear_axle(
-            start_state(settings, 0.0), settings.vehicle
+            self._at_start(0.0), self._vehicle
         )[:2]
-        ahead_first = entering[::-1]  # who enters behind someone adapts to them
+        ahead_first = entering[::-1]  # the vehicle behind adapts to the one ahead
         for one in ahead_first:
             one.ask(sumo)
         for step in range(max(round(settings.entry_patience / settings.step), 1)):
@@ -303,8 +302,8 @@ class SumoWorld:
             if len(arrived) == len(entering) and self._stands_free(sumo):
                 self._entry_steps = step + 1
                 break
-            # All at once or nobody; SUMO looks at the lane alone, and someone may
-            # reach into it from the next one.
+            # All at once or none; SUMO considers the lane alone, and another vehicle
+            # may reach into it from the next one.
             for one in ahead_first:
                 sumo.vehicle.remove(one.id)
                 one.ask(sumo)
@@ -319,21 +318,20 @@ class SumoWorld:
             sumo.gui.trackVehicle("View #0", EGO_ID)
             sumo.gui.setZoom("View #0", 1200)
 
-    def _stands_free(self, sumo: ModuleType) -> bool:
-        """Tell whether nobody is in the way of the ego that SUMO has inserted."""
-        settings = self._settings
-        start = start_state(settings, float(sumo.vehicle.getSpeed(EGO_ID)))
-        _, rows = self._reading().near(self._ego_front, settings.view_radius)
-        return stands_free(settings.vehicle, start, rows)
+    def _stands_free(self, sumo: Libsumo) -> bool:
+        """Check that no vehicle is in the way of the ego that SUMO has inserted."""
+        start = self._at_start(float(sumo.vehicle.getSpeed(EGO_ID)))
+        others = self._reading().near(self._ego_front, VIEW_RADIUS)
+        return stands_free(self._vehicle, start, others)
 
-    def _take_over(self, sumo: ModuleType) -> None:
+    def _take_over(self, sumo: Libsumo) -> None:
         """Switch SUMO's own driver off."""
         sumo.vehicle.setSpeedMode(EGO_ID, NO_CHECKS)
         sumo.vehicle.setLaneChangeMode(EGO_ID, 0)
 
-    def _read_signals(self, sumo: ModuleType) -> tuple[Signal, ...]:
+    def _read_signals(self, sumo: Libsumo) -> tuple[Signal, ...]:
         """Read the ego's letter of every traffic light on its route."""
-        lines = self._settings.stop_lines
+        lines = self.road.stop_lines
         state_of = sumo.trafficlight.getRedYellowGreenState
         letters = {line.signal: "" for line in lines}
         for signal in letters:
@@ -344,16 +342,16 @@ class SumoWorld:
         )
 
     def _ghost_state(self) -> CartesianState | None:
-        """Say where the centre of the ghost is."""
+        """Return the pose of the ghost's centre."""
         pose = self._ghost.pose if self._ghost is not None else None
         if pose is None:
             return None
-        half = self._settings.vehicle.length / 2.0
+        half = self._vehicle.length / 2.0
         x = pose.x - half * math.cos(pose.heading)
         y = pose.y - half * math.sin(pose.heading)
         return CartesianState(x, y, pose.heading, 0.0, 0.0, 0.0)
 
-    def _count_collision(self, sumo: ModuleType) -> None:
+    def _count_collision(self, sumo: Libsumo) -> None:
         """Count the step if SUMO reports the ego with a real body."""
         for collision in sumo.simulation.getCollisions():
             pair = {collision.collider, collision.victim}
@@ -362,26 +360,8 @@ class SumoWorld:
                 return
 
 
-def _import_libsumo() -> ModuleType:
-    """Import libsumo, which needs libraries of the system.
-
-    Raises:
-        SimulationError: If it cannot be imported; one line that says what to install.
-    """
-    try:
-        import libsumo
-    except (ImportError, OSError) as error:
-        cause = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise SimulationError(
-            f"libsumo cannot be loaded ({cause}); its system libraries come with: "
-            f"apt-get install {SYSTEM_LIBRARIES}"
-        ) from error
-    module: ModuleType = libsumo
-    return module
-
-
 @contextmanager
-def sumo_errors(sumo: ModuleType, doing: str) -> Iterator[None]:
+def sumo_errors(sumo: Libsumo, doing: str) -> Iterator[None]:
     """Turn SUMO's exceptions into ours."""
     try:
         yield

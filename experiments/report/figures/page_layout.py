@@ -1,4 +1,4 @@
-"""Where things stand on the page, in inches from its lower left corner."""
+"""Layout of the figure of a run, in inches from its lower left corner."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ Box = tuple[float, float, float, float]  # left, bottom, width, height [in]
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """Size of the page and boxes of what is on it."""
+    """Size of the page and boxes of its parts."""
 
     width: float  # [in]
     height: float  # [in]
@@ -29,7 +29,7 @@ class Page:
     named: tuple[int, ...]  # panels that name the time axis
 
     def share(self, box: Box) -> Box:
-        """Give a box as fractions of the page."""
+        """Convert a box to fractions of the page."""
         left, bottom, width, height = box
         return (
             left / self.width,
@@ -40,12 +40,12 @@ class Page:
 
 
 def page_for(ratio: float) -> Page:
-    """Lay out the page for a view of this height over width."""
+    """Choose the layout for a view with this ratio of height to width."""
     return _beside(ratio) if ratio > TALL else _beneath(ratio)
 
 
 def _beneath(ratio: float) -> Page:
-    """Put two rows of two curves beneath a wide view."""
+    """Place two rows of two curves below a wide view."""
     room = WIDTH - LEFT - RIGHT
     width = (room - BETWEEN) / 2.0
     right = LEFT + width + BETWEEN
@@ -68,7 +68,7 @@ def _beneath(ratio: float) -> Page:
 
 
 def _beside(ratio: float) -> Page:
-    """Put four curves beside a tall view."""
+    """Place four curves beside a tall view."""
     view_width = min(MAX_VIEW_WIDTH, MAX_VIEW_HEIGHT / ratio)
     room = max(view_width * ratio, 4.0 * CURVE + 3.0 * GAP)
     curve = (room - 3.0 * GAP) / 4.0
@@ -88,6 +88,6 @@ def _beside(ratio: float) -> Page:
 
 
 def _bar(height: float) -> Box:
-    """Put the colour bar into the upper right corner."""
+    """Place the colour bar in the upper right corner."""
     length, thickness = BAR
     return (WIDTH - RIGHT - length - 0.05, height - 0.17, length, thickness)

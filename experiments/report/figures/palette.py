@@ -4,7 +4,7 @@ The colours of the moments are of the set of Okabe and Ito (2008), the colour ma
 viridis: both can be told apart with any colour vision. Moments are numbered as well.
 """
 
-from typing import Final
+from typing import Any, Final
 
 MOMENTS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 SPEED_MAP: Final = "viridis"
@@ -22,3 +22,11 @@ WAITING: Final = "#DADADA"  # behind the curves, while a stop line is closed
 
 FONT_SIZE: Final = 7.5  # [pt]
 THIN, MEDIUM, EDGE, THICK = 0.6, 1.0, 1.3, 2.2  # [pt]
+
+# Text stays text in vector files, and the same data give the same bytes.
+STYLE: Final[dict[Any, Any]] = {
+    "font.size": FONT_SIZE,
+    "axes.linewidth": 0.6,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "rearview",
+}

@@ -1,4 +1,4 @@
-"""The picture of a run or a sweep: `rearview figure FOLDER`."""
+"""The figure of a run or a sweep: `rearview figure FOLDER`."""
 
 import os
 import tempfile
@@ -21,13 +21,8 @@ DEFAULT_NAME = "figure.png"
 RESOLUTION = 200  # of bitmaps [1/in]
 TITLE_WIDTH = 90  # characters that fit beside the colour bar
 
-# Text stays text in vector files, and the same run gives the same bytes.
-_STYLE = {
-    "font.size": palette.FONT_SIZE,
-    "axes.linewidth": 0.6,
+_STYLE = palette.STYLE | {
     "legend.fontsize": palette.FONT_SIZE - 0.5,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "rearview",
     "pdf.fonttype": 42,
 }
 _NO_DATE = {
@@ -49,7 +44,7 @@ def save_figure(folder: Path, file: Path | None = None) -> Path:
         The file written.
 
     Raises:
-        ConfigError: If the suffix is none of the known ones.
+        ConfigError: If the suffix is unknown.
         ResultsError: If the run cannot be read, the picture not be written, or
             matplotlib is missing.
     """
@@ -62,7 +57,7 @@ def save_figure(folder: Path, file: Path | None = None) -> Path:
     require_matplotlib("figure")
     from matplotlib import rc_context
 
-    with rc_context(_STYLE):  # type: ignore[arg-type]  # names checked at run time
+    with rc_context(_STYLE):
         figure = draw_sweep(folder) if run is None else draw_run(run)
         _save(figure, target, kind)
     return target
@@ -95,7 +90,7 @@ def draw_run(run: RunRecord) -> "Figure":
 
 
 def _title(figure: "Figure", page: Page, run: RunRecord) -> None:
-    """Say which run this is and how it ended."""
+    """Write the title: the run and how it ended."""
     fact = run.trace.fact
     status = fact("status")
     words = (
@@ -148,23 +143,23 @@ def _legend(figure: "Figure", page: Page, run: RunRecord) -> None:
 
 
 def _moment_name(run: RunRecord, number: int) -> str:
-    """Name a moment as in `2: t = 3.6 s`."""
+    """Format a moment as in `2: t = 3.6 s`."""
     return f"{number + 1}: t = {run.time[run.moments[number]]:.1f} s"
 
 
 def require_matplotlib(command: str) -> None:
-    """Say how to get matplotlib where it is missing."""
+    """Raise ResultsError with the command that installs matplotlib if it is missing."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
         raise ResultsError(
             f"rearview {command} needs matplotlib, which cannot be imported "
-            f'({error}); install it: pip install "rearview[figures]"'
+            f"({error}); install it: pip install matplotlib"
         ) from error
 
 
 def _save(figure: "Figure", target: Path, kind: str) -> None:
-    """Write the picture aside and rename it, so that it is whole or not there."""
+    """Write the figure to a temporary file and rename it."""
     try:
         descriptor, name = tempfile.mkstemp(
             prefix=".unfinished-", suffix=f".{kind}", dir=target.parent

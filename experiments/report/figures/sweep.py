@@ -10,8 +10,9 @@ from experiments.comparison.inference import wilson
 from experiments.comparison.results import LABEL, Row, rows
 from experiments.errors import ResultsError
 from experiments.metrics import columns
-from experiments.metrics.words import words_of
+from experiments.metrics.catalogue import METRICS
 from experiments.report.figures import palette
+from experiments.report.figures.page_layout import WIDTH
 from planner.states import FloatArray
 
 if TYPE_CHECKING:
@@ -25,9 +26,8 @@ SHOWN = (
     columns.REAR_MAX_DECELERATION,
     columns.PLANNING_P99,
 )
-WIDTH = 7.2  # [in]
 ROW = 0.17  # of a group in a panel [in]
-MOST_GROUPS = 16  # with more, scenarios are put together
+MOST_GROUPS = 16  # with more, scenarios are merged
 
 Groups = dict[str, list[Row]]
 
@@ -80,7 +80,7 @@ def _groups(found: Sequence[Row]) -> Groups:
 
 
 def _label(row: Row) -> str:
-    """Name the planner of a row."""
+    """Return the label of the planner of a row."""
     return str(row[LABEL] or row[columns.PLANNER])
 
 
@@ -116,8 +116,7 @@ def _draw_boxes(axes: "Axes", metric: str, groups: Groups) -> None:
             patch_artist=True,
         )
         parts["boxes"][0].set_facecolor(_colours(groups)[number])
-    words, unit, _ = words_of(metric)
-    axes.set_xlabel(f"{words} [{unit}]")
+    axes.set_xlabel(METRICS[metric].label_with_unit)
     axes.grid(axis="x", color="#E4E4E4", lw=0.4)
     axes.set_axisbelow(True)
 
@@ -130,7 +129,7 @@ def _values(own: Sequence[Row], metric: str) -> FloatArray:
 
 
 def _colours(groups: Groups) -> list[str]:
-    """Give each planner a colour; the names beside the rows say the same."""
+    """Assign a colour to each planner, in addition to the names beside the rows."""
     labels = [_label(own[0]) for own in groups.values()]
     order = list(dict.fromkeys(labels))
     return [palette.MOMENTS[order.index(one) % len(palette.MOMENTS)] for one in labels]

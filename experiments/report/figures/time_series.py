@@ -1,4 +1,4 @@
-"""The curves beneath the view from above: speed, acceleration, offset, clearance."""
+"""The curves below the top view: speed, acceleration, offset, clearance."""
 
 from collections.abc import Callable, Sequence
 
@@ -58,7 +58,7 @@ def _speed(axes: Axes, run: RunRecord) -> None:
 
 
 def fallback_steps(run: RunRecord) -> BoolArray:
-    """Mark the steps whose plan was anything but a fresh one."""
+    """Mark the steps without a fresh plan."""
     status = run.trace.steps["plan_status"]
     planned = ~np.ma.getmaskarray(status)
     fresh = np.ma.getdata(status) == str(PlanStatus.OK)
@@ -104,7 +104,7 @@ def _clearance(axes: Axes, run: RunRecord) -> None:
 
 
 def _mark_least(axes: Axes, run: RunRecord, values: FloatArray) -> None:
-    """Mark the least value and write it beside, inside the panel."""
+    """Mark the minimum and label it inside the panel."""
     step = int(np.nanargmin(values))
     time = run.time[step]
     late = time > run.time[-1] / 2.0

@@ -1,4 +1,4 @@
-"""The view from above: road, obstacles, the ego's way, and who was where when."""
+"""Top view: road, obstacles, the ego's path, and all vehicles at a few moments."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,14 +13,14 @@ from experiments.trace.road_map import MapLane
 from experiments.trace.schema import Table
 from planner.states import FloatArray
 
-MARGIN = 14.0  # shown about the ego's way [m]
+MARGIN = 14.0  # around the ego's path [m]
 REACH = 50.0  # vehicles farther from the ego then are left out [m]
 NUMBER_GAP = 8.0  # of a moment's number from the ego's centre [pt]
 DASHES = (0.0, (6.0, 7.0))  # of lane lines, in line widths
 
 
 def extent(run: RunRecord) -> tuple[float, float, float, float]:
-    """Give (x_min, x_max, y_min, y_max) of what is shown [m]."""
+    """Return (x_min, x_max, y_min, y_max) of the view [m]."""
     x, y = numbers(run.trace.steps["x_m"]), numbers(run.trace.steps["y_m"])
     return (
         float(x.min()) - MARGIN,
@@ -51,7 +51,7 @@ def draw_from_above(axes: Axes, run: RunRecord) -> LineCollection:
 
 
 def draw_road(axes: Axes, run: RunRecord) -> None:
-    """Draw what does not move: lanes, edges, reference path, obstacles."""
+    """Draw the static parts: lanes, edges, reference path, obstacles."""
     _draw_lanes(axes, run)
     _draw_carriageway(axes, run.trace.road)
     _draw_obstacles(axes, run.trace.obstacles)
@@ -87,7 +87,7 @@ def _draw_lines(axes: Axes, lane: MapLane, *, leftmost: bool) -> None:
 
 
 def _draw_carriageway(axes: Axes, road: Table) -> None:
-    """Draw the reference path and the edges that the ego has to keep."""
+    """Draw the reference path and the edges of the carriageway."""
     x, y, heading = (numbers(road[key]) for key in ("x_m", "y_m", "heading_rad"))
     edges = []
     for key in ("left_m", "right_m"):
@@ -116,7 +116,7 @@ def _draw_obstacles(axes: Axes, obstacles: Table) -> None:
 
 
 def _draw_way(axes: Axes, run: RunRecord) -> LineCollection:
-    """Draw the way of the rear axle, coloured by speed."""
+    """Draw the path of the rear axle, coloured by speed."""
     steps = run.trace.steps
     points = np.column_stack((numbers(steps["x_m"]), numbers(steps["y_m"])))
     speed = numbers(steps["speed_mps"])
@@ -180,7 +180,7 @@ def _write_number(
 
 
 def ego_centre(run: RunRecord, step: int) -> tuple[float, float, float]:
-    """Give centre [m] and heading [rad] of the ego, recorded at its rear axle."""
+    """Return centre [m] and heading [rad] of the ego, recorded at its rear axle."""
     steps, fact = run.trace.steps, run.trace.fact
     heading = float(steps["heading_rad"][step])
     reach = fact("length_m") / 2.0 - fact("rear_overhang_m")
@@ -190,7 +190,7 @@ def ego_centre(run: RunRecord, step: int) -> tuple[float, float, float]:
 
 
 def _free_side(x: FloatArray, y: FloatArray, ego: tuple[float, float, float]) -> float:
-    """Give the side of the ego without the nearest body: 1 left, -1 right."""
+    """Return the side of the ego away from the nearest body: 1 left, -1 right."""
     if x.size == 0:
         return -1.0
     ego_x, ego_y, heading = ego

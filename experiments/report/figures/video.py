@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 FORMATS = (".mp4", ".gif")
 SIZE = (9.6, 5.4)  # [in]
-RESOLUTION = 100  # [1/in]; even numbers of pixels, as H.264 wants
-REACH = (55.0, 28.0)  # half of what is seen about the ego [m]
+RESOLUTION = 100  # [1/in]; even numbers of pixels, as H.264 requires
+REACH = (55.0, 28.0)  # half extents of the view around the ego [m]
 FRAME_RATE = 20.0  # at most [1/s]
 
 
 def save_film(folder: Path, file: Path, speed: float = 1.0) -> Path:
-    """Film a run from above, following the ego.
+    """Film a run in top view, following the ego.
 
     Args:
         folder: A run folder.
@@ -40,7 +40,7 @@ def save_film(folder: Path, file: Path, speed: float = 1.0) -> Path:
         The file written.
 
     Raises:
-        ConfigError: If the suffix is none of the known ones or the speed is not
+        ConfigError: If the suffix is unknown or the speed is not
             positive.
         ResultsError: If the run cannot be read, the film not be written, or a tool is
             missing.
@@ -64,14 +64,14 @@ def save_film(folder: Path, file: Path, speed: float = 1.0) -> Path:
 
 
 def _frame_rate(run: RunRecord, speed: float) -> tuple[float, int]:
-    """Give frames a second, and of how many steps one is shown."""
+    """Return the frame rate, and the number of steps per frame."""
     rate = speed / float(run.trace.fact("step_s"))
     every = max(int(np.ceil(rate / FRAME_RATE)), 1)
     return rate / every, every
 
 
 def _stage(run: RunRecord) -> tuple["Figure", Callable[[int], None]]:
-    """Draw what does not move; gives what shows a step."""
+    """Draw the static parts and return a function that draws a step."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
@@ -120,7 +120,7 @@ def _bodies(run: RunRecord, step: int) -> list[FloatArray]:
 
 
 def _writer(kind: str, rate: float) -> "AbstractMovieWriter":
-    """Choose who encodes."""
+    """Choose the encoder."""
     import matplotlib as mpl
     from matplotlib.animation import FFMpegWriter, PillowWriter
 
@@ -135,7 +135,7 @@ def _ffmpeg() -> str:
     """Find ffmpeg: that of the system, or the one of imageio-ffmpeg.
 
     Raises:
-        ResultsError: If there is none.
+        ResultsError: If there is no encoder.
     """
     found = shutil.which("ffmpeg")
     if found is not None:
@@ -147,13 +147,13 @@ def _ffmpeg() -> str:
     except (ImportError, RuntimeError) as error:
         raise ResultsError(
             "an .mp4 needs ffmpeg, which is not installed; allowed: apt-get install "
-            'ffmpeg, pip install "rearview[video]", or -o film.gif'
+            "ffmpeg, pip install imageio-ffmpeg, or -o film.gif"
         ) from error
 
 
 @contextmanager
 def _aside(file: Path) -> Iterator[Path]:
-    """Give a file to write to, which takes its place when it is whole."""
+    """Yield a temporary file that is renamed to the target when complete."""
     try:
         descriptor, name = tempfile.mkstemp(
             prefix=".unfinished-", suffix=file.suffix.lower(), dir=file.parent

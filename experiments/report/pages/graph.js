@@ -69,7 +69,7 @@ class SpeedGraph {
     c.restore();
     const words = others.map(({ id, after }) => `${after ? "after" : "before"} ${id}`);
     this.canvas.setAttribute("aria-label", own
-      ? `s-T graph: ${s.toFixed(0)} m in ${t.toFixed(1)} s; ${words.join(", ") || "nobody in the way"}`
+      ? `s-T graph: ${s.toFixed(0)} m in ${t.toFixed(1)} s; ${words.join(", ") || "no vehicle on the path"}`
       : "s-T graph: none in this cycle");
   }
 }

@@ -24,7 +24,7 @@ function scatterOf(number) {
 }
 
 function named(metric) {
-  return metric.unit ? `${metric.words} [${metric.unit}]` : metric.words;
+  return metric.unit ? `${metric.label} [${metric.unit}]` : metric.label;
 }
 
 // Signs differ in form and colour; the form alone would do.
@@ -239,7 +239,7 @@ class Scatter {
     if (point === null) return;
     const { x, y, sweep } = this;
     const value = (metric) =>
-      `${metric.words} ${metric.values[point.row].toFixed(metric.digits)} ${metric.unit}`.trim();
+      `${metric.label} ${metric.values[point.row].toFixed(metric.digits)} ${metric.unit}`.trim();
     this.hint.textContent = `${sweep.where(point.row)}: ${value(x)}, ${value(y)}`;
     const left = Math.min(point.px + 12, this.canvas.clientWidth - this.hint.offsetWidth - 4);
     this.hint.style.left = `${Math.max(2, left)}px`;

@@ -270,12 +270,12 @@ class Facts {
     const touched = this.run.contacts(step);
     this.write("fact-s", Number.isFinite(at) ? `${at.toFixed(1)} m` : "off the path");
     this.write("fact-speed", `${ego.speed[step].toFixed(2)} m/s`);
-    this.write("fact-plan", status === "" ? "nothing planned" : status.replaceAll("_", " "));
+    this.write("fact-plan", status === "" ? "no plan" : status.replaceAll("_", " "));
     this.write("fact-reason", cycles.reason(step) || "–");
     this.write("fact-blocker", cycles.blocker(step) || "–");
     this.write("fact-nearest", touched ? `touched: ${touched}` : cycles.nearest(step) || "–");
     const all = cycles.candidates[step];
-    this.write("fact-candidates", all ? `${all}, ${cycles.survivors[step]} allowed` : "–");
+    this.write("fact-candidates", all ? `${all}, ${cycles.survivors[step]} feasible` : "–");
     this.list("removed", this.removed(step));
     this.list("costs", this.costs(step));
   }

@@ -91,7 +91,7 @@ function start(data) {
     scatter.draw(colours);
     byId("scatter").setAttribute("aria-label",
       `${named(scatter.y)} over ${named(scatter.x)}, ${scatter.points.length} runs; ` +
-      "arrow keys go from run to run");
+      "arrow keys move between runs");
   }
 
   function planning() {
@@ -108,7 +108,7 @@ function start(data) {
       return item;
     }));
     byId("planning").setAttribute("aria-label",
-      `Histograms of ${named(chosen)} over the runs; the list says how many are above the step`);
+      `Histograms of ${named(chosen)} over the runs; the list counts the runs above the step`);
   }
 
   function choose(row) {
@@ -120,7 +120,7 @@ function start(data) {
     byId("chosen-id").textContent = sweep.ids[row];
     const link = byId("chosen-link");
     link.href = sweep.places[row];
-    link.textContent = sweep.places[row].endsWith(".html") ? "open its page" : "open its folder";
+    link.textContent = sweep.places[row].endsWith(".html") ? "open page" : "open folder";
     byId("chosen-command").textContent = `${byId("rerun").dataset.command} ${sweep.ids[row]}`;
   }
 

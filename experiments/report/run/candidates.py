@@ -1,4 +1,4 @@
-"""The candidates of the cycles, as a run page draws them."""
+"""The candidates of the cycles for a run page."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,12 +16,12 @@ PLACE = 0.02  # resolution [m]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
-    """One row a point; `index` and `number` say of which candidate of which step."""
+    """One row per point; `index` is the step, `number` the candidate."""
 
     table: Table
 
     def packed(self, trace: Trace) -> dict[str, Any]:
-        """Pack them: where each step's begin, where each one's points begin."""
+        """Pack the candidates, with the first of each step and their first points."""
         index, number = (np.ma.getdata(self.table[k]) for k in ("index", "number"))
         fresh = np.ones(index.size, dtype=bool)
         fresh[1:] = (np.diff(index) != 0) | (np.diff(number) != 0)

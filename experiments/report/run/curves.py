@@ -1,4 +1,4 @@
-"""What a run page shows over time: which curves, of which columns, in which unit."""
+"""Curves over time of a run page."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.metrics.comfort import lateral_acceleration
-from experiments.metrics.computation import deadline_misses
+from experiments.metrics.computation import TO_MS, deadline_misses
 from experiments.metrics.pairs import neighbours
 from experiments.metrics.safety import TTC_HORIZON, time_to_contact
 from experiments.report.run_reader import numbers
@@ -14,13 +14,14 @@ from experiments.trace.schema import Trace
 from planner.states import FloatArray
 
 MAX_SHOWN_CLEARANCE = 15.0  # farther bodies do not matter to the ego [m]
-SHOWN_PLANNING = 1.3  # of the 99 % quantile; one that compiles takes a thousand times
-TO_MS = 1e3  # from seconds
+SHOWN_PLANNING = (
+    1.3  # times the 99 % quantile; a compiling cycle takes a thousand times longer
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Series:
-    """One line of a curve; NaN where there is nothing."""
+class TimeSeries:
+    """One line of a chart; NaN where undefined."""
 
     name: str
     values: FloatArray  # (n_steps,)
@@ -28,19 +29,19 @@ class Series:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
-    """One chart over time; the first series is the one that the words are about."""
+class TimeCurve:
+    """One chart over time; the summary describes the first series."""
 
     title: str
     unit: str
     digits: int
-    series: tuple[Series, ...]
+    series: tuple[TimeSeries, ...]
     note: str = ""  # beside the title
     low: float | None = None  # ends of the axis, where it should not fit the values
     high: float | None = None
 
     def words(self, time: FloatArray) -> str:
-        """Say in a sentence what the chart shows, for those who do not see it."""
+        """Summarise the chart in a sentence for screen readers."""
         values = self.series[0].values
         there = np.isfinite(values)
         if not there.any():
@@ -55,8 +56,8 @@ class Curve:
         )
 
 
-def curves(trace: Trace) -> list[Curve]:
-    """Give all curves of a run, in the order shown.
+def curves(trace: Trace) -> list[TimeCurve]:
+    """Return all curves of a run in display order.
 
     Args:
         trace: With at least one step.
@@ -68,7 +69,7 @@ def curves(trace: Trace) -> list[Curve]:
 
 
 def time_to_collision(trace: Trace) -> FloatArray:
-    """Least time to collision with any vehicle in each step, (n_steps,) [s].
+    """Compute the smallest time to collision in each step, (n_steps,) [s].
 
     As `min_ttc_s` of the results row; NaN where it is above 10 s.
     """
@@ -80,7 +81,7 @@ def time_to_collision(trace: Trace) -> FloatArray:
 
 
 def jerk(trace: Trace) -> tuple[FloatArray, FloatArray]:
-    """Give (tangential, lateral) jerk from each step to the next, (n_steps,) [m/s³].
+    """Return (tangential, lateral) jerk from each step to the next, (n_steps,) [m/s³].
 
     As `rms_jerk_mps3` of the results row; NaN in the last step.
     """
@@ -98,95 +99,95 @@ def jerk(trace: Trace) -> tuple[FloatArray, FloatArray]:
     return rates[0], rates[1]
 
 
-def _speed(trace: Trace) -> Curve:
-    """Speed of the ego, and the one it is asked for."""
+def _speed(trace: Trace) -> TimeCurve:
+    """Build the chart of speed and target speed."""
     speed = numbers(trace.steps["speed_mps"])
     target = np.full(speed.size, float(trace.fact("target_speed_mps")))
-    series = Series("speed", speed), Series("target", target, "limit")
-    return Curve("speed", "m/s", 2, series, "dashed: target", low=0.0)
+    series = TimeSeries("speed", speed), TimeSeries("target", target, "limit")
+    return TimeCurve("speed", "m/s", 2, series, "dashed: target", low=0.0)
 
 
-def _acceleration(trace: Trace) -> Curve:
-    """Tangential and lateral acceleration."""
+def _acceleration(trace: Trace) -> TimeCurve:
+    """Build the chart of tangential and lateral acceleration."""
     series = (
-        Series("along", numbers(trace.steps["acceleration_mps2"])),
-        Series("lateral", numbers(lateral_acceleration(trace.steps)), "second"),
+        TimeSeries("along", numbers(trace.steps["acceleration_mps2"])),
+        TimeSeries("lateral", numbers(lateral_acceleration(trace.steps)), "second"),
     )
-    return Curve("acceleration", "m/s²", 2, series, "dotted: lateral")
+    return TimeCurve("acceleration", "m/s²", 2, series, "dotted: lateral")
 
 
-def _jerk(trace: Trace) -> Curve:
-    """Tangential and lateral jerk."""
+def _jerk(trace: Trace) -> TimeCurve:
+    """Build the chart of tangential and lateral jerk."""
     along, lateral = jerk(trace)
-    series = Series("along", along), Series("lateral", lateral, "second")
-    return Curve("jerk", "m/s³", 2, series, "dotted: lateral")
+    series = TimeSeries("along", along), TimeSeries("lateral", lateral, "second")
+    return TimeCurve("jerk", "m/s³", 2, series, "dotted: lateral")
 
 
-def _offset(trace: Trace) -> Curve:
-    """Lateral offset between the edges of the road."""
+def _offset(trace: Trace) -> TimeCurve:
+    """Build the chart of the lateral offset between the road edges."""
     steps, road = trace.steps, trace.road
     s = numbers(steps["s_m"])
     edges = [
-        Series(
+        TimeSeries(
             key.removesuffix("_m"),
             np.interp(s, numbers(road["s_m"]), numbers(road[key])),
             "limit",
         )
         for key in ("left_m", "right_m")
     ]
-    own = Series("offset", numbers(steps["l_m"]))
-    return Curve("lateral offset", "m", 2, (own, *edges), "dashed: edges")
+    own = TimeSeries("offset", numbers(steps["l_m"]))
+    return TimeCurve("lateral offset", "m", 2, (own, *edges), "dashed: edges")
 
 
-def _curvature(trace: Trace) -> Curve:
-    """Curvature of the driven path and of the reference path."""
+def _curvature(trace: Trace) -> TimeCurve:
+    """Build the chart of the curvature of driven path and reference path."""
     steps, road = trace.steps, trace.road
     s = numbers(steps["s_m"])
     path = np.interp(s, numbers(road["s_m"]), numbers(road["curvature_1pm"]))
     series = (
-        Series("driven", numbers(steps["curvature_1pm"])),
-        Series("path", path, "limit"),
+        TimeSeries("driven", numbers(steps["curvature_1pm"])),
+        TimeSeries("path", path, "limit"),
     )
-    return Curve("curvature", "1/m", 4, series, "dashed: path")
+    return TimeCurve("curvature", "1/m", 4, series, "dashed: path")
 
 
-def _clearance(trace: Trace) -> Curve:
-    """Distance to the nearest body."""
-    own = Series("clearance", numbers(trace.steps["clearance_m"]))
+def _clearance(trace: Trace) -> TimeCurve:
+    """Build the chart of the distance to the nearest body."""
+    own = TimeSeries("clearance", numbers(trace.steps["clearance_m"]))
     high = _top(own.values, MAX_SHOWN_CLEARANCE)
-    return Curve("clearance", "m", 2, (own,), "to any body", low=0.0, high=high)
+    return TimeCurve("clearance", "m", 2, (own,), "to any body", low=0.0, high=high)
 
 
-def _ttc(trace: Trace) -> Curve:
-    """Time to collision."""
-    own = Series("TTC", time_to_collision(trace))
+def _ttc(trace: Trace) -> TimeCurve:
+    """Build the chart of the time to collision."""
+    own = TimeSeries("TTC", time_to_collision(trace))
     note = f"below {TTC_HORIZON:g} s"
-    return Curve(
+    return TimeCurve(
         "time to collision", "s", 2, (own,), note, low=0.0, high=_top(own.values, 10.0)
     )
 
 
-def _planning(trace: Trace) -> Curve:
-    """Wall clock of each cycle, and the step that it should fit into."""
+def _planning(trace: Trace) -> TimeCurve:
+    """Build the chart of the planning time, with the step as its deadline."""
     times = numbers(trace.timing["planning_ms"])
     deadline = float(trace.fact("step_s")) * TO_MS
-    series = [Series("planning", times)]
+    series = [TimeSeries("planning", times)]
     there = times[np.isfinite(times)]
-    note = f"late: {deadline_misses(trace)}, first aside"
+    note = f"deadline misses: {deadline_misses(trace)}"
     high = float(SHOWN_PLANNING * np.percentile(there, 99)) if there.size else None
     if high is not None and high > deadline / 2.0:
-        series.append(Series("step", np.full(times.size, deadline), "limit"))
+        series.append(TimeSeries("step", np.full(times.size, deadline), "limit"))
         high = max(high, 1.1 * deadline)
-    return Curve("planning time", "ms", 2, tuple(series), note, low=0.0, high=high)
+    return TimeCurve("planning time", "ms", 2, tuple(series), note, low=0.0, high=high)
 
 
 def _top(values: FloatArray, most: float) -> float:
-    """Choose the end of an axis: what is there, but no more than matters."""
+    """Choose the upper end of an axis: the maximum, limited to what matters."""
     there = values[np.isfinite(values)]
     return min(max(float(there.max()), 1.0), most) if there.size else most
 
 
-_CURVES: tuple[Callable[[Trace], Curve], ...] = (
+_CURVES: tuple[Callable[[Trace], TimeCurve], ...] = (
     _speed,
     _acceleration,
     _jerk,

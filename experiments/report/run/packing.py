@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.states import FloatArray
 
-NOTHING = 65535  # code of a value that is not there
+NOTHING = 65535  # code of a missing value
 CODES = 65534  # steps between the least and the largest value
 
 Packed = dict[str, Any]
@@ -32,7 +32,7 @@ def pack(values: FloatArray, resolution: float) -> Packed:
     low, high = (float(there.min()), float(there.max())) if there.size else (0.0, 0.0)
     if high - low > resolution * CODES:
         return pack_exact(values)
-    step = (high - low) / CODES or 1.0  # any will do where all values are one
+    step = (high - low) / CODES or 1.0  # any step if all values are equal
     with np.errstate(invalid="ignore"):
         codes = np.where(np.isfinite(values), np.rint((values - low) / step), NOTHING)
     return {
@@ -56,19 +56,6 @@ def pack_exact(values: FloatArray) -> Packed:
         return {"data": _base64(values.astype("<f4").tobytes())}
 
 
-def unpack(packed: Packed) -> FloatArray:
-    """Unpack a column, as the page does it."""
-    data = base64.b64decode(packed["data"])
-    if packed.get("whole"):
-        return np.frombuffer(data, "<u4").astype(np.float64)
-    if "step" not in packed:
-        return np.frombuffer(data, "<f4").astype(np.float64)
-    codes = np.frombuffer(data, "<u2")
-    return np.where(
-        codes == NOTHING, np.nan, packed["low"] + packed["step"] * codes.astype(float)
-    )
-
-
 def _base64(data: bytes) -> str:
-    """Write bytes as text."""
+    """Encode bytes as base64."""
     return base64.b64encode(data).decode("ascii")

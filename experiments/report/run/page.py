@@ -1,6 +1,5 @@
 """The page of one run: `report.html` in its folder."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,16 +7,16 @@ from typing import Any
 
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.errors import ResultsError
-from experiments.metrics.words import metric_table
+from experiments.metrics.catalogue import METRICS
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.candidates import candidates_of
 from experiments.report.run.replay import replay
+from experiments.storage import run_files
 from experiments.trace.files import file_name, read_trace
 from experiments.trace.road_map import MAP_FILE, read_map
 from experiments.trace.schema import Trace
 from experiments.trace.speed_graphs import read_graphs
 
-MANIFEST, METRICS = "manifest.json", "metrics.json"
 _SCRIPTS = (
     "unpack.js",
     "theme.js",
@@ -35,7 +34,7 @@ _NEEDED = ("scenario", "planner", "seed", "status")  # in a manifest
 
 @dataclass(frozen=True, slots=True)
 class RunFacts:
-    """What a run folder says about the run as a whole."""
+    """Manifest, metrics and configuration of a run."""
 
     manifest: Mapping[str, Any]
     metrics: Mapping[str, Any]
@@ -43,8 +42,8 @@ class RunFacts:
 
 
 def is_run(folder: Path) -> bool:
-    """Tell whether a folder is one that a run left."""
-    return (folder / MANIFEST).is_file()
+    """Check whether a folder is a run folder."""
+    return (folder / run_files.MANIFEST).is_file()
 
 
 def save_run_page(folder: Path, file: Path | None = None) -> Path:
@@ -58,18 +57,19 @@ def save_run_page(folder: Path, file: Path | None = None) -> Path:
         The page's file.
 
     Raises:
-        ResultsError: If the folder is none, is damaged, or the disk refuses.
+        ResultsError: If it is not a run folder, is damaged, or the page cannot be
+            written.
     """
     return save(run_page(folder), file or folder / PAGE_FILE)
 
 
 def run_page(folder: Path) -> str:
-    """Make the page of a run.
+    """Render the page of a run.
 
     A run without a trace, or without a single step, gets a page that says so.
 
     Raises:
-        ResultsError: If the folder is none or is damaged.
+        ResultsError: If it is not a run folder or is damaged.
     """
     facts = _facts(folder)
     trace, missing = _trace(folder, facts)
@@ -82,33 +82,33 @@ def run_page(folder: Path) -> str:
 
 
 def _facts(folder: Path) -> RunFacts:
-    """Read what is not the trace."""
+    """Read manifest, metrics and configuration."""
     if not is_run(folder):
         raise ResultsError(
-            f"{folder}: is no run folder and no folder of a sweep; allowed: what "
-            "rearview run or rearview sweep left"
+            f"{folder}: is neither a run folder nor the folder of a sweep; allowed: a "
+            "folder written by rearview run or rearview sweep"
         )
     config = folder / CONFIG_FILE
     try:
         text = config.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ResultsError(f"{config}: cannot be read ({error})") from error
-    manifest = _read(folder / MANIFEST)
+    manifest = run_files.read_manifest(folder)
     missing = [key for key in _NEEDED if key not in manifest]
     if missing:
         raise ResultsError(
-            f"{folder / MANIFEST}: is damaged: does not say {', '.join(missing)}"
+            f"{folder / run_files.MANIFEST}: is damaged: missing {', '.join(missing)}"
         )
-    return RunFacts(manifest, _read(folder / METRICS), text)
+    return RunFacts(manifest, run_files.read_json(folder / run_files.METRICS), text)
 
 
 def _trace(folder: Path, facts: RunFacts) -> tuple[Trace | None, str]:
-    """Read the trace; where there is none to show, say why."""
+    """Read the trace; if there is none to show, return the reason."""
     if not (folder / file_name("steps")).is_file() and not _kept(facts):
         return None, (
             "The trace of this run was not kept. "
-            f"{facts.manifest.get('command') or 'rearview rerun'} repeats it with its "
-            "trace."
+            f"{facts.manifest.get('command') or 'rearview rerun'} repeats it with "
+            "its trace."
         )
     trace = read_trace(folder)
     if len(trace.steps["index"]) == 0:
@@ -119,14 +119,14 @@ def _trace(folder: Path, facts: RunFacts) -> tuple[Trace | None, str]:
 
 
 def _kept(facts: RunFacts) -> bool:
-    """Tell whether there should be a trace."""
+    """Check whether the trace was to be kept."""
     return bool(facts.manifest.get("trace_kept", True))
 
 
 def _words(
     facts: RunFacts, data: dict[str, Any] | None, missing: str
 ) -> dict[str, Any]:
-    """Gather what the template writes."""
+    """Collect the values of the template."""
     about = facts.manifest
     status = str(about.get("status", "unknown"))
     reason = str(about.get("reason") or "")
@@ -142,7 +142,7 @@ def _words(
         "arrived": status == "arrived",
         "missing": missing,
         "command": about.get("command"),
-        "metrics": metric_table(facts.metrics),
+        "metrics": _metric_lines(facts.metrics),
         "config": facts.config,
         "versions": about.get("versions") or {},
         "hashes": {key: about[key] for key in _HASHES if about.get(key)},
@@ -154,12 +154,16 @@ def _words(
     }
 
 
-def _read(path: Path) -> dict[str, Any]:
-    """Read a JSON file of the run folder."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ResultsError(f"{path}: cannot be read ({error})") from error
-    if not isinstance(content, dict):
-        raise ResultsError(f"{path}: is damaged: holds no names with values")
-    return content
+def _metric_lines(row: Mapping[str, Any]) -> list[dict[str, str]]:
+    """Format the metrics that apply, those of the terminal first."""
+    known = [METRICS[column] for column in row if column in METRICS]
+    return [
+        {
+            "column": metric.column,
+            "label": metric.label,
+            "value": metric.text(row[metric.column]),
+            "unit": metric.unit,
+        }
+        for metric in sorted(known, key=lambda metric: not metric.in_terminal)
+        if not metric.identity and row[metric.column] is not None
+    ]

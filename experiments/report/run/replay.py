@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.report.run.candidates import Candidates
-from experiments.report.run.curves import Curve, Series, curves
+from experiments.report.run.curves import TimeCurve, TimeSeries, curves
 from experiments.report.run.packing import Packed, pack, pack_counts, pack_exact
 from experiments.report.run.road import page_obstacles, page_road, page_signals
 from experiments.report.run.speed_graphs import packed_graphs
@@ -54,7 +54,7 @@ def replay(
 
 
 def _ego(trace: Trace) -> dict[str, Any]:
-    """Give the centre of the ego's rectangle."""
+    """Return the centre of the ego's rectangle in each step."""
     steps = trace.steps
     heading = numbers(steps["heading_rad"])
     offset = trace.fact("length_m") / 2.0 - trace.fact("rear_overhang_m")
@@ -71,7 +71,7 @@ def _ego(trace: Trace) -> dict[str, Any]:
 
 
 def _ghost(trace: Trace) -> dict[str, Packed]:
-    """Give the centre of the ghost, nothing where there is none."""
+    """Return the centre of the ghost in each step, NaN without one."""
     return {
         "x": pack(numbers(trace.steps["ghost_x_m"]), PLACE),
         "y": pack(numbers(trace.steps["ghost_y_m"]), PLACE),
@@ -80,7 +80,7 @@ def _ghost(trace: Trace) -> dict[str, Packed]:
 
 
 def _vehicles(trace: Trace) -> dict[str, Any]:
-    """Give all vehicles, step by step."""
+    """Pack all vehicles, step by step."""
     table = trace.vehicles
     ids, codes = np.unique(np.asarray(table["id"], dtype=str), return_inverse=True)
     resolutions = {
@@ -103,7 +103,7 @@ def _vehicles(trace: Trace) -> dict[str, Any]:
 
 
 def _plans(trace: Trace) -> dict[str, Packed]:
-    """Give the planned places, step by step, thinned."""
+    """Pack the planned positions, step by step, thinned."""
     table = trace.plans
     k = numbers(table["k"])
     last = np.append(k[1:] <= k[:-1], True) if k.size else np.empty(0, dtype=bool)
@@ -117,14 +117,14 @@ def _plans(trace: Trace) -> dict[str, Packed]:
 
 
 def starts(trace: Trace, table: Table) -> NDArray[np.intp]:
-    """Say where the rows of each step begin in a table, (n_steps + 1,)."""
+    """Return where the rows of each step begin in a table, (n_steps + 1,)."""
     index = trace.steps["index"]
     ends = np.append(index, index[-1] + 1)
     return np.searchsorted(np.ma.getdata(table["index"]), ends)
 
 
 def _cycles(trace: Trace) -> dict[str, Any]:
-    """Give what the planner said in each cycle."""
+    """Return status, counts and costs that the planner reported in each cycle."""
     steps = trace.steps
     return {
         "status": _texts(steps["plan_status"]),
@@ -139,7 +139,7 @@ def _cycles(trace: Trace) -> dict[str, Any]:
 
 
 def _why(steps: Table) -> Column:
-    """Give the reason of each cycle, or what the planner said about its choice."""
+    """Return the reason of each cycle, or the planner's note on its choice."""
     reason = np.ma.filled(steps["reason"], "").astype(str)
     said = np.ma.filled(steps["explanation"], "").astype(str)
     return np.where(reason != "", reason, said)
@@ -169,7 +169,7 @@ def _shortened(column: Column) -> Column:
     return np.array(short, dtype=object)
 
 
-def _curve(curve: Curve, trace: Trace) -> dict[str, Any]:
+def _curve(curve: TimeCurve, trace: Trace) -> dict[str, Any]:
     """Pack one curve."""
     return {
         "title": curve.title,
@@ -190,7 +190,7 @@ def _curve(curve: Curve, trace: Trace) -> dict[str, Any]:
     }
 
 
-def _resolution(series: Series) -> float:
+def _resolution(series: TimeSeries) -> float:
     """A thousandth of the range: less than a pixel."""
     there = series.values[np.isfinite(series.values)]
     return float(np.ptp(there)) / 1000.0 if there.size else 1.0

@@ -14,7 +14,7 @@ DIGITS = 2  # centimetres; a pixel is rarely less
 
 
 def page_road(trace: Trace, road_map: RoadMap) -> dict[str, Any]:
-    """Lay the road out as polygons and polylines, [x, y, x, y, ...] in metres.
+    """Describe the road by polygons and polylines, [x, y, x, y, ...] in metres.
 
     Args:
         trace: Its road table gives the ego's carriageway.
@@ -60,7 +60,7 @@ def page_obstacles(obstacles: Table) -> list[dict[str, Any]]:
 
 
 def page_signals(trace: Trace) -> list[dict[str, Any]]:
-    """Put every stop line across the carriageway, with its letters over the steps."""
+    """Place every stop line across the carriageway, with its signal over time."""
     table, road = trace.signals, trace.road
     row_of = {int(index): row for row, index in enumerate(trace.steps["index"])}
     lines: dict[tuple[str, float], list[str]] = {}
@@ -95,12 +95,12 @@ _EDGES = ("left_m", "right_m")
 
 
 def _outermost(lane: MapLane, leftmost: dict[str, int]) -> bool:
-    """Tell whether there is no lane to the left of this one."""
+    """Check whether a lane is the leftmost of its edge."""
     return lane.index == leftmost[lane.edge]
 
 
 def _beside(road: Table, offset: FloatArray) -> FloatArray:
-    """Give the points that lie `offset` to the left of the path, (n, 2) [m]."""
+    """Return the points `offset` to the left of the path, (n, 2) [m]."""
     x, y, heading = (numbers(road[key]) for key in ("x_m", "y_m", "heading_rad"))
     return np.column_stack((x - offset * np.sin(heading), y + offset * np.cos(heading)))
 

@@ -1,4 +1,4 @@
-"""The s-T graphs of the cycles, as a run page draws them."""
+"""The s-T graphs of the cycles for a run page."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ PLACE, TIME = 0.05, 1e-3  # resolutions [m, s]
 
 
 def packed_graphs(table: Table, trace: Trace) -> dict[str, Any]:
-    """Pack the graphs: a line or an area after the other, step by step.
+    """Pack the graphs: lines and areas, step by step.
 
     Args:
         table: As `speed_graphs` keeps it.

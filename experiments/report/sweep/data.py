@@ -1,4 +1,4 @@
-"""What the scripts of a sweep page draw: one value a run in each column."""
+"""Data of the scripts of a sweep page: one value per run in each column."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,12 +7,10 @@ import numpy as np
 
 from experiments.comparison.results import LABEL, RUN_ID, Row
 from experiments.metrics import columns
-from experiments.metrics.words import words_of
+from experiments.metrics.catalogue import METRICS
 from experiments.report.run.packing import pack_counts, pack_exact
 
 _NO_METRIC = {columns.SCENARIO, columns.PLANNER, columns.SEED, columns.STATUS}
-# what a page shows first, if the runs have it
-SCATTER = (columns.TRAVEL_TIME, columns.MIN_CLEARANCE)
 
 
 def sweep_data(
@@ -21,7 +19,7 @@ def sweep_data(
     places: Sequence[str],
     deadlines: Sequence[float],
 ) -> dict[str, Any]:
-    """Gather the columns of all runs.
+    """Collect the columns of all runs.
 
     Args:
         rows: Of the results, at least one.
@@ -51,21 +49,20 @@ def sweep_data(
 
 
 def _metrics(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """Give every column with numbers, the usual ones first."""
+    """Return every numeric column in the order of the catalogue."""
     found = []
-    for name in columns.ALL_COLUMNS:
+    for name, metric in METRICS.items():
         values = [row.get(name) for row in rows]
         numeric = any(isinstance(value, int | float) for value in values)
         if name in _NO_METRIC or not numeric:
             continue
-        words, unit, digits = words_of(name)
         column = [np.nan if value is None else float(value) for value in values]
         found.append(
             {
                 "name": name,
-                "words": words,
-                "unit": unit,
-                "digits": digits,
+                "label": metric.label,
+                "unit": metric.unit,
+                "digits": metric.digits,
                 "rate": all(isinstance(v, bool) or v is None for v in values),
                 "values": pack_exact(np.array(column)),
             }
@@ -74,7 +71,7 @@ def _metrics(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def _axis(name: str, values: Sequence[Any]) -> dict[str, Any]:
-    """Give one axis: numbers as numbers, everything else as text."""
+    """Pack one axis: numbers as numbers, everything else as text."""
     numeric = all(
         isinstance(value, int | float) and not isinstance(value, bool)
         for value in values
@@ -85,7 +82,7 @@ def _axis(name: str, values: Sequence[Any]) -> dict[str, Any]:
 
 
 def _texts(values: Sequence[str]) -> dict[str, Any]:
-    """Write texts as codes into a list of the different ones, in their order."""
+    """Encode texts as indices into the distinct ones in order of appearance."""
     numbers: dict[str, int] = {}
     codes = [numbers.setdefault(value, len(numbers)) for value in values]
     return {"texts": list(numbers), "codes": pack_counts(codes)}

@@ -1,4 +1,4 @@
-"""The failures of a sweep, gathered by what went wrong."""
+"""The failures of a sweep, grouped by reason."""
 
 import re
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ class FailedRun:
 
 @dataclass(frozen=True, slots=True)
 class FailureKind:
-    """Runs that failed in the same way: the same words but for their numbers."""
+    """Runs whose failure reasons differ only in their numbers."""
 
     status: str
     words: str  # of the reason, with # for numbers
@@ -37,7 +37,7 @@ class FailureKind:
 def failure_kinds(
     rows: Sequence[Row], axes: Sequence[str], places: Sequence[str]
 ) -> list[FailureKind]:
-    """Gather the runs that did not arrive, the most frequent kind first.
+    """Group the runs that did not arrive, the most frequent kind first.
 
     Args:
         rows: Of the results.
@@ -56,7 +56,7 @@ def failure_kinds(
 
 
 def _kind(row: Row) -> tuple[str, str]:
-    """Say what kind of failure a row is."""
+    """Return status and generalised reason of a failed run."""
     status = str(row.get(FAILURE) or row[columns.STATUS]).replace("_", " ")
     reason = str(row.get(REASON) or "").removeprefix(status).strip(" :")
     return status, _NUMBER.sub("#", reason)
@@ -65,7 +65,7 @@ def _kind(row: Row) -> tuple[str, str]:
 def _gathered(
     kind: tuple[str, str], failed: Sequence[tuple[Row, str]], axes: Sequence[str]
 ) -> FailureKind:
-    """Make one kind of its runs."""
+    """Build one kind from its runs."""
     counts: dict[str, int] = {}
     for row, _ in failed:
         label = str(row[LABEL] or row[columns.PLANNER])
@@ -83,7 +83,7 @@ def _failed(row: Row, place: str, axes: Sequence[str]) -> FailedRun:
 
 
 def where_of(row: Row, axes: Sequence[str]) -> str:
-    """Say which run a row is of: scenario, planner, axes, seed."""
+    """Describe the run of a row: scenario, planner, axes, seed."""
     label = row[LABEL] or row[columns.PLANNER]
     point = [f"{name} = {_short(row[name])}" for name in axes]
     parts = [row[columns.SCENARIO], label, *point, f"seed {row[columns.SEED]}"]
@@ -91,5 +91,5 @@ def where_of(row: Row, axes: Sequence[str]) -> str:
 
 
 def _short(value: Any) -> str:
-    """Write a value on an axis."""
+    """Format a value on an axis."""
     return f"{value:.4g}" if isinstance(value, float) else str(value)

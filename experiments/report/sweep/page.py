@@ -8,14 +8,15 @@ from urllib.parse import quote
 
 import yaml
 
-from experiments.comparison.compare import RATES, Line, compare
+from experiments.comparison.compare import Line, compare
 from experiments.comparison.results import LABEL, RUN_ID, Row, axis_columns, rows
 from experiments.comparison.table import HEADER, cells
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.config.sweep import Sweep
 from experiments.errors import ResultsError
 from experiments.metrics import columns
-from experiments.metrics.words import words_of
+from experiments.metrics.catalogue import METRICS, RATES
+from experiments.metrics.computation import TO_MS
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.page import save_run_page
 from experiments.report.sweep.data import sweep_data
@@ -29,7 +30,6 @@ from experiments.sweep.folder import (
 from experiments.trace.files import file_name
 
 STEP_KEY = "simulation.step_s"
-TO_MS = 1e3  # from seconds
 _SCRIPTS = ("unpack.js", "theme.js", "plot.js", "plots.js", "sweep.js")
 
 
@@ -63,7 +63,7 @@ def save_run_pages(folder: Path) -> int:
 
 
 def sweep_page(folder: Path, beside: Path) -> str:
-    """Make the page of a sweep.
+    """Render the page of a sweep.
 
     Args:
         folder: Of the sweep.
@@ -85,7 +85,7 @@ def sweep_page(folder: Path, beside: Path) -> str:
 
 
 def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
-    """Gather what the template writes."""
+    """Collect the values of the template."""
     arrived = sum(1 for row in found if row[columns.ARRIVED])
     labels = {str(row[LABEL] or row[columns.PLANNER]) for row in found}
     baseline = next((p.shown for p in sweep.planners if p.shown in labels), None)
@@ -112,7 +112,7 @@ def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
 
 
 def _from_here(folder: Path) -> str:
-    """Write a folder as one would on the command line."""
+    """Format a folder for the command line."""
     absolute = folder.absolute()
     here = Path.cwd()
     inside = absolute.is_relative_to(here) and absolute != here
@@ -120,7 +120,7 @@ def _from_here(folder: Path) -> str:
 
 
 def _comparison(lines: Sequence[Line]) -> list[tuple[str, ...]]:
-    """Write the comparison; a metric is named once, in words and with its unit."""
+    """Format the comparison; each metric is named once, with its unit."""
     written = []
     before = None
     for line, texts in zip(lines, cells(lines), strict=True):
@@ -131,15 +131,12 @@ def _comparison(lines: Sequence[Line]) -> list[tuple[str, ...]]:
 
 
 def _named(metric: str) -> str:
-    """Name a metric."""
-    if metric in RATES:
-        return metric
-    words, unit, _ = words_of(metric)
-    return f"{words} [{unit}]" if unit else words
+    """Return the label of a metric or rate."""
+    return metric if metric in RATES else METRICS[metric].label_with_unit
 
 
 def _places(folder: Path, beside: Path, found: Sequence[Row]) -> list[str]:
-    """Say for each run what is to be opened: its page if there is one, or its folder.
+    """Return what a click on each run opens: its page if there is one, else its folder.
 
     Relative to the page, so that the folder can be moved and sent.
     """
@@ -152,7 +149,7 @@ def _places(folder: Path, beside: Path, found: Sequence[Row]) -> list[str]:
 
 
 def _place(folder: Path, run_id: str) -> str:
-    """Find the page or folder of one run, relative to the sweep's folder."""
+    """Return the page or folder of one run, relative to the sweep's folder."""
     own = str(run_folder(Path(), run_id))
     for page in (f"{RERUNS}/{run_id}/{PAGE_FILE}", f"{own}/{PAGE_FILE}"):
         if (folder / page).is_file():
@@ -161,7 +158,7 @@ def _place(folder: Path, run_id: str) -> str:
 
 
 def _deadlines(folder: Path, found: Sequence[Row]) -> list[float]:
-    """Give how long a step lasts in each run [ms].
+    """Return the step of each run [ms].
 
     Where no axis varies it, all runs of a scenario have that of the first.
     """
@@ -178,7 +175,7 @@ def _deadlines(folder: Path, found: Sequence[Row]) -> list[float]:
 
 
 def _step_of(config: Path) -> float:
-    """Read how long a step lasts from the configuration of a run [s]."""
+    """Read the step from the configuration of a run [s]."""
     try:
         content = yaml.safe_load(config.read_text(encoding="utf-8"))
         return float(content["simulation"]["step_s"])

@@ -1,4 +1,4 @@
-"""Who drives the runs of a sweep: this process, other processes, other machines."""
+"""Executors of the runs of a sweep: this process, other processes, other machines."""
 
 from experiments.sweep.executors.executor import Executor, WorkerSettings
 

@@ -1,4 +1,4 @@
-"""Runs on other machines, by dask.distributed.
+"""Execution on other machines, by dask.distributed.
 
 Each thread of a dask worker has an isolated process for its runs, the same as the local
 executor's: time-out, memory ceiling and crashes are dealt with where they happen. Run
@@ -18,42 +18,49 @@ from threading import Lock
 from time import monotonic
 from typing import Any
 
-import dask
-from distributed import (
-    CancelledError,
-    Client,
-    Future,
-    KilledWorker,
-    LocalCluster,
-    get_worker,
-)
-
 from experiments.episode.identity import code_hash, shaping_versions
 from experiments.errors import ConfigError, ExecutorError
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.isolation import IsolatedWorkers
 from experiments.sweep.task import Failure, RunReport, RunTask, failed
 
+try:
+    import dask
+    from distributed import (
+        CancelledError,
+        Client,
+        Future,
+        KilledWorker,
+        LocalCluster,
+        get_worker,
+    )
+except ImportError as error:
+    raise ConfigError(
+        f"a sweep on a cluster needs dask ({error}): pip install distributed"
+    ) from error
+
 ADDRESS = re.compile(r"\w+://[^/]+:(?P<port>\d+)")
 MAX_PORT = 65_535
-ALLOWED_ADDRESS = "allowed: tcp://host:8786 or such (rearview cluster starts one here)"
+ALLOWED_ADDRESS = (
+    "allowed: tcp://host:8786, for example (rearview cluster starts one here)"
+)
 CONNECT_PATIENCE = 10.0  # [s]
-COUNT_INTERVAL = 1.0  # between two questions who is there [s]
-NO_WORKER_PATIENCE = 60.0  # without a single worker before the sweep gives up [s]
+COUNT_INTERVAL = 1.0  # between two queries of the workers [s]
+NO_WORKER_PATIENCE = 60.0  # without any worker, before the sweep stops [s]
 DAEMON = "distributed.worker.daemon"
-# the processes of daemons may not have processes of their own, and a run needs one
+# daemonic processes cannot have children, and a run needs one
 DAEMON_HINT = "DASK_DISTRIBUTED__WORKER__DAEMON=false"
 
-STOP_PATIENCE = 1.0  # between two looks whether the sweep was stopped [s]
-IDLE_PATIENCE = 300.0  # after which the processes of a sweep that is gone end [s]
+STOP_PATIENCE = 1.0  # between two checks whether the sweep was stopped [s]
+IDLE_PATIENCE = 300.0  # after which the processes of an ended sweep are stopped [s]
 
 
 @dataclass(slots=True)
 class _Kept:
-    """The processes that a dask worker keeps for a sweep."""
+    """Processes that a dask worker keeps for a sweep."""
 
     pool: IsolatedWorkers
-    busy: int = 0  # runs that are being driven
+    busy: int = 0  # running episodes
     used: float = field(default_factory=monotonic)  # when last [s]
 
 
@@ -62,10 +69,10 @@ _pools_lock = Lock()
 
 
 class ClusterExecutor:
-    """Drives runs on the workers of a dask scheduler."""
+    """Executes runs on the workers of a dask scheduler."""
 
     def __init__(self, address: str, settings: WorkerSettings, folder: Path) -> None:
-        """Connect.
+        """Connect to the scheduler and check its workers.
 
         Raises:
             ConfigError: If no scheduler answers, it has no workers, or they cannot do
@@ -87,7 +94,7 @@ class ClusterExecutor:
 
     @property
     def workers(self) -> int:
-        """Threads of all workers, which may come and go."""
+        """Current number of threads of all workers."""
         now = monotonic()
         if now - self._counted > COUNT_INTERVAL:
             self._counted = now
@@ -95,7 +102,7 @@ class ClusterExecutor:
         return max(1, self._threads)
 
     def submit(self, task: RunTask) -> None:
-        """Send a run to the scheduler."""
+        """Submit a run to the scheduler."""
         key = f"{task.run_id}-{task.attempt}-{self._key}"
         future = self._client.submit(
             _drive_here, task, self._settings, self._key, key=key, pure=False
@@ -104,7 +111,7 @@ class ClusterExecutor:
         future.add_done_callback(lambda future: self._over.put((task, future)))
 
     def next_report(self, patience: float) -> RunReport | None:
-        """Wait for a run to be over.
+        """Wait for a run to finish.
 
         Raises:
             ExecutorError: If the scheduler or all workers are lost.
@@ -118,7 +125,7 @@ class ClusterExecutor:
         try:
             report: RunReport = future.result()
         except KilledWorker as error:
-            words = f"every worker that was given the run was lost: {error}"
+            words = f"every worker that executed the run was lost: {error}"
             return failed(task, Failure.LOST_WORKER, words)
         except (CancelledError, asyncio.CancelledError):
             self._check_alive()
@@ -129,25 +136,25 @@ class ClusterExecutor:
         return report
 
     def stop(self) -> None:
-        """Call everything back, also what is running, and disconnect."""
+        """Cancel everything, including running episodes, and disconnect."""
         if self._client.status == "running":
             self._client.cancel(list(self._futures.values()), force=True)
             self._client.run(_close_pool, self._key, on_error="ignore")
         self._client.close()
 
     def _check_alive(self) -> None:
-        """Give up when nobody is left who could drive."""
+        """Raise ExecutorError if no worker has been available for too long."""
         if self._client.status != "running":
             raise self._lost()
         self._count_threads()
         if monotonic() - self._seen_worker > NO_WORKER_PATIENCE:
             raise ExecutorError(
                 f"{self._address}: no worker for {NO_WORKER_PATIENCE:.0f} s; the same "
-                "command goes on with what is missing"
+                "command resumes the sweep"
             )
 
     def _count_threads(self) -> None:
-        """Ask the scheduler who is there."""
+        """Query the number of worker threads from the scheduler."""
         try:
             threads: Mapping[str, int] = self._client.nthreads()
         except (OSError, TimeoutError) as error:  # distributed's errors are OSErrors
@@ -157,14 +164,14 @@ class ClusterExecutor:
             self._seen_worker = monotonic()
 
     def _lost(self) -> ExecutorError:
-        """Say that the scheduler does not answer any more."""
+        """Build the error for a scheduler that no longer answers."""
         return ExecutorError(
-            f"{self._address}: the scheduler is lost; the same command goes on with "
-            "what is missing"
+            f"{self._address}: the scheduler is lost; the same command resumes the "
+            "sweep"
         )
 
     def _check_workers(self, folder: Path) -> None:
-        """Refuse workers that are none, or have other code or another disk."""
+        """Reject missing workers, and workers with other code or another disk."""
         if not self._client.nthreads():
             raise ConfigError(f"--cluster {self._address}: has no workers")
         token = folder / f".seen-{self._key}"
@@ -180,7 +187,9 @@ class ClusterExecutor:
             elif versions != here:
                 problem = f"has {_listed(versions)}; allowed: {_listed(here)}, as here"
             elif not sees:
-                problem = f"does not see {folder}; allowed: a folder all machines share"
+                problem = (
+                    f"does not see {folder}; allowed: a folder shared by all machines"
+                )
             elif daemon:
                 problem = f"is a daemon; start workers with {DAEMON_HINT}"
             else:
@@ -189,7 +198,7 @@ class ClusterExecutor:
 
 
 def require_scheduler(address: str) -> None:
-    """Refuse an address where nobody answers; raises ConfigError."""
+    """Raise ConfigError if no scheduler answers at an address."""
     _connect(address).close()
 
 
@@ -221,7 +230,7 @@ def _connect(address: str) -> Client:
     """Connect to a scheduler."""
     found = ADDRESS.fullmatch(address)
     if found is None or int(found["port"]) > MAX_PORT:
-        raise ConfigError(f"--cluster {address}: is no address; {ALLOWED_ADDRESS}")
+        raise ConfigError(f"--cluster {address}: is not an address; {ALLOWED_ADDRESS}")
     try:
         return Client(address, timeout=CONNECT_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
@@ -230,18 +239,18 @@ def _connect(address: str) -> Client:
 
 
 def _about_worker(token: Path) -> tuple[str, dict[str, str | None], bool, bool]:
-    """Say, on a worker, what decides whether it can drive."""
+    """Return, on a worker, the facts that decide whether it can execute runs."""
     daemon = bool(multiprocessing.current_process().daemon)
     return code_hash(), shaping_versions(), token.exists(), daemon
 
 
 def _listed(versions: Mapping[str, str | None]) -> str:
-    """Write versions of libraries."""
+    """Format versions of libraries."""
     return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
 def _drive_here(task: RunTask, settings: WorkerSettings, key: str) -> RunReport:
-    """Drive a run in an isolated process of this dask worker."""
+    """Execute a run in an isolated process of this dask worker."""
     report: SimpleQueue[RunReport] = SimpleQueue()
     kept = _borrow(settings, key)
     try:
@@ -258,7 +267,7 @@ def _drive_here(task: RunTask, settings: WorkerSettings, key: str) -> RunReport:
 
 
 def _borrow(settings: WorkerSettings, key: str) -> _Kept:
-    """Give this dask worker's processes for a sweep; those long unused are ended."""
+    """Return this dask worker's processes for a sweep, and end those long unused."""
     with _pools_lock:
         for other, kept in list(_pools.items()):
             idle = kept.busy == 0 and monotonic() - kept.used > IDLE_PATIENCE
@@ -272,7 +281,7 @@ def _borrow(settings: WorkerSettings, key: str) -> _Kept:
 
 
 def _close_pool(key: str) -> None:
-    """End this dask worker's processes of a sweep."""
+    """Stop this dask worker's processes of a sweep."""
     with _pools_lock:
         kept = _pools.pop(key, None)
     if kept is not None:

@@ -1,4 +1,4 @@
-"""What a sweep needs of those who drive its runs."""
+"""Interface of the executors of a sweep."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,33 +7,35 @@ from typing import Any, Protocol
 
 from experiments.sweep.task import RunReport, RunTask
 
+POLL_INTERVAL = 0.5  # longest wait for a report between two checks for Ctrl-C [s]
+
 
 @dataclass(frozen=True, slots=True)
 class WorkerSettings:
-    """What every worker process is told when it starts."""
+    """Settings of every worker process."""
 
     memory_mb: float  # resident memory that ends a run
-    log: Path  # gets what SUMO and planners print, absolute
-    directory: Path  # where users' planners are looked for
+    log: Path  # output of SUMO and planners; absolute
+    directory: Path  # searched for users' planners
     warm_up: tuple[Mapping[str, Any], ...] = ()  # scenarios, driven before any run
 
 
 class Executor(Protocol):
-    """Drives runs; every run that is submitted comes back as one report."""
+    """Executes runs; every submitted run comes back as one report."""
 
     @property
     def workers(self) -> int:
-        """Runs driven at a time."""
+        """Number of runs executed at a time."""
         ...
 
     def submit(self, task: RunTask) -> None:
-        """Hand a run over; it is driven as soon as a worker is free."""
+        """Submit a run; it is executed as soon as a worker is free."""
         ...
 
     def next_report(self, patience: float) -> RunReport | None:
-        """Wait for a run to be over; None if none is within `patience` [s]."""
+        """Wait for a run to finish; None if none does within `patience` [s]."""
         ...
 
     def stop(self) -> None:
-        """End everything at once, whatever is running."""
+        """Stop everything at once, including running episodes."""
         ...

@@ -1,4 +1,4 @@
-"""Worker processes that may crash, hang or eat memory at the cost of one run each.
+"""Isolated worker processes: a crash, hang or memory overrun fails one run only.
 
 Both the local and the cluster executor drive their runs in here. pebble notices a
 process that died or took too long and puts a new one in its place; the watch ends one
@@ -30,9 +30,9 @@ from experiments.sweep.task import Failure, RunReport, RunTask, failed
 T = TypeVar("T")
 OnReport = Callable[[RunReport], None]
 
-# one thread each: several workers with many threads would be in each other's way
+# one thread each: workers with many threads would compete for cores
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS")
-MAX_BREAKS = 5  # pools that break one after the other before this is given up
+MAX_BREAKS = 5  # consecutive broken pools before giving up
 
 
 class IsolatedWorkers:
@@ -46,16 +46,16 @@ class IsolatedWorkers:
         self._register = Path(tempfile.mkdtemp(prefix="rearview-workers-"))
         self._watch = MemoryWatch(self._register, settings.memory_mb)
         self._pool = self._new_pool()
-        self._breaks = 0  # since a run was over as it should
+        self._breaks = 0  # since the last run that finished normally
         self._stopped = False
 
     @property
     def stopped(self) -> bool:
-        """Tell whether no run will be driven any more."""
+        """Whether the pool has been stopped."""
         return self._stopped
 
     def drive(self, task: RunTask, on_report: OnReport) -> None:
-        """Drive a run; its report is handed over by a thread of the pool.
+        """Execute a run; a thread of the pool passes its report on.
 
         Raises:
             ExecutorError: If processes cannot be kept alive.
@@ -81,7 +81,7 @@ class IsolatedWorkers:
         return self._schedule(call_watched, arguments, timeout)
 
     def stop(self) -> None:
-        """End all workers at once."""
+        """Stop all workers at once."""
         self._stopped = True
         self._watch.stop()
         self._pool.stop()
@@ -91,7 +91,7 @@ class IsolatedWorkers:
     def _schedule(
         self, function: Callable[..., Any], arguments: Sequence[Any], timeout: float
     ) -> "ProcessFuture[Any]":
-        """Schedule a call; a pool that broke is replaced."""
+        """Schedule a call, replacing a broken pool."""
         try:
             return self._pool.schedule(function, arguments, timeout=timeout)
         except (BrokenProcessPool, RuntimeError):
@@ -100,8 +100,8 @@ class IsolatedWorkers:
         self._breaks += 1
         if self._breaks > MAX_BREAKS:
             raise ExecutorError(
-                f"worker processes die before they drive; {self._settings.log} may say "
-                "why; the same command goes on with what is missing"
+                f"worker processes die at start; see {self._settings.log}; the same "
+                "command resumes the sweep"
             )
         self._pool.stop()
         self._pool.join()
@@ -109,7 +109,7 @@ class IsolatedWorkers:
         return self._pool.schedule(function, arguments, timeout=timeout)
 
     def _new_pool(self) -> ProcessPool:
-        """Make a pool whose processes start from one that has loaded everything."""
+        """Create a pool whose processes start with everything loaded."""
         methods = multiprocessing.get_all_start_methods()
         forks = "forkserver" in methods  # not on Windows
         context = multiprocessing.get_context("forkserver" if forks else "spawn")
@@ -123,11 +123,11 @@ class IsolatedWorkers:
         )
 
     def _report(self, task: RunTask, future: Future[RunReport]) -> RunReport:
-        """Turn what became of a run into its report."""
+        """Convert the outcome of a run to its report."""
         try:
             report = future.result()
         except TimeoutError:
-            words = f"took longer than {task.timeout:g} s of wall clock"
+            words = f"exceeded {task.timeout:g} s of wall clock"
             return failed(task, Failure.WALL_CLOCK, words, wall=task.timeout)
         except ProcessExpired as death:
             _tidy(task, death.pid)
@@ -141,16 +141,16 @@ class IsolatedWorkers:
     def _death(
         self, task: RunTask, process: int | None, exit_code: int | None
     ) -> RunReport:
-        """Report a run whose process died."""
+        """Build the report of a run whose process died."""
         if process is not None and self._watch.ended(process):
-            words = f"took more than {self._settings.memory_mb:.0f} MB of memory"
+            words = f"exceeded {self._settings.memory_mb:.0f} MB of memory"
             return failed(task, Failure.MEMORY, words, exit_code=exit_code)
         words = f"the process of the episode {death_in_words(exit_code)}"
         return failed(task, Failure.PROCESS_DIED, words, exit_code=exit_code)
 
 
 def death_in_words(exit_code: int | None) -> str:
-    """Say how a process ended, from its exit code."""
+    """Describe how a process ended, from its exit code."""
     if exit_code is None or exit_code >= 0:
         return f"left with exit status {exit_code} before the end"
     name = signal.Signals(-exit_code).name
@@ -159,13 +159,13 @@ def death_in_words(exit_code: int | None) -> str:
 
 
 def _tidy(task: RunTask, process: int | None) -> None:
-    """Remove what a dead process left of its run folder."""
+    """Remove the unfinished run folder of a dead process."""
     if process is not None and task.folder.parent.is_dir():
         remove_unfinished(task.folder.parent, process)
 
 
 def _start_forkserver(log: Path) -> None:
-    """Start what worker processes are forked from, with what it prints in the log."""
+    """Start the fork server of the workers, with its output in the log."""
     from multiprocessing import forkserver
 
     forkserver.set_forkserver_preload(["experiments.sweep.executors.worker", "libsumo"])
@@ -175,7 +175,7 @@ def _start_forkserver(log: Path) -> None:
 
 @contextmanager
 def _stderr_into(file: Path) -> Iterator[None]:
-    """Send the stderr of processes that are started to the end of a file."""
+    """Append the stderr of started processes to a file."""
     sys.stderr.flush()
     kept = os.dup(2)
     try:

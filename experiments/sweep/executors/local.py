@@ -1,4 +1,4 @@
-"""Runs in processes of this machine, by pebble."""
+"""Execution in processes of this machine, by pebble."""
 
 import os
 from queue import Empty, SimpleQueue
@@ -9,7 +9,7 @@ from experiments.sweep.task import RunReport, RunTask
 
 
 class LocalExecutor:
-    """Drives runs in worker processes, by default one a core."""
+    """Executes runs in worker processes, by default one per core."""
 
     def __init__(self, settings: WorkerSettings, workers: int | None = None) -> None:
         self._count = workers or cores()
@@ -22,23 +22,23 @@ class LocalExecutor:
         return self._count
 
     def submit(self, task: RunTask) -> None:
-        """Hand a run to the pool."""
+        """Submit a run to the pool."""
         self._isolated.drive(task, self._reports.put)
 
     def next_report(self, patience: float) -> RunReport | None:
-        """Wait for a run to be over."""
+        """Wait for a run to finish."""
         try:
             return self._reports.get(timeout=patience)
         except Empty:
             return None
 
     def stop(self) -> None:
-        """End all processes."""
+        """Stop all processes."""
         self._isolated.stop()
 
 
 def cores() -> int:
-    """Count the cores that this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -1,4 +1,4 @@
-"""Ends worker processes that take more memory than a run may.
+"""Ends worker processes that exceed the memory limit of a run.
 
 The resident set is watched from outside, which works while compiled code holds the
 interpreter. A limit on the address space would not do: a worker with SUMO and numba
@@ -13,12 +13,12 @@ from pathlib import Path
 
 import psutil
 
-INTERVAL = 0.1  # between two looks [s]
+INTERVAL = 0.1  # between two checks [s]
 MB = 1e6  # bytes
 
 
 class MemoryWatch:
-    """A thread that looks after the processes that registered."""
+    """A thread that watches the memory of registered processes."""
 
     def __init__(self, register: Path, limit_mb: float) -> None:
         self._register = register
@@ -29,29 +29,29 @@ class MemoryWatch:
         self._thread.start()
 
     def ended(self, process: int) -> bool:
-        """Tell, once, whether the watch ended a process; its number comes again."""
+        """Check, once, whether the watch ended a process; process ids are reused."""
         if process not in self._ended:
             return False
         self._ended.discard(process)
         return True
 
     def stop(self) -> None:
-        """Stop looking."""
+        """Stop the thread."""
         self._stopped.set()
         self._thread.join()
 
     def _watch(self) -> None:
-        """Look until stopped."""
+        """Check all processes until stopped."""
         while not self._stopped.wait(INTERVAL):
-            with suppress(FileNotFoundError):  # someone tidied the temporary files
+            with suppress(FileNotFoundError):  # temporary files were removed
                 for mark in self._register.iterdir():
                     self._look_at(int(mark.name))
 
     def _look_at(self, process: int) -> None:
-        """End a process that takes too much."""
+        """End a process that exceeds the limit."""
         try:
             taken = psutil.Process(process).memory_info().rss
-        except psutil.Error:  # it is gone
+        except psutil.Error:  # the process has ended
             (self._register / str(process)).unlink(missing_ok=True)
             return
         if taken > self._limit and process not in self._ended:

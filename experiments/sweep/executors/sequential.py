@@ -1,15 +1,15 @@
-"""Runs one after the other in this process: for a debugger, without any guard."""
+"""Sequential execution in this process: for a debugger, without isolation."""
 
 from collections import deque
 
-from experiments.sweep.execute import drive
+from experiments.sweep.execute import execute_run
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.worker import warm_up
 from experiments.sweep.task import RunReport, RunTask
 
 
 class SequentialExecutor:
-    """Drives a run when it is asked for the next report."""
+    """Executes a run when the next report is requested."""
 
     workers = 1
 
@@ -18,13 +18,13 @@ class SequentialExecutor:
         warm_up(settings.warm_up)
 
     def submit(self, task: RunTask) -> None:
-        """Put a run into the queue."""
+        """Queue a run."""
         self._waiting.append(task)
 
     def next_report(self, patience: float) -> RunReport | None:  # noqa: ARG002
-        """Drive the next run."""
-        return drive(self._waiting.popleft()) if self._waiting else None
+        """Execute the next run."""
+        return execute_run(self._waiting.popleft()) if self._waiting else None
 
     def stop(self) -> None:
-        """Forget what waits."""
+        """Discard the queue."""
         self._waiting.clear()

@@ -1,4 +1,4 @@
-"""The inside of a worker process: how it starts, and how it gets warm."""
+"""Inside of a worker process: start, warm-up, execution."""
 
 import ctypes
 import faulthandler
@@ -17,7 +17,7 @@ from experiments.config.scenario_file import check_scenario
 from experiments.config.yaml_reader import Document
 from experiments.cosim.records import StepRecord
 from experiments.episode.run import run_episode
-from experiments.sweep.execute import drive
+from experiments.sweep.execute import execute_run
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.task import (
     Failure,
@@ -36,13 +36,13 @@ log = logging.getLogger(__name__)
 
 
 class _WarmError(Exception):
-    """The warm-up has driven far enough."""
+    """Ends the warm-up episode."""
 
 
 def start_worker(settings: WorkerSettings) -> None:
-    """Make a fresh process a worker."""
+    """Initialise a worker process."""
     _die_with_parent()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the sweep's business
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the sweep handles Ctrl-C
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _send_output_to(settings.log)
     if settings.directory.is_dir():
@@ -52,7 +52,7 @@ def start_worker(settings: WorkerSettings) -> None:
 
 
 def drive_watched(task: RunTask, register: Path) -> RunReport:
-    """Drive a run under the eyes of the memory watch.
+    """Execute a run under the memory watch.
 
     Args:
         task: The run.
@@ -61,30 +61,30 @@ def drive_watched(task: RunTask, register: Path) -> RunReport:
     """
     with _watched(register):
         try:
-            return drive(task)
+            return execute_run(task)
         except (KeyboardInterrupt, SystemExit) as error:  # raised by a user's planner
             words = f"{type(error).__name__}: {error}"
             return record_failure(failed(task, Failure.ERROR, words))
 
 
 def call_watched(function: Callable[[Any], T], argument: Any, register: Path) -> T:
-    """Call a function under the eyes of the memory watch; arguments as above."""
+    """Call a function under the memory watch; arguments as above."""
     with _watched(register):
         return function(argument)
 
 
 def warm_up(scenarios: Iterable[Mapping[str, Any]]) -> None:
-    """Drive the begin of some scenarios, so that everything is loaded and compiled."""
+    """Drive the beginning of scenarios, so that everything is loaded and compiled."""
     for config in scenarios:
         scenario = check_scenario(Document("warm-up", dict(config)))
         try:
             drive_shortly(scenario)
-        except Exception:  # the run itself will say what is wrong
+        except Exception:  # the run itself reports it
             log.exception("warm-up")
 
 
 def drive_shortly(scenario: Scenario) -> None:
-    """Drive the begin of a scenario and leave nothing."""
+    """Drive the beginning of a scenario, leaving no files."""
 
     def on_step(record: StepRecord) -> None:
         if record.index * scenario.simulation.step_s >= WARM_UP_DRIVE:
@@ -96,7 +96,7 @@ def drive_shortly(scenario: Scenario) -> None:
 
 @contextmanager
 def _watched(register: Path) -> Iterator[None]:
-    """Have this process looked after."""
+    """Register this process with the memory watch."""
     mark = register / str(os.getpid())
     mark.touch()
     try:
@@ -106,16 +106,16 @@ def _watched(register: Path) -> Iterator[None]:
 
 
 def _die_with_parent() -> None:
-    """Have the kernel end this process when the one that made it is gone."""
+    """Let the kernel end this process when its parent dies."""
     if sys.platform.startswith("linux"):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
 
 
 def _send_output_to(file: Path) -> None:
-    """Send stdout and stderr, also of libraries, to the end of a file."""
+    """Append stdout and stderr, also of libraries, to a file."""
     sys.stdout.flush()
     sys.stderr.flush()
-    with suppress(OSError):  # a full disk is the run's to report
+    with suppress(OSError):  # a full disk is reported by the run
         descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         os.dup2(descriptor, 1)
         os.dup2(descriptor, 2)

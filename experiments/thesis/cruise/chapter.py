@@ -9,7 +9,7 @@ from experiments.thesis.cruise.claims import (
     influence_claims,
     size_claim,
 )
-from experiments.thesis.cruise.claims_over_time import RoadDrives, course_claims
+from experiments.thesis.cruise.claims_over_time import RoadDrives, drive_claims
 from experiments.thesis.cruise.drives import (
     CLOSED_LOOP,
     CONVENTIONAL,
@@ -77,7 +77,7 @@ def cruise_chapter(effort: Effort, work: Work) -> Chapter:
         },
         (
             *(claim for road in roads for claim in comparison_claims(road)),
-            *course_claims(roads),
+            *drive_claims(roads),
             *influence_claims(roads),
             size_claim(RADII, grown[PROPOSED], grown[CLOSED_LOOP]),
             *traffic.claims,
@@ -114,7 +114,7 @@ def _random(road: str, effort: Effort, work: Work) -> dict[str, Sequence[Driven]
 
 
 def _picked_table(picked: dict[tuple[str, str], Driven]) -> ResultTable:
-    """Lay out the picked drives."""
+    """Tabulate the picked drives."""
     rows = tuple(
         (
             road,
@@ -163,7 +163,7 @@ def _random_table(roads: Sequence[RoadDrives]) -> ResultTable:
 
 
 def _growing_table(grown: dict[str, list[Driven]]) -> ResultTable:
-    """Lay out the clearance kept from an obstacle that grows."""
+    """Tabulate the clearance kept from an obstacle that grows."""
     rows = tuple(
         (radius, *(shown(grown[name][k].clearance) for name in GROWING))
         for k, radius in enumerate(RADII)
@@ -178,7 +178,7 @@ def _growing_table(grown: dict[str, list[Driven]]) -> ResultTable:
 
 
 def _pictures(picked: dict[tuple[str, str], Driven]) -> tuple[Picture, ...]:
-    """Make Figures 4.3 to 4.15."""
+    """Build Figures 4.3 to 4.15."""
     made = [
         _course(f"Fig. 4.3 ({part}), {road}: terms of the cost", road, picked, terms)
         for part, road in (("a", "straight"), ("b", "curved"))

@@ -1,4 +1,4 @@
-"""The claims of [Thesis] 4.7.2 about how the drives go."""
+"""The claims of [Thesis] 4.7.2 about the course of the drives."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,13 +16,8 @@ from experiments.thesis.published import published
 from planner.states import FloatArray
 
 BACK = 0.5  # nearer to the centre line than one lateral sample [m]
-
-
 ALIKE = 0.1  # means that differ by less than this share are alike
-
-
-BEGINS = 0.1  # the ego has begun to avoid when it is so far aside [m]
-
+BEGINS = 0.1  # lateral offset from which the ego has begun to avoid [m]
 
 Test = Callable[[Driven, Driven], bool]
 
@@ -38,13 +33,13 @@ class RoadDrives:
     def pairs(
         self, first: str = PROPOSED, second: str = CONVENTIONAL
     ) -> list[tuple[Driven, Driven]]:
-        """Give the random layouts on which both methods arrived."""
+        """Return the random layouts on which both methods arrived."""
         both = zip(self.random[first], self.random[second], strict=True)
         return [(a, b) for a, b in both if a.arrived and b.arrived]
 
 
-class Course(NamedTuple):
-    """A claim about how one drive goes."""
+class DriveClaim(NamedTuple):
+    """A claim about the course of one drive."""
 
     id: str
     road: str
@@ -56,13 +51,13 @@ class Course(NamedTuple):
     reason: str
 
 
-def course_claims(roads: Sequence[RoadDrives]) -> Iterator[Claim]:
+def drive_claims(roads: Sequence[RoadDrives]) -> Iterator[Claim]:
     """Check what 4.7.2 says of each drive."""
     yield _safe(roads)
     yield _returns(roads, PROPOSED, back=True)
     yield _returns(roads, CONVENTIONAL, back=False)
     by_road = {one.road: one for one in roads}
-    for claim in _courses():
+    for claim in _drive_claims():
         drives = by_road[claim.road]
         pair = drives.picked[PROPOSED], drives.picked[CONVENTIONAL]
         yield Claim(
@@ -139,15 +134,15 @@ def _mean(values: FloatArray, first: int, last: int) -> float:
 
 
 def _begins(one: Driven) -> float:
-    """Say where the ego leaves the centre line [m]."""
+    """Return where the ego leaves the centre line [m]."""
     aside = np.flatnonzero(np.abs(one.l) > BEGINS)
     return float(one.s[aside[0]]) if aside.size else float(one.s[-1])
 
 
-def _window(
+def _window_means(
     field: str, first: int, last: int
 ) -> Callable[[Driven, Driven], Mapping[str, Number]]:
-    """Make a measure: the mean of both methods over some cycles."""
+    """Build a measure: the mean of both methods over some cycles."""
 
     def measure(ours: Driven, theirs: Driven) -> Mapping[str, Number]:
         return numbers(
@@ -161,7 +156,7 @@ def _window(
 def _compared(
     field: str, first: int, last: int, judge: Callable[[float, float], bool]
 ) -> Test:
-    """Make a test of the same means."""
+    """Build a test of the same means."""
 
     def test(ours: Driven, theirs: Driven) -> bool:
         return judge(
@@ -184,83 +179,94 @@ def _alike(ours: float, theirs: float) -> bool:
     return abs(ours - theirs) <= ALIKE * max(ours, theirs)
 
 
-def _courses() -> tuple[Course, ...]:
+class _Window(NamedTuple):
+    """A claim about the means of a cost over some planning cycles."""
+
+    road: str
+    key: str  # of the last cycle in `published.yaml`
+    field: str  # of the drives
+    judge: Callable[[float, float], bool]
+    words: str
+    first_key: str | None = None  # of the first cycle; None: the first of all
+
+
+_WINDOWS = (
+    _Window(
+        "straight",
+        "straight_first_cycles",
+        "jerk",
+        _more,
+        "in the first cycles the proposed J_jerk is slightly higher",
+    ),
+    _Window(
+        "curved",
+        "curved_offset_to",
+        "offset",
+        _more,
+        "between two cycles the proposed J_offset is larger",
+        "curved_offset_from",
+    ),
+    _Window(
+        "intersection",
+        "intersection_alike_to",
+        "offset",
+        _alike,
+        "until a cycle both methods deviate alike",
+    ),
+    _Window(
+        "u_shaped",
+        "u_shaped_alike_to",
+        "jerk",
+        _alike,
+        "in the first cycles there is little difference in jerk",
+    ),
+    _Window(
+        "u_shaped",
+        "u_shaped_better_to",
+        "jerk",
+        _less,
+        "after them the proposed jerk is lower",
+        "u_shaped_alike_to",
+    ),
+)
+_REASON = "it is a property of the layout that the thesis drew, which is not given"
+
+
+def _drive_claims() -> tuple[DriveClaim, ...]:
     """List what 4.7.2 says about the figures; its seconds are planning cycles."""
+    return (*map(_window_claim, _WINDOWS), _begins_claim())
+
+
+def _window_claim(window: _Window) -> DriveClaim:
+    """Build the claim about one window of planning cycles."""
     text = published().text
-
-    def cycle(key: str) -> int:
-        return int(text[key].value)
-
-    windows = (
-        (
-            "straight",
-            "straight_first_cycles",
-            "jerk",
-            0,
-            _more,
-            "in the first cycles the proposed J_jerk is slightly higher",
-        ),
-        (
-            "curved",
-            "curved_offset_to",
-            "offset",
-            cycle("curved_offset_from"),
-            _more,
-            "between two cycles the proposed J_offset is larger",
-        ),
-        (
-            "intersection",
-            "intersection_alike_to",
-            "offset",
-            0,
-            _alike,
-            "until a cycle both methods deviate alike",
-        ),
-        (
-            "u_shaped",
-            "u_shaped_alike_to",
-            "jerk",
-            0,
-            _alike,
-            "in the first cycles there is little difference in jerk",
-        ),
-        (
-            "u_shaped",
-            "u_shaped_better_to",
-            "jerk",
-            cycle("u_shaped_alike_to"),
-            _less,
-            "after them the proposed jerk is lower",
-        ),
+    first = 0 if window.first_key is None else int(text[window.first_key].value)
+    last = int(text[window.key].value)
+    return DriveClaim(
+        window.key,
+        window.road,
+        text[window.key].place,
+        f"{window.road}: {window.words}",
+        printed(from_cycle=first, to_cycle=last),
+        _window_means(window.field, first, last),
+        _compared(window.field, first, last, window.judge),
+        _REASON,
     )
-    reason = "it is a property of the layout that the thesis drew, which is not given"
-    made = [
-        Course(
-            key,
-            road,
-            text[key].place,
-            f"{road}: {words}",
-            printed(from_cycle=first, to_cycle=cycle(key)),
-            _window(field, first, cycle(key)),
-            _compared(field, first, cycle(key), judge),
-            reason,
-        )
-        for road, key, field, first, judge, words in windows
-    ]
-    begins = text["curved_begins_proposed"]
-    made.append(
-        Course(
-            "curved_begins",
-            "curved",
-            begins.place,
-            "curved: the proposed method begins to avoid earlier",
-            printed(
-                proposed_m=begins.value,
-                conventional_m=text["curved_begins_conventional"].value,
-            ),
-            lambda a, b: numbers(proposed_m=_begins(a), conventional_m=_begins(b)),
-            lambda a, b: _begins(a) < _begins(b),
-            "both see the first obstacle in the same cycle, and begin there",
-        )
+
+
+def _begins_claim() -> DriveClaim:
+    """Build the claim about where the first avoidance begins."""
+    begins = published().text["curved_begins_proposed"]
+    return DriveClaim(
+        "curved_begins",
+        "curved",
+        begins.place,
+        "curved: the proposed method begins to avoid earlier",
+        printed(
+            proposed_m=begins.value,
+            conventional_m=published().text["curved_begins_conventional"].value,
+        ),
+        lambda a, b: numbers(proposed_m=_begins(a), conventional_m=_begins(b)),
+        lambda a, b: _begins(a) < _begins(b),
+        "both see the first obstacle in the same cycle, and begin there",
     )
-    return tuple(made)

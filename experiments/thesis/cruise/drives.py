@@ -1,4 +1,4 @@
-"""Drives of chapter 4: its planners on its roads, and what a claim asks of a drive.
+"""Drives of chapter 4: its planners on its roads, and measures for its claims.
 
 The printed planner takes the ego for a disc of 1 m about its rear axle, and as
 published it has collided when that disc has. So its world holds a body that lies in the
@@ -6,23 +6,20 @@ disc; how near the body of a car would have come is measured beside it.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from experiments.config.scenario_file import load_scenario
-from experiments.cosim.loop import LoopSettings, run_loop
+from experiments.cosim.loop import EpisodeOptions, run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.metrics.comfort import JERK_COST, OFFSET_COST
 from experiments.thesis.cruise.random_layouts import RANDOM
-from experiments.world_setup.layout import (
-    Layout,
-    listed_obstacles,
-    make_layout,
-    make_vehicle,
-)
+from experiments.world_setup.layout import make_layout
+from experiments.world_setup.obstacles import listed_obstacles
+from experiments.world_setup.road import Layout
 from experiments.world_setup.world import make_world
 from planner.cruise import (
     ONLY_PRINTED,
@@ -37,7 +34,7 @@ from planner.cruise.settings import thesis_settings
 from planner.interface import Planner
 from planner.prediction import constant_speed
 from planner.reference_path.path import ReferencePath
-from planner.scene import Obstacles, Prediction
+from planner.scene import Obstacles, Prediction, RoadUsers
 from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
 
@@ -52,7 +49,7 @@ LEAST_WAY = 20.0  # that is left after an obstacle to come back [m]
 
 
 def _with_weights(jerk: float, safety: float, offset: float) -> Callable[[], Planner]:
-    """Make the printed planner with other weights of jerk, safety and offset."""
+    """Build the printed planner with other weights of jerk, safety and offset."""
 
     def make() -> Planner:
         weights = Weights(jerk, safety, offset, *ONLY_PRINTED)
@@ -72,7 +69,7 @@ METHODS: Mapping[str, Callable[[], Planner]] = {
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One drive to be done: the published layout, or what `overrides` say."""
+    """Definition of one drive: the published layout, or `overrides`."""
 
     road: str
     method: str
@@ -84,7 +81,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Driven:
-    """What came of a drive; the arrays have one number a cycle."""
+    """Result of a drive; arrays have one element per cycle."""
 
     status: EpisodeStatus
     clearance: float  # least, of the driven body to any obstacle [m]
@@ -98,7 +95,7 @@ class Driven:
 
     @property
     def arrived(self) -> bool:
-        """Tell whether it reached its goal without a collision."""
+        """Whether the ego reached its goal without a collision."""
         return self.status is EpisodeStatus.ARRIVED
 
     @property
@@ -113,24 +110,15 @@ class Driven:
 
 
 def random_drive(road: str, method: str, seed: int) -> Drive:
-    """Ask for a drive among random obstacles, as published."""
+    """Describe a drive among random obstacles, as published."""
     return Drive(road, method, seed, (RANDOM,))
 
 
-def standing(  # noqa: PLR0913, PLR0917 - the signature of predictors
-    path: ReferencePath,
-    x: FloatArray,
-    y: FloatArray,
-    heading: FloatArray,
-    speed: FloatArray,
-    acceleration: FloatArray,  # noqa: ARG001 - part of the signature
-    lateral_speed: FloatArray,  # noqa: ARG001
-    step: float,
-    n_steps: int,
-) -> Prediction:
-    """Take every vehicle for an obstacle that stands, as [Thesis] ch. 4 does."""
-    none = np.zeros_like(speed)
-    return constant_speed(path, x, y, heading, none, none, none, step, n_steps)
+def standing(path: ReferencePath, vehicles: RoadUsers, times: FloatArray) -> Prediction:
+    """Predict every vehicle as a static obstacle, as [Thesis] ch. 4 does."""
+    none = np.zeros(len(vehicles.ids))
+    still = replace(vehicles, speed=none, acceleration=none, lateral_speed=none)
+    return constant_speed(path, still, times)
 
 
 def drive(asked: Drive) -> Driven:
@@ -146,10 +134,8 @@ def drive(asked: Drive) -> Driven:
         make_world(scenario, layout, Path()),
         METHODS[asked.method](),
         PerfectTracking(),
-        LoopSettings(
-            make_vehicle(scenario.ego),
-            scenario.ego.target_speed_mps,
-            scenario.ego.goal_m,
+        layout.task,
+        EpisodeOptions(
             scenario.simulation.duration_s,
             predictor=standing if asked.blind else constant_speed,
         ),
@@ -176,7 +162,7 @@ def _driven(
     return Driven(
         status,
         min(record.clearance for record in records),
-        min(car_clearance(record.ego, layout.obstacles) for record in records),
+        min(car_clearance(record.ego, layout.road.obstacles) for record in records),
         farthest_return(s, l, [o[0] for o in obstacles], goal),
         np.array([c[JERK_COST] for c in costs if JERK_COST in c]),
         np.array([c[OFFSET_COST] for c in costs if OFFSET_COST in c]),
@@ -187,7 +173,7 @@ def _driven(
 
 
 def car_clearance(ego: CartesianState, discs: Obstacles) -> float:
-    """Distance of a car's rectangle to the nearest disc, negative inside it [m]."""
+    """Return the distance of a car's rectangle to the nearest disc, < 0 inside [m]."""
     dx, dy = discs.x - ego.x, discs.y - ego.y
     cos, sin = np.cos(ego.heading), np.sin(ego.heading)
     ahead = np.abs(dx * cos + dy * sin - CAR.centre_offset) - 0.5 * CAR.length
@@ -200,7 +186,7 @@ def car_clearance(ego: CartesianState, discs: Obstacles) -> float:
 def farthest_return(
     s: FloatArray, l: FloatArray, obstacles: list[float], goal: float
 ) -> float:
-    """Say how near the ego comes to the centre line after each obstacle, at worst [m].
+    """Return the largest of the smallest offsets after each obstacle [m].
 
     For each obstacle the least |l| from it to the next one or the goal; where less
     than 20 m are left, there is no room to come back.

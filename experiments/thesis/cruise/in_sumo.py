@@ -10,8 +10,9 @@ import numpy as np
 
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.records import EpisodeStatus
-from experiments.cosim.sumo.system_libraries import check_simulator
-from experiments.episode.run import RunFolder, run_episode
+from experiments.cosim.sumo.system_libraries import load_libsumo
+from experiments.episode.run import run_episode
+from experiments.episode.run_folder import OutputOptions
 from experiments.errors import SimulationError
 from experiments.metrics import columns
 from experiments.thesis.claims import Claim, Number, ResultTable, Share, shown
@@ -36,7 +37,7 @@ SUMO = "seeds in SUMO with traffic"
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """One episode to be driven."""
+    """Definition of one episode."""
 
     scenario: str
     planner: str
@@ -45,8 +46,8 @@ class Episode:
 
 
 @dataclass(frozen=True, slots=True)
-class Driven:
-    """What came of an episode."""
+class SumoOutcome:
+    """Result of an episode."""
 
     status: str
     contacts: int
@@ -55,21 +56,21 @@ class Driven:
 
     @property
     def arrived(self) -> bool:
-        """Tell whether it arrived."""
+        """Whether the ego arrived."""
         return self.status == EpisodeStatus.ARRIVED
 
 
 @dataclass(frozen=True, slots=True)
 class TrafficPart:
-    """What the chapter takes over."""
+    """Results for the chapter."""
 
     claims: tuple[Claim, ...]
     tables: tuple[ResultTable, ...]
     missing: tuple[str, ...]
 
 
-def episode(asked: Episode) -> Driven:
-    """Drive one episode; nothing of it stays on the disk."""
+def episode(asked: Episode) -> SumoOutcome:
+    """Drive one episode without leaving files."""
     scenario = load_scenario(
         asked.scenario,
         planner=asked.planner,
@@ -77,10 +78,10 @@ def episode(asked: Episode) -> Driven:
         overrides=asked.overrides,
     )
     with tempfile.TemporaryDirectory() as folder:
-        choice = RunFolder(Path(folder) / "run", keeps_trace=lambda _: False)
-        row = run_episode(scenario, choice=choice).row
+        output = OutputOptions(Path(folder) / "run", keeps_trace=lambda _: False)
+        row = run_episode(scenario, output=output).row
     jerk, offset = row[columns.MEAN_J_JERK], row[columns.MEAN_J_OFFSET]
-    return Driven(
+    return SumoOutcome(
         str(row[columns.STATUS]),
         int(row[columns.COLLISIONS] or 0),
         None if jerk is None else float(jerk),
@@ -93,7 +94,7 @@ def traffic_part(effort: Effort, work: Work) -> TrafficPart:
     if effort.traffic_seeds == 0:
         return TrafficPart((), (), ("SUMO with traffic: left out by --quick",))
     try:
-        check_simulator()
+        load_libsumo()
     except SimulationError as error:
         return TrafficPart((), (), (f"SUMO with traffic: {error}",))
     planners = (*PRINTED, *CLOSED_LOOP)
@@ -105,7 +106,7 @@ def traffic_part(effort: Effort, work: Work) -> TrafficPart:
 
 
 def _claims(
-    found: dict[tuple[str, str, int], Driven], seeds: Sequence[int]
+    found: dict[tuple[str, str, int], SumoOutcome], seeds: Sequence[int]
 ) -> tuple[Claim, ...]:
     """Check Table 4.2 among traffic, as printed and in closed loop."""
     claims = []
@@ -144,11 +145,11 @@ def _claims(
 
 
 def _table(
-    found: dict[tuple[str, str, int], Driven],
+    found: dict[tuple[str, str, int], SumoOutcome],
     planners: Sequence[str],
     seeds: Sequence[int],
 ) -> ResultTable:
-    """Lay out how the episodes ended."""
+    """Tabulate how the episodes ended."""
     rows = tuple(
         (road, NAMES[planner], *_summary([found[road, planner, s] for s in seeds]))
         for road in ROADS
@@ -168,7 +169,7 @@ def _table(
 HEADER = ("runs", "arrived", "with a contact", "J_offset m²", "J_jerk m²/s⁵")
 
 
-def _summary(runs: Sequence[Driven]) -> tuple[Number | str, ...]:
+def _summary(runs: Sequence[SumoOutcome]) -> tuple[Number | str, ...]:
     """Count and average; a dash where nothing was planned."""
     cells: list[Number | str] = [
         len(runs),

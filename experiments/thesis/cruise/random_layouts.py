@@ -17,13 +17,14 @@ from rich.progress import track
 from rich.table import Table
 
 from experiments.config.scenario_file import load_scenario
-from experiments.cosim.loop import OFF_ROAD_TOLERANCE, LoopSettings, run_loop
+from experiments.cosim.loop import EpisodeOptions, run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.planners.registry import make_planner
-from experiments.world_setup.layout import make_layout, make_vehicle
+from experiments.world_setup.layout import make_layout
 from experiments.world_setup.world import make_world
 from planner.interface import PlanStatus
+from planner.scene import OFF_ROAD_TOLERANCE
 
 ROADS = ("straight", "curved", "intersection", "u_shaped")
 FIRST = 32.0  # centre of the first obstacle [m]
@@ -36,8 +37,8 @@ GROWS_AT = (60.0, -1.0)  # s and l of it [m]
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
-    """What came of one layout."""
+class RandomDrive:
+    """Result of one layout."""
 
     status: EpisodeStatus
     clearance: float  # least distance of the rectangle from any obstacle [m]
@@ -45,7 +46,7 @@ class Drive:
     off_road: int  # steps over the road's edge
 
 
-def drive(road: str, planner: str, seed: int, obstacles: str) -> Drive:
+def drive(road: str, planner: str, seed: int, obstacles: str) -> RandomDrive:
     """Drive one layout on a road of the thesis, in the world without a simulator.
 
     Args:
@@ -63,16 +64,14 @@ def drive(road: str, planner: str, seed: int, obstacles: str) -> Drive:
         make_world(scenario, layout, Path()),
         make_planner(scenario.planner.name, scenario.planner.settings),
         PerfectTracking(),
-        LoopSettings(
-            make_vehicle(scenario.ego),
-            scenario.ego.target_speed_mps,
-            scenario.ego.goal_m,
+        layout.task,
+        EpisodeOptions(
             scenario.simulation.duration_s,
         ),
         records.append,
     )
     plans = [record.plan for record in records if record.plan is not None]
-    return Drive(
+    return RandomDrive(
         ending.status,
         min(record.clearance for record in records),
         sum(plan.status is not PlanStatus.OK for plan in plans),
@@ -81,15 +80,15 @@ def drive(road: str, planner: str, seed: int, obstacles: str) -> Drive:
 
 
 def growing(radius: float) -> str:
-    """Put one obstacle of `radius` [m] on the road."""
+    """Place one obstacle of `radius` [m] on the road."""
     s, l = GROWS_AT
     return f"obstacles=[{{s_m: {s}, l_m: {l}, radius_m: {radius}}}]"
 
 
 def layouts_table(
-    planner: str, results: Iterable[tuple[str, Sequence[Drive]]]
+    planner: str, results: Iterable[tuple[str, Sequence[RandomDrive]]]
 ) -> Table:
-    """Lay out the random layouts, a road a row."""
+    """Tabulate the random layouts, a road a row."""
     table = Table(title=f"Random obstacles without traffic, {planner}")
     table.add_column("road")
     columns = ("layouts", "arrived", "collisions", "off-road steps", "fallback cycles")
@@ -110,8 +109,8 @@ def layouts_table(
     return table
 
 
-def growing_table(planner: str, drives: Sequence[Drive]) -> Table:
-    """Lay out what is kept from the growing obstacle."""
+def growing_table(planner: str, drives: Sequence[RandomDrive]) -> Table:
+    """Tabulate what is kept from the growing obstacle."""
     s, l = GROWS_AT
     table = Table(title=f"One obstacle at s = {s:g} m, l = {l:g} m grows, {planner}")
     table.add_column("radius m", justify="right")
@@ -123,7 +122,7 @@ def growing_table(planner: str, drives: Sequence[Drive]) -> Table:
 
 
 def largest_drop(clearances: Sequence[float]) -> float:
-    """How far the clearance falls below what was kept from a smaller obstacle [m]."""
+    """Return by how much the clearance falls below that of a smaller obstacle [m]."""
     drop, most = 0.0, clearances[0]
     for clearance in clearances:
         most = max(most, clearance)

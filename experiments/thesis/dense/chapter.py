@@ -22,8 +22,8 @@ from experiments.thesis.dense.figures import (
 from experiments.thesis.dense.layouts import (
     HALF_WIDTH,
     LENGTH,
+    PublishedLayout,
 )
-from experiments.thesis.dense.layouts import Layout as PickedLayout
 from experiments.thesis.dense.methods import (
     METHODS,
     PRINTED,
@@ -33,7 +33,7 @@ from experiments.thesis.dense.methods import (
     timed,
 )
 from experiments.thesis.dense.study import (
-    Layout,
+    RandomLayout,
     study,
 )
 from experiments.thesis.dense.tables import (
@@ -88,12 +88,12 @@ def _groups(effort: Effort, work: Work) -> Groups:
     groups = {}
     for same, n in product((True, False), COUNTS):
         kind = "one size" if same else "different sizes"
-        layouts = [Layout(n, seed, same) for seed in range(effort.dense_layouts)]
+        layouts = [RandomLayout(n, seed, same) for seed in range(effort.dense_layouts)]
         groups[n, same] = work.map(f"{n} obstacles, {kind}", study, layouts)
     return groups
 
 
-def _picked(layout: PickedLayout) -> dict[str, tuple[Measured, FrenetPath | None]]:
+def _picked(layout: PublishedLayout) -> dict[str, tuple[Measured, FrenetPath | None]]:
     """Run all methods on a picked layout."""
     field = straight_field(layout.array(), HALF_WIDTH, LENGTH)
     found = {}

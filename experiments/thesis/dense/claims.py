@@ -251,7 +251,7 @@ def comparison_claims(picked: Picked, groups: Groups) -> Iterator[Claim]:
 
 
 def _corrected(table: str, rate: float) -> Number:
-    """Give the decline that follows from the table where the printed one is a slip."""
+    """Return the decline that follows from the table if the printed one is a slip."""
     for slip in published().slips:
         if f"Table {table}" in slip.place and slip.printed == rate:
             return slip.right

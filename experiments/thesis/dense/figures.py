@@ -40,7 +40,7 @@ FIGURES = {"5.3": "5.9", "5.5": "5.10"}
 
 
 def sampling_pictures(groups: Groups) -> Iterable[Picture]:
-    """Make Figures 5.7 and 5.8: medians of random layouts of one size."""
+    """Build Figures 5.7 and 5.8: medians of random layouts of one size."""
     measures: dict[str, tuple[str, Callable[[Studied, str], float]]] = {
         "5.7": ("waypoints", lambda one, name: one.waypoints[name]),
         "5.8": ("paths", lambda one, name: one.methods[name].edges),
@@ -58,7 +58,7 @@ def sampling_pictures(groups: Groups) -> Iterable[Picture]:
 
 
 def waypoints_picture() -> Picture:
-    """Make Figure 5.5: where the adaptive method samples, on a picked layout."""
+    """Build Figure 5.5: where the adaptive method samples, on a picked layout."""
     field = straight_field(DIFFERENT_SIZES.array(), HALF_WIDTH, LENGTH)
     settings = LatticeSettings()
     spread = adaptive_waypoints(field, COVER, START[:2], LENGTH, settings)
@@ -75,7 +75,7 @@ def waypoints_picture() -> Picture:
 def path_pictures(
     picked: Mapping[str, Mapping[str, tuple[Measured, FrenetPath | None]]],
 ) -> Iterable[Picture]:
-    """Make Figures 5.9 and 5.10 with the side sequences as a third line."""
+    """Build Figures 5.9 and 5.10 with the side sequences as a third line."""
     for table, methods in picked.items():
         lines = {
             name: path
@@ -87,7 +87,7 @@ def path_pictures(
 
 
 def example_picture(groups: Groups) -> Iterable[Picture]:
-    """Make Figure 5.1 on the first random layout whose sides change."""
+    """Build Figure 5.1 on the first random layout whose sides change."""
     for one in groups[COUNTS[-1], True]:
         if one.changed["uniform"]:
             obstacles = one.layout.obstacles()

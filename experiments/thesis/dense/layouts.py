@@ -1,4 +1,4 @@
-"""Layouts of [Thesis] ch. 5 and what it publishes about them.
+"""Layouts of [Thesis] ch. 5 and their published results.
 
 Obstacles are (s, l, r_ob) [m] in the frame of a straight road. The two layouts are
 picked among random ones so that the outcome lies near that of [Thesis] fig. 5.9 and
@@ -29,7 +29,7 @@ SAME_RADIUS: Final = SIZES[1][2]
 
 
 @dataclass(frozen=True, slots=True)
-class Published:
+class PublishedResult:
     """One row of [Thesis] table 5.3 or 5.5."""
 
     length: float  # [m]
@@ -38,32 +38,32 @@ class Published:
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
-    """Obstacles and what is published about them, by method."""
+class PublishedLayout:
+    """Obstacles and published results by method."""
 
     name: str
     obstacles: tuple[tuple[float, float, float], ...]
-    published: dict[str, Published]
+    published: dict[str, PublishedResult]
 
     def array(self) -> FloatArray:
-        """Give the obstacles in rows, (n, 3) [m]."""
+        """Return the obstacles in rows, (n, 3) [m]."""
         return np.array(self.obstacles)
 
 
-SAME_SIZE: Final = Layout(
+SAME_SIZE: Final = PublishedLayout(
     "same_size",
     ((9.3, -2.6, 1.58), (20.7, 0.6, 1.58), (25.6, 0.7, 1.58), (42.2, 2.1, 1.58)),
     {
-        "uniform": Published(65.75, 0.91, 231.43),
-        "adaptive": Published(62.27, 0.74, 238.27),
+        "uniform": PublishedResult(65.75, 0.91, 231.43),
+        "adaptive": PublishedResult(62.27, 0.74, 238.27),
     },
 )
-DIFFERENT_SIZES: Final = Layout(
+DIFFERENT_SIZES: Final = PublishedLayout(
     "different_sizes",
     ((10.2, -4.4, 2.5), (19.8, 1.2, 1.58), (28.1, 3.5, 2.7), (47.8, -1.1, 0.71)),
     {
-        "uniform": Published(66.65, 0.96, 231.91),
-        "adaptive": Published(61.04, 0.67, 242.12),
+        "uniform": PublishedResult(66.65, 0.96, 231.91),
+        "adaptive": PublishedResult(61.04, 0.67, 242.12),
     },
 )
 

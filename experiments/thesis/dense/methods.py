@@ -22,11 +22,12 @@ from experiments.thesis.dense.layouts import (
     HALF_WIDTH,
     LENGTH,
     SAME_SIZE,
-    Layout,
+    PublishedLayout,
     random_layout,
 )
 from planner.dense.field import Cover, ObstacleField, straight_field
 from planner.dense.frenet_path import FrenetPath
+from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice_methods import LatticePlan, plan_adaptive, plan_uniform
 from planner.dense.settings import (
     EdgeChecks,
@@ -43,12 +44,12 @@ SUBDIVISION = 8  # of knot intervals, for integrals and extremes
 COST_ROUNDING = 1e-6  # relative, of solvers
 REPETITIONS = 3  # of each timed call; the fastest counts
 COVER = Cover.single(EGO_RADIUS)
-START = (0.0, 0.0, 0.0, 0.0)  # s [m], l [m], l' [-], l'' [1/m]
+START = PathStart(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class MethodPath:
-    """What a method returns; a method without a lattice has no edges."""
+    """Result of a method; without a lattice there are no edges."""
 
     path: FrenetPath | None
     status: str
@@ -86,7 +87,7 @@ def lattice_method(
     lattice: LatticeSettings | None = None,
     smoothing: SmoothingSettings | None = None,
 ) -> Method:
-    """Make a method of the study from a lattice planner; all its edges are checked."""
+    """Build a method of the study from a lattice planner; all its edges are checked."""
     lattice = replace(lattice or LatticeSettings(), edge_checks=EdgeChecks.ALL)
     smoothing = smoothing or SmoothingSettings()
 
@@ -103,7 +104,7 @@ def lattice_method(
 
 
 def sides_method(settings: SideSettings) -> Method:
-    """Make a method of the study from the side sequences.
+    """Build a method of the study from the side sequences.
 
     They have no edges: what is collision-free by construction has nothing to throw
     away.
@@ -181,7 +182,7 @@ def measure(name: str, method: Method, obstacles: FloatArray) -> Measured:
 def timed(
     method: Method, field: ObstacleField, repetitions: int
 ) -> tuple[MethodPath, float]:
-    """Run a method some times: (its result, the shortest time [ms])."""
+    """Run a method several times and return (result, shortest time [ms])."""
     took = math.inf
     for _ in range(repetitions):
         start = time.perf_counter()
@@ -191,7 +192,7 @@ def timed(
 
 
 def measured(name: str, result: MethodPath, run_time: float) -> Measured:
-    """Measure what a method returned."""
+    """Measure the result of a method."""
     metrics = (math.nan,) * 5 if result.path is None else path_metrics(result.path)
     return Measured(
         name,
@@ -238,8 +239,10 @@ def share_better(
     return better, len(both)
 
 
-def layout_table(layout: Layout, methods: Mapping[str, Method] = METHODS) -> Table:
-    """Put the measured beside the published numbers of one layout."""
+def layout_table(
+    layout: PublishedLayout, methods: Mapping[str, Method] = METHODS
+) -> Table:
+    """Tabulate measured and published numbers of one layout."""
     table = Table(title=f"{layout.name}: measured (published)")
     for heading in ("method", "length m", "max heading rad", "max curvature 1/m"):
         table.add_column(heading)
@@ -307,7 +310,7 @@ def _middle(values: Sequence[float], digits: int) -> str:
 
 
 def sides_verdict(rows: Mapping[str, Sequence[Measured]]) -> str:
-    """Say in how many layouts the side sequences hold what they promise."""
+    """Count the layouts on which the side sequences keep their guarantees."""
     sides, printed, adaptive = (
         rows[name] for name in (SIDES, SIDES_PRINTED, "adaptive")
     )

@@ -1,4 +1,4 @@
-"""What chapter 5 asks of one layout: all methods, waypoints, and the sensitivity."""
+"""Study of one layout of chapter 5: all methods, waypoints, sensitivity."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ LATTICES = {"uniform": plan_uniform, "adaptive": plan_adaptive}
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class RandomLayout:
     """A random layout by its numbers."""
 
     n: int
@@ -53,9 +53,9 @@ class Layout:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Studied:
-    """What came of one layout."""
+    """Result of one layout."""
 
-    layout: Layout
+    layout: RandomLayout
     methods: Mapping[str, Measured]
     waypoints: Mapping[str, int]
     occupied: int  # adaptive waypoints nearer to an obstacle than the discs allow
@@ -63,7 +63,7 @@ class Studied:
     changed: Mapping[str, bool | None]  # see `side_changes`
 
 
-def study(layout: Layout) -> Studied:
+def study(layout: RandomLayout) -> Studied:
     """Run every method on one layout."""
     obstacles = layout.obstacles()
     field = straight_field(obstacles, HALF_WIDTH, LENGTH)
@@ -99,14 +99,14 @@ def occupied_waypoints(waypoints: Waypoints, obstacles: FloatArray) -> int:
 
 
 def path_clearance(path: FrenetPath, obstacles: FloatArray) -> float:
-    """Least distance between the ego's disc on a path and an obstacle's [m]."""
+    """Return the minimum distance between the ego's disc and obstacles [m]."""
     fine = path.subdivided(FINE)
     away = np.hypot(fine.s - obstacles[:, :1], fine.l - obstacles[:, 1:2])
     return float((away - obstacles[:, 2:] - EGO_RADIUS).min())
 
 
 def side_changes(name: str, field: ObstacleField, obstacles: FloatArray) -> bool | None:
-    """Tell whether one more waypoint a layer changes a side; None if one has no path.
+    """Check whether one more waypoint per layer changes a side; None without a path.
 
     Args:
         name: Of `LATTICES`.
@@ -120,12 +120,12 @@ def side_changes(name: str, field: ObstacleField, obstacles: FloatArray) -> bool
 
 
 def lattice_with(name: str, points: int) -> Callable[[ObstacleField], MethodPath]:
-    """Make a lattice method with other free layers."""
+    """Build a lattice method with other free layers."""
     settings = replace(LatticeSettings(), free_points=points)
     return lattice_method(LATTICES[name], settings)
 
 
 def passed_left(path: FrenetPath, obstacles: FloatArray) -> tuple[bool, ...]:
-    """Say of each obstacle whether a path passes to its left."""
+    """Return for each obstacle whether a path passes to its left."""
     l = np.interp(obstacles[:, 0], path.s, path.l)
     return tuple((l > obstacles[:, 1]).tolist())

@@ -29,7 +29,7 @@ Groups = Mapping[tuple[int, bool], Sequence[Studied]]
 
 
 def picked_table(table: str, rows: Mapping[str, Measured]) -> ResultTable:
-    """Lay out Table 5.3 or 5.5 with all methods."""
+    """Tabulate Table 5.3 or 5.5 with all methods."""
     return ResultTable(
         f"table_{table}_measured",
         f"Table {table} on the picked layout",
@@ -60,7 +60,7 @@ def picked_table(table: str, rows: Mapping[str, Measured]) -> ResultTable:
 
 
 def sampling_table(groups: Groups) -> ResultTable:
-    """Lay out Table 5.2 over random layouts."""
+    """Tabulate Table 5.2 over random layouts."""
     rows = []
     for (n, same), group in groups.items():
         for name in ("uniform", "adaptive"):
@@ -96,7 +96,7 @@ def sampling_table(groups: Groups) -> ResultTable:
 
 
 def paths_table(groups: Groups) -> ResultTable:
-    """Lay out the paths on the random layouts that all methods solve."""
+    """Tabulate the paths on the random layouts that all methods solve."""
     rows = []
     for (n, same), group in groups.items():
         common = [g for g in group if all(row.solved for row in g.methods.values())]
@@ -127,7 +127,7 @@ def paths_table(groups: Groups) -> ResultTable:
 
 
 def sides_table(groups: Groups) -> ResultTable:
-    """Say what the side sequences hold of the 100 % that 7.1.1 asks for."""
+    """Compare the side sequences with the 100 % that 7.1.1 asks for."""
     rows = []
     for (n, same), group in groups.items():
         methods = [one.methods for one in group]
@@ -186,7 +186,7 @@ def sides_table(groups: Groups) -> ResultTable:
 
 
 def _negative(groups: Groups) -> str:
-    """Say in how many paths the discs overlap between the planner's points."""
+    """Count the paths whose discs overlap between the planner's points."""
     clearances = [
         one.clearance
         for group in groups.values()
@@ -206,7 +206,7 @@ def _negative(groups: Groups) -> str:
 def time_table(
     picked: Mapping[str, Mapping[str, Measured]], groups: Groups
 ) -> ResultTable:
-    """Lay out run times."""
+    """Tabulate run times."""
     rows: list[tuple[str | Number, ...]] = [
         (f"picked, Table {table}", name, shown(row.run_time))
         for table, methods in picked.items()
@@ -222,12 +222,12 @@ def time_table(
 
 
 def kind(same: bool) -> str:  # noqa: FBT001 - a key of the groups
-    """Name the kind of a group."""
+    """Describe the kind of a group."""
     return "one size" if same else "different"
 
 
 def median(values: Iterable[float]) -> Number | str:
-    """Median, a dash of nothing."""
+    """Return the median, or a dash without values."""
     found = list(values)
     return shown(float(np.median(found))) if found else "-"
 

@@ -79,7 +79,7 @@ def lane_change_chapter(effort: Effort, work: Work) -> Chapter:
 
 
 def _scenes(effort: Effort) -> list[Asked]:
-    """Ask for the random scenes, one to four vehicles in turn."""
+    """Describe the random scenes, with one to four vehicles in turn."""
     low, high = ONE_OR_MORE
     return [
         Asked(seed, low + seed % (high - low + 1), REPEATS)
@@ -88,7 +88,7 @@ def _scenes(effort: Effort) -> list[Asked]:
 
 
 def _crowd(n: int, effort: Effort) -> list[Asked]:
-    """Ask for scenes of n vehicles."""
+    """Describe scenes of n vehicles."""
     tried = n <= ALL_TRIED_UP_TO
     return [Asked(1000 + k, n, 1, tried) for k in range(effort.crowds)]
 

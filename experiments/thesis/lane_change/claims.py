@@ -18,7 +18,7 @@ from experiments.thesis.lane_change.curve_comparison import (
 )
 from experiments.thesis.lane_change.curve_models import lane_change_b_spline
 from experiments.thesis.lane_change.path_costs import (
-    PathWeights,
+    PathCostWeights,
     bending_cost,
     printed_cost,
 )
@@ -112,8 +112,8 @@ def curve_claims() -> Iterator[Claim]:
 
 
 def candidate_paths() -> list[CandidatePath]:
-    """Make the candidate set of 6.3.5: splines of different length and place of C."""
-    weights = PathWeights()
+    """Build the candidate set of 6.3.5: splines of varied length and position of C."""
+    weights = PathCostWeights()
     made = []
     for length in LENGTHS:
         for ratio in CANDIDATES:

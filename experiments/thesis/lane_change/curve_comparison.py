@@ -1,4 +1,4 @@
-"""Curve models for a lane change, measured alike; [Thesis] 6.3.4."""
+"""Comparison of curve models for a lane change; [Thesis] 6.3.4."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from experiments.thesis.lane_change.curve_models import (
 )
 from experiments.thesis.lane_change.dubins import shortest_dubins
 from experiments.thesis.lane_change.path_costs import (
-    PathWeights,
+    PathCostWeights,
     bending_cost,
     printed_cost,
     turning_cost,
@@ -26,7 +26,7 @@ STEADY = 1e-9  # a smaller change of curvature is rounding [1/m]
 
 @dataclass(frozen=True, slots=True)
 class LaneShift:
-    """One lane change, and what the models leave open."""
+    """One lane change, and the free parameters of the models."""
 
     length: float = 60.0  # along the road [m]
     shift: float = 3.5  # across it [m]
@@ -38,7 +38,7 @@ class LaneShift:
 
 @dataclass(frozen=True, slots=True)
 class CurveMeasures:
-    """What a curve asks of the vehicle that drives it."""
+    """Demands of a curve on the vehicle."""
 
     length: float  # [m]
     jumps: int  # of the curvature between its ends
@@ -53,8 +53,8 @@ class CurveMeasures:
 
 
 @dataclass(frozen=True, slots=True)
-class Claim:
-    """A statement of [Thesis] 6.3.4 and what was measured."""
+class CurveClaim:
+    """A statement of [Thesis] 6.3.4 and its evidence."""
 
     text: str
     holds: bool
@@ -63,10 +63,10 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class CurveComparison:
-    """The table, the claims, and how far the curves lie apart."""
+    """Measures, claims, and the distance between the curves."""
 
     measures: Mapping[str, CurveMeasures]
-    claims: tuple[Claim, ...]
+    claims: tuple[CurveClaim, ...]
     apart: float  # largest distance across the road between two of the curves [m]
 
 
@@ -75,7 +75,7 @@ CUBIC, QUINTIC, SPLINE = "Bézier, cubic", "Bézier, quintic", "B-spline"
 
 
 def lane_change_curves(task: LaneShift) -> dict[str, Curve]:
-    """Make the same lane change by every model."""
+    """Build the same lane change with every model."""
     length, shift = task.length, task.shift
     end = (length, shift, 0.0)
     dubins = shortest_dubins((0.0, 0.0, 0.0), end, task.dubins_radius)
@@ -90,7 +90,7 @@ def lane_change_curves(task: LaneShift) -> dict[str, Curve]:
     return {name: sample_curve(model, task.spacing) for name, model in models.items()}
 
 
-def measure(curve: Curve, weights: PathWeights) -> CurveMeasures:
+def measure(curve: Curve, weights: PathCostWeights) -> CurveMeasures:
     """Measure one curve between two straight lanes."""
     jumps = np.abs(curve.jumps)
     found = jumps[jumps > STEADY]
@@ -110,11 +110,11 @@ def measure(curve: Curve, weights: PathWeights) -> CurveMeasures:
 
 
 def compare_curves(
-    task: LaneShift | None = None, weights: PathWeights | None = None
+    task: LaneShift | None = None, weights: PathCostWeights | None = None
 ) -> CurveComparison:
-    """Measure all models on one lane change and check what 6.3.4 says of them."""
+    """Measure all models on one lane change and check the statements of 6.3.4."""
     task = task or LaneShift()
-    weights = weights or PathWeights()
+    weights = weights or PathCostWeights()
     curves = lane_change_curves(task)
     measures = {name: measure(curve, weights) for name, curve in curves.items()}
     apart = _spread(curves, task.length)
@@ -130,15 +130,15 @@ def compare_curves(
 
 
 def _spread(curves: Mapping[str, Curve], length: float) -> float:
-    """Give the largest difference in y at one x [m]."""
+    """Return the largest difference in y at one x [m]."""
     x = np.linspace(0.0, length, 601)
     y = np.array([np.interp(x, c.x, c.y) for c in curves.values()])
     return float((y.max(axis=0) - y.min(axis=0)).max())
 
 
-def _dubins_jumps(dubins: CurveMeasures) -> Claim:
+def _dubins_jumps(dubins: CurveMeasures) -> CurveClaim:
     """Check Fig. 6.3 on the Dubins curve."""
-    return Claim(
+    return CurveClaim(
         "the curvature of the Dubins curve jumps twice",
         dubins.jumps == 2,
         f"{dubins.jumps} inside by {dubins.largest_jump:.4f} 1/m, and at both ends "
@@ -146,11 +146,11 @@ def _dubins_jumps(dubins: CurveMeasures) -> Claim:
     )
 
 
-def _continuous(measures: Mapping[str, CurveMeasures]) -> Claim:
+def _continuous(measures: Mapping[str, CurveMeasures]) -> CurveClaim:
     """Check that all others are continuous between their ends."""
     others = [name for name in measures if name != DUBINS]
     jumps = {name: measures[name].jumps for name in others}
-    return Claim(
+    return CurveClaim(
         "sine, Bézier and B-spline have continuous curvature",
         not any(jumps.values()),
         f"{sum(jumps.values())} jumps between the ends of {len(others)} curves",
@@ -159,27 +159,27 @@ def _continuous(measures: Mapping[str, CurveMeasures]) -> Claim:
 
 def _ends_bent(
     measures: Mapping[str, CurveMeasures], names: tuple[str, ...], which: str
-) -> Claim:
+) -> CurveClaim:
     """Check that curves end with a curvature."""
     straight = [name for name in names if measures[name].end_curvature <= STEADY]
     found = ", ".join(f"{name} {measures[name].end_curvature:.4f}" for name in names)
-    return Claim(
+    return CurveClaim(
         f"{which} curves end with a curvature that is not 0",
         not straight,
         f"{found} 1/m",
     )
 
 
-def _spline_straightens(spline: CurveMeasures) -> Claim:
+def _spline_straightens(spline: CurveMeasures) -> CurveClaim:
     """Check that the B-spline gives the steering wheel back."""
-    return Claim(
+    return CurveClaim(
         "the B-spline has neither jumps nor curvature at its end",
         spline.jumps == 0 and spline.end_curvature <= STEADY,
         f"{spline.jumps} jumps, {spline.end_curvature:.1e} 1/m",
     )
 
 
-def _spline_is_best(measures: Mapping[str, CurveMeasures]) -> Claim:
+def _spline_is_best(measures: Mapping[str, CurveMeasures]) -> CurveClaim:
     """Check that no other smooth curve is bent less."""
     smooth = {
         name: m.peak_curvature
@@ -187,7 +187,7 @@ def _spline_is_best(measures: Mapping[str, CurveMeasures]) -> Claim:
         if m.jumps == 0 and max(m.start_curvature, m.end_curvature) <= STEADY
     }
     found = ", ".join(f"{name} {peak:.4f}" for name, peak in smooth.items())
-    return Claim(
+    return CurveClaim(
         "of the curves without either fault the B-spline bends least",
         bool(smooth) and min(smooth, key=lambda name: smooth[name]) == SPLINE,
         f"peaks: {found} 1/m",

@@ -18,7 +18,7 @@ from planner.states import FloatArray
 
 
 def half_cosine(length: float, shift: float) -> tuple[Piece, ...]:
-    """Make y = shift/2 (1 - cos(pi x / length)); bent at both ends."""
+    """Build y = shift/2 (1 - cos(pi x / length)); bent at both ends."""
 
     def piece(u: FloatArray) -> FloatArray:
         w, c, s = np.pi, np.cos(np.pi * u), np.sin(np.pi * u)
@@ -33,7 +33,7 @@ def half_cosine(length: float, shift: float) -> tuple[Piece, ...]:
 
 
 def sine_ramp(length: float, shift: float) -> tuple[Piece, ...]:
-    """Make y = shift (u - sin(2 pi u) / 2 pi), u = x / length; ends straight."""
+    """Build y = shift (u - sin(2 pi u) / 2 pi), u = x / length; ends straight."""
 
     def piece(u: FloatArray) -> FloatArray:
         w = 2.0 * np.pi
@@ -48,13 +48,13 @@ def sine_ramp(length: float, shift: float) -> tuple[Piece, ...]:
 
 
 def _graph(length: float, u: FloatArray, y: tuple[FloatArray, ...]) -> FloatArray:
-    """Lay y and its derivatives over x = length u, (4, 2, n)."""
+    """Combine y and its derivatives with x = length u, (4, 2, n)."""
     none = np.zeros_like(u)
     return np.stack([[length * u, np.full_like(u, length), none, none], y], axis=1)
 
 
 def bezier(points: ArrayLike) -> tuple[Piece, ...]:
-    """Make a Bézier curve; [Thesis] eq. 6.1 and 6.2.
+    """Build a Bézier curve; [Thesis] eq. 6.1 and 6.2.
 
     Args:
         points: Control points, (n, 2) [m].
@@ -73,7 +73,7 @@ def bezier(points: ArrayLike) -> tuple[Piece, ...]:
 
 
 def bernstein(degree: int, u: FloatArray) -> FloatArray:
-    """Give the Bernstein polynomials of one degree, eq. 6.2, (n_u, degree + 1)."""
+    """Return the Bernstein polynomials of one degree, eq. 6.2, (n_u, degree + 1)."""
     basis = np.ones((u.size, 1))
     for k in range(1, degree + 1):  # by de Casteljau's recursion, without factorials
         higher = np.zeros((u.size, k + 1))
@@ -84,7 +84,7 @@ def bernstein(degree: int, u: FloatArray) -> FloatArray:
 
 
 def cubic_bezier(length: float, shift: float, handle: float) -> tuple[Piece, ...]:
-    """Make the Bézier curve of four points, the fewest that fix both headings.
+    """Build the Bézier curve of four points, the fewest that fix both headings.
 
     Args:
         length: Along x [m].
@@ -96,7 +96,7 @@ def cubic_bezier(length: float, shift: float, handle: float) -> tuple[Piece, ...
 
 
 def quintic_bezier(length: float, shift: float) -> tuple[Piece, ...]:
-    """Make the Bézier curve of six points, even along x, three in line at each end.
+    """Build the Bézier curve of six points, even along x, three in line at each end.
 
     Three end points in line take the curvature to zero there.
     """
@@ -105,7 +105,7 @@ def quintic_bezier(length: float, shift: float) -> tuple[Piece, ...]:
 
 
 def lane_change_b_spline(length: float, shift: float, c: float) -> tuple[Piece, ...]:
-    """Make the clamped cubic B-spline A, B, C, O, D, E, F; [Thesis] 6.3.5.
+    """Build the clamped cubic B-spline A, B, C, O, D, E, F; [Thesis] 6.3.5.
 
     B is the middle of A and C, both halves are symmetric about O.
 

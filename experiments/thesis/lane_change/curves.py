@@ -29,7 +29,7 @@ COLUMNS = (
 
 
 def curve_table(comparison: CurveComparison, task: LaneShift) -> Table:
-    """Lay out the measures, one column a model."""
+    """Tabulate the measures, one column a model."""
     title = (
         f"Lane change of {task.shift:g} m over {task.length:g} m, C at "
         f"{task.spline_c:g} m, Dubins R = {task.dubins_radius:g} m"
@@ -45,7 +45,7 @@ def curve_table(comparison: CurveComparison, task: LaneShift) -> Table:
 
 
 def claim_table(comparison: CurveComparison) -> Table:
-    """Lay out the claims of 6.3.4."""
+    """Tabulate the claims of 6.3.4."""
     table = Table(title="What 6.3.4 says")
     table.add_column("claim")
     table.add_column("holds")

@@ -70,12 +70,12 @@ class DubinsPath:
 
 
 def shortest_dubins(start: Pose, end: Pose, radius: float) -> DubinsPath:
-    """Give the shortest of the six words."""
+    """Return the shortest of the six words."""
     return min(dubins_paths(start, end, radius), key=lambda path: path.length)
 
 
 def dubins_paths(start: Pose, end: Pose, radius: float) -> tuple[DubinsPath, ...]:
-    """Give the path of every word that exists; LSL and RSR always do.
+    """Return the path of every word that exists; LSL and RSR always do.
 
     Raises:
         InvalidInputError: Unless the radius is positive and all numbers are finite.
@@ -93,14 +93,14 @@ def dubins_paths(start: Pose, end: Pose, radius: float) -> tuple[DubinsPath, ...
 
 
 def _side(letter: str) -> int:
-    """Give the sign of the curvature of a letter."""
+    """Return the sign of the curvature of a letter."""
     return {"L": 1, "S": 0, "R": -1}[letter]
 
 
 def _lengths(
     word: DubinsWord, start: Pose, end: Pose, radius: float
 ) -> tuple[float, float, float] | None:
-    """Give the lengths of the segments; None if the word does not reach."""
+    """Return the lengths of the segments; None if the word does not reach."""
     first, middle, last = (_side(letter) for letter in word)
     between = _centre(end, last, radius) - _centre(start, first, radius)
     if middle != 0:
@@ -123,7 +123,7 @@ def _lengths(
 def _three_turns(
     side: int, between: complex, heading: float, end_heading: float, radius: float
 ) -> tuple[float, float, float] | None:
-    """Give the shorter of the two ways over a third circle."""
+    """Return the shorter of the two ways over a third circle."""
     apart = abs(between)
     if apart > 4.0 * radius:
         return None
@@ -146,14 +146,14 @@ def _three_turns(
 
 
 def _centre(pose: Pose, side: int, radius: float) -> complex:
-    """Give the centre of the circle on one side of a pose."""
+    """Return the centre of the circle on one side of a pose."""
     return complex(pose[0], pose[1]) + cmath.rect(
         side * radius, pose[2] + 0.5 * math.pi
     )
 
 
 def _turn(side: int, heading: float, end: float) -> float:
-    """Give the angle from one heading to another, turning to one side only [rad]."""
+    """Return the angle from one heading to another, turning to one side only [rad]."""
     angle = (side * (end - heading)) % WHOLE
     return 0.0 if WHOLE - angle < ROUNDING else angle
 
@@ -171,7 +171,7 @@ def _followed(pose: Pose, length: float, curvature: float) -> Pose:
 
 
 def _segment(pose: Pose, length: float, curvature: float) -> Piece:
-    """Make the piece of a line or an arc."""
+    """Build the piece of a line or an arc."""
     x, y, heading = pose
 
     def piece(u: FloatArray) -> FloatArray:

@@ -26,7 +26,7 @@ EVERY = 5  # points of a curve that are drawn
 
 
 def curve_pictures() -> Iterable[Picture]:
-    """Make Figures 6.2 and 6.3."""
+    """Build Figures 6.2 and 6.3."""
     curves = lane_change_curves(LaneShift())
     ways = [one_line(n, c.x[::EVERY], c.y[::EVERY]) for n, c in curves.items()]
     yield Picture("fig_6.2", "Fig. 6.2: curve models", "x m", "y m", tuple(ways))
@@ -39,7 +39,7 @@ def curve_pictures() -> Iterable[Picture]:
 
 
 def path_picture() -> Picture:
-    """Make Figure 6.7: some candidates, and the one that is chosen."""
+    """Build Figure 6.7: some candidates, and the one that is chosen."""
     paths = candidate_paths()
     best = min(paths, key=lambda path: path.cost)
     some = [p for p in paths if p.ratio == CANDIDATES[0] and p is not best]
@@ -52,7 +52,7 @@ def path_picture() -> Picture:
 
 
 def case_pictures(cases: Sequence[SpeedCase]) -> Iterable[Picture]:
-    """Make Figures 6.8 and 6.9: s-T, speed, acceleration and jerk."""
+    """Build Figures 6.8 and 6.9: s-T, speed, acceleration and jerk."""
     times = knot_times(SETTINGS)
     for number, case in enumerate(cases):
         profile, graph = case.plan.profile, case.plan.graph
@@ -77,5 +77,5 @@ def case_pictures(cases: Sequence[SpeedCase]) -> Iterable[Picture]:
 
 
 def one_line(name: str, x: FloatArray, y: FloatArray) -> Series:
-    """Make a line of a picture."""
+    """Build a line of a picture."""
     return Series(name, tuple(map(shown, x.tolist())), tuple(map(shown, y.tolist())))

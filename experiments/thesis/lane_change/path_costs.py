@@ -1,4 +1,4 @@
-"""Price of a line in the plane; [Thesis] eq. 6.11, corrected and as printed."""
+"""Cost of a plane curve; [Thesis] eq. 6.11, corrected and as printed."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from planner.states import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
-class PathWeights:
+class PathCostWeights:
     """Weights of smoothness and length; not given in [Thesis]."""
 
     bending: float = 4000.0  # of the integral of squared curvature [m]
@@ -17,16 +17,16 @@ class PathWeights:
 
 
 def bending_cost(
-    distance: FloatArray, curvature: FloatArray, weights: PathWeights
+    distance: FloatArray, curvature: FloatArray, weights: PathCostWeights
 ) -> float:
-    """Give w1 ∫k² ds + w2 L, trapezoids; the corrected eq. 6.11."""
+    """Return w1 ∫k² ds + w2 L, trapezoids; the corrected eq. 6.11."""
     square = curvature * curvature
     bent = 0.5 * float((square[1:] + square[:-1]) @ np.diff(distance))
     return weights.bending * bent + weights.length * float(distance[-1] - distance[0])
 
 
-def turning_cost(x: FloatArray, y: FloatArray, weights: PathWeights) -> float:
-    """Give w1 Σ|Δheading|/ds · ds + w2 L; eq. 6.11 made independent of n.
+def turning_cost(x: FloatArray, y: FloatArray, weights: PathCostWeights) -> float:
+    """Return w1 Σ|Δheading|/ds · ds + w2 L; eq. 6.11 made independent of n.
 
     Headings are those of the chords between the points. Points that repeat the one
     before are left out.
@@ -39,8 +39,8 @@ def turning_cost(x: FloatArray, y: FloatArray, weights: PathWeights) -> float:
     return weights.turning * turned + weights.length * float(steps.sum())
 
 
-def printed_cost(x: FloatArray, y: FloatArray, weights: PathWeights) -> float:
-    """Give w1 Σ|Δheading / ds| + w2 L; eq. 6.11 without ds: it grows with n.
+def printed_cost(x: FloatArray, y: FloatArray, weights: PathCostWeights) -> float:
+    """Return w1 Σ|Δheading / ds| + w2 L; eq. 6.11 without ds: it grows with n.
 
     Only the zero denominator is repaired.
     """

@@ -1,4 +1,4 @@
-"""Plane curves by their arc length, whatever formula they come from.
+"""Plane curves sampled by arc length, from any parametrisation.
 
 A curve is a chain of pieces. A piece maps a parameter in [0, 1] to the point and its
 first three derivatives; heading, curvature and its rate follow from them. Pieces are
@@ -72,7 +72,7 @@ def sample_curve(pieces: Sequence[Piece], spacing: float) -> Curve:
 
 
 def _shape(derivatives: FloatArray) -> FloatArray:
-    """Give (x, y, heading, curvature, curvature rate), (5, n)."""
+    """Return (x, y, heading, curvature, curvature rate), (5, n)."""
     (x, y), (x1, y1), (x2, y2), (x3, y3) = derivatives
     square = x1 * x1 + y1 * y1
     speed = np.sqrt(square)
@@ -84,7 +84,7 @@ def _shape(derivatives: FloatArray) -> FloatArray:
 
 
 def _even_parameters(piece: Piece, spacing: float) -> tuple[FloatArray, FloatArray]:
-    """Find the parameters of even steps along one piece: (parameters, distances)."""
+    """Return the parameters and distances of even steps along one piece."""
     knots = np.linspace(0.0, 1.0, INTERVALS + 1)
     steps = _length(piece, knots[:-1], knots[1:])
     to_knot = np.concatenate([[0.0], np.cumsum(steps)])

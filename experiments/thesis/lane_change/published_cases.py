@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.lane_change.path import best_change
+from planner.lane_change.path import ChangeTarget, best_change
 from planner.lane_change.settings import PathSettings, SpeedSettings
 from planner.lane_change.speed.area_rule import area_above, area_below
 from planner.lane_change.speed.passing_orders import Side
@@ -66,11 +66,11 @@ class SpeedCase:
 
     @property
     def region(self) -> str:
-        """Name the region of the plan: A ahead of the car, B behind it."""
+        """Region of the plan: A ahead of the car, B behind it."""
         return "A" if self.plan.order[0][1] is Side.BEFORE else "B"
 
     def _contact(self) -> tuple[FloatArray, float, float]:
-        """Give the times up to first contact, and the distances of the car there."""
+        """Return the times up to first contact, and the distances of the car there."""
         graph = self.plan.graph
         first = int(np.argmax(graph.hit[0]))
         times = knot_times(self.settings)[: first + 1]
@@ -86,7 +86,7 @@ def solve_case(start_speed: float, settings: SpeedSettings = SPEED) -> SpeedCase
     """
     road = ReferencePath.from_segments([line(2.0 * PATH_LENGTH)])
     ego = FrenetState(100.0, start_speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    change, _ = best_change(road, ego, LANE, 0.0, PATH_LENGTH, EGO, SHAPE)
+    change, _ = best_change(road, ego, ChangeTarget(LANE, 0.0, PATH_LENGTH), EGO, SHAPE)
     if change is None:
         raise ValueError("the path of the case breaks a limit")
     car = _rear_car(ego.s + EGO.centre_offset - CAR_BEHIND, knot_times(settings))
@@ -102,7 +102,7 @@ def solve_case(start_speed: float, settings: SpeedSettings = SPEED) -> SpeedCase
 
 
 def _rear_car(centre: float, times: FloatArray) -> Vehicles:
-    """Make the car that comes from behind and keeps its speed."""
+    """Build the car that approaches from behind at constant speed."""
     s = (centre + CAR_SPEED * times)[None]
     across, none = np.full_like(s, LANE), np.zeros(1)
     ahead = Prediction(float(times[1]), s, across, np.zeros_like(s), s, across)
@@ -112,6 +112,7 @@ def _rear_car(centre: float, times: FloatArray) -> Vehicles:
         across[:, 0],
         none,
         np.full(1, CAR_SPEED),
+        none,
         none,
         np.full(1, EGO.length),
         np.full(1, EGO.width),

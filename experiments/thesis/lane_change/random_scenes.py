@@ -1,4 +1,4 @@
-"""Random scenes of chapter 6 and what each way to a passing order makes of them."""
+"""Random scenes of chapter 6, planned with every rule for the passing order."""
 
 import itertools
 import math
@@ -15,9 +15,15 @@ from experiments.thesis.lane_change.published_cases import (
     SHAPE,
     SPEED,
 )
-from planner.lane_change.path import best_change
+from planner.lane_change.path import ChangeTarget, best_change
 from planner.lane_change.settings import GridSettings, OrderRule, SpeedSettings
-from planner.lane_change.speed.passing_orders import Side, demands, order_of, reachable
+from planner.lane_change.speed.passing_orders import (
+    DriveLimits,
+    Side,
+    demands,
+    order_of,
+    reachable,
+)
 from planner.lane_change.speed.plan import SpeedPlan, plan_speed
 from planner.lane_change.speed.program import (
     SpeedTask,
@@ -48,7 +54,7 @@ SAME = 1e-6  # relative difference of costs that solvers leave
 
 
 def dp_name(grid: str) -> str:
-    """Name the search on one grid."""
+    """Return the name of the search on one grid."""
     return f"DP {grid}"
 
 
@@ -66,14 +72,14 @@ RULES: Mapping[str, SpeedSettings] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpeedScene:
-    """A path and who moves about it."""
+    """A path and the vehicles around it."""
 
     path: Path
     users: Vehicles
     task: SpeedTask
 
     def plan(self, settings: SpeedSettings) -> SpeedPlan:
-        """Plan the speed among all of them."""
+        """Plan the speed among all vehicles."""
         everyone = np.ones(len(self.users.ids), np.bool_)
         users = in_time(self.users, knot_times(settings))
         return plan_speed(self.path, EGO, users, everyone, self.task, settings)
@@ -91,7 +97,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What came of a scene, by rule."""
+    """Results of a scene by rule."""
 
     cost: Mapping[str, float]  # inf without a solution
     time_ms: Mapping[str, float]
@@ -123,10 +129,12 @@ def study_scene(asked: Asked) -> Found:
 
 
 def change_path(speed: float) -> Path:
-    """Lay the path of the published cases, the ego being at `speed` [m/s]."""
+    """Build the path of the published cases at the ego's `speed` [m/s]."""
     road = ReferencePath.from_segments([line(2.0 * PATH_LENGTH)])
     ego = FrenetState(START, speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    change, refused = best_change(road, ego, LANE, 0.0, PATH_LENGTH, EGO, SHAPE)
+    change, refused = best_change(
+        road, ego, ChangeTarget(LANE, 0.0, PATH_LENGTH), EGO, SHAPE
+    )
     if change is None:
         raise ValueError(f"no path at {speed} m/s: {refused}")
     return change.path
@@ -147,7 +155,7 @@ def random_scene(seed: int, n: int) -> SpeedScene:
 
 
 def vehicles(cars: list[tuple[float, float, float]]) -> Vehicles:
-    """Make vehicles that keep their speeds; rows are centre s, l [m], speed [m/s]."""
+    """Build vehicles at constant speed; rows are centre s, l [m], speed [m/s]."""
     times = knot_times(SETTINGS)
     s0, l, v = np.array(cars).T
     s = s0[:, None] + v[:, None] * times
@@ -159,6 +167,7 @@ def vehicles(cars: list[tuple[float, float, float]]) -> Vehicles:
         none,
         v,
         none,
+        none,
         np.full(len(cars), EGO.length),
         np.full(len(cars), EGO.width),
         Prediction(float(times[1]), s, across, np.zeros_like(s), s, across),
@@ -166,14 +175,13 @@ def vehicles(cars: list[tuple[float, float, float]]) -> Vehicles:
 
 
 def brute_force(scene: SpeedScene) -> float:
-    """Least cost over all 2^m orders, each solved by itself and nothing pruned."""
+    """Return the minimum cost over all 2^m orders, solved without pruning."""
     times = knot_times(SETTINGS)
     graph = scene.plan(SETTINGS).graph
     start = start_state(scene.task, EGO, SETTINGS)
-    limits = EGO.limits
-    ceiling = (-limits.max_deceleration, limits.max_acceleration, limits.max_speed)
-    reach = reachable(start[1], start[2], ceiling, SETTINGS.max_jerk, times)
-    bounds = demands(graph, SETTINGS, start[1], times)
+    limits = DriveLimits.of(EGO)
+    reach = reachable(start.speed, start.acceleration, limits, SETTINGS.max_jerk, times)
+    bounds = demands(graph, SETTINGS, start.speed, times)
     caps = speed_caps(scene.path, EGO, scene.task, times)
     best = math.inf
     for sides in itertools.product(Side, repeat=len(graph.ids)):
@@ -186,7 +194,7 @@ def brute_force(scene: SpeedScene) -> float:
 
 
 def same_cost(one: float, other: float) -> bool:
-    """Tell whether two costs are the same up to what solvers leave."""
+    """Check whether two costs agree within solver tolerance."""
     if not (math.isfinite(one) and math.isfinite(other)):
         return one == other
     return abs(one - other) <= SAME * max(one, other, 1.0)

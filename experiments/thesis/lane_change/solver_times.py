@@ -14,7 +14,13 @@ from experiments.thesis.lane_change.speed_study import START_SPEEDS
 from planner.errors import InvalidInputError
 from planner.lane_change.speed.area_rule import sides_by_area
 from planner.lane_change.speed.dynamic_programming import sides_by_search
-from planner.lane_change.speed.passing_orders import Side, demands, order_of, reachable
+from planner.lane_change.speed.passing_orders import (
+    DriveLimits,
+    Side,
+    demands,
+    order_of,
+    reachable,
+)
 from planner.lane_change.speed.program import (
     SpeedTask,
     knot_times,
@@ -46,21 +52,22 @@ def time_case(start_speed: float, repeats: int) -> Timed:
     graph, times = case.plan.graph, knot_times(SPEED)
     task = SpeedTask(start_speed, 0.0, WISH)
     start = start_state(task, EGO, SPEED)
-    limits = EGO.limits
-    ceiling = (-limits.max_deceleration, limits.max_acceleration, limits.max_speed)
+    limits = DriveLimits.of(EGO)
     end = float(case.path.distance[-1])
 
     def direct() -> tuple[Side, ...]:
-        return sides_by_area(graph, start[1], ceiling[0], ceiling[1], end, times)
+        return sides_by_area(
+            graph, start.speed, limits.braking, limits.acceleration, end, times
+        )
 
     def searching(name: str) -> Callable[[], object]:
         grid = GRIDS[name]
         return lambda: sides_by_search(
-            graph, start, ceiling, WISH, end, SPEED, grid, times
+            graph, start.speed, limits, WISH, end, SPEED, grid, times
         )
 
-    reach = reachable(start[1], start[2], ceiling, SPEED.max_jerk, times)
-    bounds = demands(graph, SPEED, start[1], times)
+    reach = reachable(start.speed, start.acceleration, limits, SPEED.max_jerk, times)
+    bounds = demands(graph, SPEED, start.speed, times)
     order = order_of(tuple(side for _, side in case.plan.order), bounds, reach, end)
     problem = program(
         order, start, speed_caps(case.path, EGO, task, times), task, EGO, SPEED
@@ -97,7 +104,7 @@ def mean_over(cases: list[Timed], part: Callable[[Timed], float]) -> float:
 
 
 def _fastest(call: Callable[[], object], repeats: int) -> float:
-    """Give the shortest of some calls [ms]; the first one is not counted."""
+    """Return the shortest of some calls [ms]; the first one is not counted."""
     call()
     took = math.inf
     for _ in range(repeats):

@@ -25,7 +25,7 @@ EXPECTED = ("B: 9, 7.5, 12.0, 11.6", "A: 15, 12.5, 14.0")  # of these parameters
 
 
 def case_table(variants: Mapping[str, Sequence[SpeedCase]]) -> Table:
-    """Lay out both cases in every variant of the margins."""
+    """Tabulate both cases in every variant of the margins."""
     table = Table(title="Cases 1 and 2: one car from behind at 14 m/s")
     for name in (
         "margins",

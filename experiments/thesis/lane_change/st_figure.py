@@ -17,12 +17,6 @@ if TYPE_CHECKING:
 
 SHOWN_LENGTH = 160.0  # of the s axis [m]
 REGION_A, REGION_B = palette.MOMENTS[0], palette.MOMENTS[2]
-STYLE = {
-    "font.size": palette.FONT_SIZE,
-    "axes.linewidth": 0.6,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "rearview",
-}
 
 
 def save_cases(cases: Sequence[SpeedCase], file: Path) -> None:
@@ -32,7 +26,7 @@ def save_cases(cases: Sequence[SpeedCase], file: Path) -> None:
         cases: In columns, from the left.
         file: Its suffix says the format.
     """
-    with rc_context(STYLE):  # type: ignore[arg-type]  # names checked at run time
+    with rc_context(palette.STYLE):
         figure = Figure(figsize=(3.5 * len(cases), 6.4), layout="constrained")
         axes = figure.subplots(
             4, len(cases), sharex=True, squeeze=False, height_ratios=(3, 1, 1, 1)
@@ -113,7 +107,7 @@ def draw_courses(rows: Sequence["Axes"], case: SpeedCase) -> None:
 
 
 def extremes(case: SpeedCase) -> tuple[np.ndarray, np.ndarray]:
-    """Give the least and greatest distance at uniform acceleration, eq. 6.13, 6.16."""
+    """Return the extreme distances at uniform acceleration, eq. 6.13, 6.16."""
     times = knot_times(case.settings)
     limits, v0 = EGO.limits, case.start_speed
 

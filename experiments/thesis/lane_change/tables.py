@@ -22,14 +22,14 @@ from experiments.thesis.lane_change.random_scenes import (
 
 
 def solvable(scenes: Iterable[Found]) -> list[Found]:
-    """Keep scenes that leave a choice between orders, one of which can be driven."""
+    """Select scenes with a choice between orders, at least one of them feasible."""
     return [
         one for one in scenes if one.orders > 1 and math.isfinite(one.cost[ALL_ORDERS])
     ]
 
 
 def order_table(scenes: Sequence[Found]) -> ResultTable:
-    """Lay out how often each rule picks the best order, and what the rest costs."""
+    """Tabulate how often each rule picks the best order, and what the rest costs."""
     found = solvable(scenes)
     rows = []
     for name in RULES:
@@ -68,7 +68,7 @@ def order_table(scenes: Sequence[Found]) -> ResultTable:
 
 
 def curve_table() -> ResultTable:
-    """Lay out Figures 6.2 and 6.3 in numbers."""
+    """Tabulate Figures 6.2 and 6.3 in numbers."""
     comparison = compare_curves()
     return ResultTable(
         "curves",
@@ -97,7 +97,7 @@ def curve_table() -> ResultTable:
 
 
 def case_table(cases: Sequence[SpeedCase]) -> ResultTable:
-    """Lay out cases 1 and 2."""
+    """Tabulate cases 1 and 2."""
     rows = []
     for k, case in enumerate(cases):
         profile = case.plan.profile
@@ -140,7 +140,7 @@ def case_table(cases: Sequence[SpeedCase]) -> ResultTable:
 
 
 def crowd_table(crowds: Mapping[int, Sequence[Found]]) -> ResultTable:
-    """Lay out how the tree of orders copes with several vehicles."""
+    """Tabulate how the tree of orders copes with several vehicles."""
     rows = []
     for n, scenes in crowds.items():
         tried = [one for one in scenes if one.brute_force is not None]

@@ -1,4 +1,4 @@
-"""What chapter 6 takes in time: Table 6.1 and the random scenes."""
+"""Computation times of chapter 6: Table 6.1 and the random scenes."""
 
 from collections.abc import Mapping, Sequence
 
@@ -56,14 +56,14 @@ def time_claim(timed: list[Timed]) -> Claim:
 
 
 def totals(timed: list[Timed], grid: str, solver: str) -> tuple[float, float]:
-    """Time of the direct method and of DP&QP, mean of both cases [ms]."""
+    """Return the times of the direct method and of DP&QP, mean of both cases [ms]."""
     qp = mean_over(timed, lambda case: case.qp[solver])
     direct = mean_over(timed, lambda case: case.direct)
     return direct + qp, mean_over(timed, lambda case: case.search[grid]) + qp
 
 
 def time_table(timed: list[Timed]) -> ResultTable:
-    """Lay out Table 6.1 over grids and solvers; a solver without a time has a row."""
+    """Tabulate Table 6.1 over grids and solvers; a solver without a time has a row."""
     rows: list[tuple[str | Number, ...]] = []
     for solver in ALL_SOLVERS:
         why = next((c.missing[solver] for c in timed if solver in c.missing), None)
@@ -92,7 +92,7 @@ def time_table(timed: list[Timed]) -> ResultTable:
 
 
 def scene_times(scenes: Sequence[Found]) -> ResultTable:
-    """Lay out the time of a whole speed plan in the random scenes."""
+    """Tabulate the time of a whole speed plan in the random scenes."""
     rows = tuple(
         (
             name,
@@ -106,7 +106,7 @@ def scene_times(scenes: Sequence[Found]) -> ResultTable:
 
 
 def crowd_times(crowds: Mapping[int, Sequence[Found]]) -> ResultTable:
-    """Lay out the time of a plan with several vehicles."""
+    """Tabulate the time of a plan with several vehicles."""
     rows = tuple(
         (n, shown(float(np.median([one.time_ms[ALL_ORDERS] for one in scenes]))))
         for n, scenes in crowds.items()

@@ -46,13 +46,13 @@ class Span(NamedTuple):
 
 
 @inlined
-def fill_sway(
+def fill_heading_bounds(
     p: int,
     count: int,
     rows: FloatArray,
     basis: FloatArray,
     outermost: tuple[float, float],
-    sway: FloatArray,
+    heading_bounds: FloatArray,
 ) -> Span:
     """Bound how the candidates of one profile move and turn against the road.
 
@@ -65,7 +65,7 @@ def fill_sway(
         rows: Of the `Tracks`.
         basis: Of its lateral motion.
         outermost: Least and greatest change of offset [m].
-        sway: Filled, (2, n_steps).
+        heading_bounds: Filled, (2, n_steps).
     """
     widest = stride = pace = most = 0.0
     low, high = outermost
@@ -100,9 +100,9 @@ def fill_sway(
                 (x_high - was[2]) ** 2 + (y_high - was[3]) ** 2,
             )
         usable = least > 0.0
-        sway[ASKEW, i] = min(steepest / least, 1.0) if usable else 1.0
-        sway[TURNED, i] = min(turned, math.pi) if usable else math.pi
-        most = max(most, sway[TURNED, i])
+        heading_bounds[ASKEW, i] = min(steepest / least, 1.0) if usable else 1.0
+        heading_bounds[TURNED, i] = min(turned, math.pi) if usable else math.pi
+        most = max(most, heading_bounds[TURNED, i])
     return Span(widest, stride, math.sqrt(pace), most)
 
 
@@ -179,19 +179,18 @@ def body_of(b: int, around: Surroundings) -> Body:
 @inlined
 def fill_frames(
     p: int,
-    first: int,
-    last: int,
+    steps: tuple[int, int],
     rows: FloatArray,
     outermost: tuple[float, float],
     body: Body,
     poses: FloatArray,
-    lever: float,
+    axle_to_corner: float,
     bench: Bench,
 ) -> None:
-    """Fill the frames of one body for the steps `first` ... `last`."""
+    """Fill the frames of one body from the first to the last of `steps`."""
     basis, sway, frames = bench.basis, bench.sway, bench.frames
     low, high = outermost
-    b = body.number
+    b, (first, last) = body.number, steps
     for i in range(first, last + 1):
         cos_r, sin_r = rows[p, COS, i], rows[p, SIN, i]
         cos_b, sin_b = poses[b, 2, i], poses[b, 3, i]
@@ -215,4 +214,4 @@ def fill_frames(
             )
             turned = abs(road_u - frames[ROAD_U, i - 1])
             turned += abs(road_w - frames[ROAD_W, i - 1]) + sway[TURNED, i]
-            frames[MOVED, i] = math.sqrt(moved) + lever * turned
+            frames[MOVED, i] = math.sqrt(moved) + axle_to_corner * turned

@@ -1,14 +1,16 @@
-"""Bodies beside the candidates of one profile: who is hit, and what passing costs.
+"""Bodies beside the candidates of one profile: hits, and what passing costs.
 
 The gaps at the steps are taken for many candidates at once; between two steps only
 where they leave it open whether the gap is smaller there.
 """
 
+from typing import NamedTuple
+
 from planner.cruise.checks.body_frame import (
     Body,
     body_of,
     fill_frames,
-    fill_sway,
+    fill_heading_bounds,
     near_steps,
 )
 from planner.cruise.checks.gaps_at_steps import find_windows, take_gaps
@@ -24,18 +26,25 @@ PASSED = int(Check.PASSED)
 COLLISION = int(Check.COLLISION)
 
 
+class Passing(NamedTuple):
+    """Outcome of the candidates of one profile beside bodies; arrays are (n,)."""
+
+    verdict: IntArray  # a `Check`; those that had passed and hit get COLLISION
+    hit_body: IntArray  # that is hit first; -1 is given
+    hit_at: IntArray  # step of that; -1 is given
+    hit_size: FloatArray  # radius of the largest body hit; 0 is given [m]
+    safety: FloatArray  # price of the gaps, summed over bodies; 0 is given
+
+
 @inlined
-def clear_bodies(
+def check_clearance(
     p: int,
     count: int,
     rows: FloatArray,
-    change: FloatArray,
+    delta_l: FloatArray,
     around: Surroundings,
     bench: Bench,
-    verdict: IntArray,
-    hits: IntArray,
-    hit_size: FloatArray,
-    safety: FloatArray,
+    passing: Passing,
 ) -> None:
     """Check the candidates of one profile against the bodies, and price the passing.
 
@@ -43,50 +52,47 @@ def clear_bodies(
         p: Which profile.
         count: Its valid steps.
         rows: Of the `Tracks`.
-        change: Terminal offsets less the present one, growing, (n,) [m].
+        delta_l: Terminal offsets less the present one, growing, (n,) [m].
         around: Bodies.
         bench: Basis and course are given.
-        verdict: COLLISION is put where a candidate that had passed hits a body, (n,);
-            those that had not are not looked at.
-        hits: Body that is hit first, and the step; -1 and -1 are given, (2, n).
-        hit_size: Radius of the largest body hit; 0 is given, (n,) [m].
-        safety: Price of the gaps, summed over bodies; 0 is given, (n,).
+        passing: Changed in place; candidates that had not passed are not looked at.
     """
-    among = _passed_range(verdict)
-    outermost = change[among[0]], change[among[1] - 1]
-    span = fill_sway(p, count, rows, bench.basis, outermost, bench.sway)
-    lever = max(abs(around.discs[0]), abs(around.discs[2]))
+    verdict = passing.verdict
+    active = _passed_range(verdict)
+    outermost = delta_l[active[0]], delta_l[active[1] - 1]
+    span = fill_heading_bounds(p, count, rows, bench.basis, outermost, bench.sway)
+    axle_to_corner = max(abs(around.discs[0]), abs(around.discs[2]))
     rear, front = min(around.discs[0], 0.0), max(around.discs[2], 0.0)
     for b in range(around.size.size):
         if around.follower[b]:
             continue
-        enough = max(around.range, around.threshold[b])
-        reach = around.size[b] + around.disc_radius + enough
-        widest = span.widest + lever + reach
+        cutoff_gap = max(around.range, around.threshold[b])
+        reach = around.size[b] + around.disc_radius + cutoff_gap
+        widest = span.widest + axle_to_corner + reach
         # In the frame of a body that turns, what is far away moves.
         moved = span.pace + around.stride[b] + widest * around.spin[b]
-        reach += 0.5 * (moved + lever * (span.turned + around.spin[b]))
+        reach += 0.5 * (moved + axle_to_corner * (span.turned + around.spin[b]))
         steps = near_steps(
             p,
             count,
             rows,
             around.poses,
             b,
-            (span.widest + lever + reach, reach - rear, reach + front),
+            (span.widest + axle_to_corner + reach, reach - rear, reach + front),
             span.stride + around.stride[b] + 1e-3,
         )
         if steps[0] > steps[1]:
             continue
         body = body_of(b, around)
         fill_frames(
-            p, steps[0], steps[1], rows, outermost, body, around.poses, lever, bench
+            p, steps, rows, outermost, body, around.poses, axle_to_corner, bench
         )
-        find_windows(steps, among, change, body, around.discs, enough, bench)
-        take_gaps(steps, change, body, around.discs, bench)
-        sweep(steps, among, change, body, around.discs, enough, verdict, bench)
-        _note(among, body, around.range, bench, hits, hit_size, safety)
-    for o in range(among[0], among[1]):
-        if hits[0, o] >= 0:
+        find_windows(steps, active, delta_l, body, around.discs, cutoff_gap, bench)
+        take_gaps(steps, delta_l, body, around.discs, bench)
+        sweep(steps, active, delta_l, body, around.discs, cutoff_gap, verdict, bench)
+        _note(active, body, around.range, bench, passing)
+    for o in range(active[0], active[1]):
+        if passing.hit_body[o] >= 0:
             verdict[o] = COLLISION
 
 
@@ -103,22 +109,20 @@ def _passed_range(verdict: IntArray) -> tuple[int, int]:
 
 @inlined
 def _note(
-    among: tuple[int, int],
+    active: tuple[int, int],
     body: Body,
     scale: float,
     bench: Bench,
-    hits: IntArray,
-    hit_size: FloatArray,
-    safety: FloatArray,
+    passing: Passing,
 ) -> None:
-    """Note who hits a body, and add what passing it costs; see `clear_bodies`."""
+    """Note which candidates hit a body, and add what passing it costs."""
     nearest, hit_step = bench.nearest, bench.hit_step
-    for o in range(among[0], among[1]):
+    for o in range(active[0], active[1]):
         gap, step = nearest[o], hit_step[o]
         if step >= 0:
             gap = 0.0  # a body that is hit is priced as touched
-            hit_size[o] = max(hit_size[o], body.size)
-            if hits[0, o] < 0 or step < hits[1, o]:
-                hits[0, o] = body.number
-                hits[1, o] = step
-        safety[o] += edge_clearance(gap, body.size, scale)
+            passing.hit_size[o] = max(passing.hit_size[o], body.size)
+            if passing.hit_body[o] < 0 or step < passing.hit_at[o]:
+                passing.hit_body[o] = body.number
+                passing.hit_at[o] = step
+        passing.safety[o] += edge_clearance(gap, body.size, scale)

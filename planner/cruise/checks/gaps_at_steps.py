@@ -32,33 +32,33 @@ from planner.states import FloatArray
 @inlined
 def find_windows(
     steps: tuple[int, int],
-    among: tuple[int, int],
-    change: FloatArray,
+    active: tuple[int, int],
+    delta_l: FloatArray,
     body: Body,
     discs: tuple[float, float, float],
-    enough: float,
+    cutoff_gap: float,
     bench: Bench,
 ) -> None:
     """Find the candidates that are near enough at each step for the gap to matter.
 
     Args:
         steps: First and last step.
-        among: Candidates looked at: first and last + 1.
-        change: Terminal offsets less the present one, growing, (n,) [m].
+        active: Candidates looked at: first and last + 1.
+        delta_l: Terminal offsets less the present one, growing, (n,) [m].
         body: Which body.
         discs: Their centres ahead of the rear axle, rear first [m].
-        enough: From this gap on the exact value does not matter [m].
+        cutoff_gap: From this gap on the exact value does not matter [m].
         bench: Frames are given, window is filled and in frames FAR: the gap that all
-            others have at least, from which none can come below `enough` on the way to
-            the next step or from the one before.
+            others have at least, from which none can come below `cutoff_gap` on the way
+            to the next step or from the one before.
     """
     basis, sway, frames, window = bench.basis, bench.sway, bench.frames, bench.window
-    lever = max(abs(discs[0]), abs(discs[2]))
+    axle_to_corner = max(abs(discs[0]), abs(discs[2]))
     rear, front = min(discs[0], 0.0), max(discs[2], 0.0)
     first, last = steps
-    begin, end = among
+    begin, end = active
     for i in range(first, last + 1):
-        far = enough + 0.5 * max(frames[MOVED, i], frames[MOVED, min(i + 1, last)])
+        far = cutoff_gap + 0.5 * max(frames[MOVED, i], frames[MOVED, min(i + 1, last)])
         frames[FAR, i] = far
         window[0, i], window[1, i] = bench.gaps.shape[1], 0
         # The body seen from the road's point, along and across the road.
@@ -68,13 +68,13 @@ def find_windows(
         apart = max(along - front, rear - along, 0.0)
         room = (far + body.reach) ** 2 - apart * apart
         if room > 0.0:
-            reach = math.sqrt(room) + lever * sway[ASKEW, i]
+            reach = math.sqrt(room) + axle_to_corner * sway[ASKEW, i]
             begin, end = _offsets_within(
-                change,
+                delta_l,
                 basis[UNIT_L, i],
                 (across - reach, across + reach),
                 (begin, end),
-                among,
+                active,
             )
             if begin < end:
                 window[0, i] = begin - begin % LANES
@@ -83,11 +83,11 @@ def find_windows(
 
 @inlined
 def _offsets_within(
-    change: FloatArray,
+    delta_l: FloatArray,
     unit: float,
     bounds: tuple[float, float],
     before: tuple[int, int],
-    among: tuple[int, int],
+    active: tuple[int, int],
 ) -> tuple[int, int]:
     """Find the candidates whose offset differs by so much from the basis' one.
 
@@ -95,13 +95,13 @@ def _offsets_within(
     """
     low, high = bounds
     begin, end = before
-    while begin > among[0] and change[begin - 1] * unit >= low:
+    while begin > active[0] and delta_l[begin - 1] * unit >= low:
         begin -= 1
-    while begin < among[1] and change[begin] * unit < low:
+    while begin < active[1] and delta_l[begin] * unit < low:
         begin += 1
-    while end < among[1] and change[end] * unit <= high:
+    while end < active[1] and delta_l[end] * unit <= high:
         end += 1
-    while end > begin and change[end - 1] * unit > high:
+    while end > begin and delta_l[end - 1] * unit > high:
         end -= 1
     return begin, max(begin, end)
 
@@ -109,16 +109,16 @@ def _offsets_within(
 @inlined
 def take_gaps(
     steps: tuple[int, int],
-    change: FloatArray,
+    delta_l: FloatArray,
     body: Body,
     discs: tuple[float, float, float],
     bench: Bench,
 ) -> None:
-    """Take the gaps at the steps, and find their least over time.
+    """Compute the gaps at the steps and their least over time.
 
     Args:
         steps: First and last step.
-        change: Terminal offsets less the present one, growing, (n,) [m].
+        delta_l: Terminal offsets less the present one, growing, (n,) [m].
         body: Which body.
         discs: Their centres ahead of the rear axle, rear first [m].
         bench: Window is given; gaps and nearest are filled, gaps beyond the window with
@@ -142,7 +142,7 @@ def take_gaps(
         for o in range(gaps.shape[1]):
             gaps[i, o] = far
         for o in range(begin, end):
-            u, w = u0 + change[o] * u1, w0 + change[o] * w1
+            u, w = u0 + delta_l[o] * u1, w0 + delta_l[o] * w1
             cos_e, sin_e = course[0, i, o], course[1, i, o]
             ahead_u = cos_e * road_u - sin_e * road_w
             ahead_w = cos_e * road_w + sin_e * road_u

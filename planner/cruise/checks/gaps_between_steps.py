@@ -37,11 +37,11 @@ ROUNDING = 1.0 + 1e-9  # of a square that only decides whether to look more clos
 @inlined
 def sweep(
     steps: tuple[int, int],
-    among: tuple[int, int],
-    change: FloatArray,
+    active: tuple[int, int],
+    delta_l: FloatArray,
     body: Body,
     discs: tuple[float, float, float],
-    enough: float,
+    cutoff_gap: float,
     verdict: IntArray,
     bench: Bench,
 ) -> None:
@@ -49,29 +49,29 @@ def sweep(
 
     Args:
         steps: First and last step.
-        among: Candidates looked at: first and last + 1.
-        change: Terminal offsets less the present one, (n,) [m].
+        active: Candidates looked at: first and last + 1.
+        delta_l: Terminal offsets less the present one, (n,) [m].
         body: Which body.
         discs: Their centres ahead of the rear axle [m].
-        enough: From this gap on the exact value does not matter [m].
+        cutoff_gap: From this gap on the exact value does not matter [m].
         verdict: Only candidates that passed are looked at, (n,).
         bench: The gaps at the steps and nearest are given. Nearest is lowered, until a
             candidate hits; hit_step is filled: the first step with a hit, or -1.
     """
-    _start(steps, among, body, enough, verdict, bench)
-    if not _flag(steps, change, body, discs, bench):
+    _start(steps, active, body, cutoff_gap, verdict, bench)
+    if not _flag(steps, delta_l, body, discs, bench):
         return
     limit, nearest, until = bench.limit, bench.nearest, bench.until
     gaps, flag, frames = bench.gaps, bench.flag, bench.frames
     for i in range(steps[0] + 1, steps[1] + 1):
-        for o in range(among[0], among[1] if bench.flagged[i] > 0 else 0):
+        for o in range(active[0], active[1] if bench.flagged[i] > 0 else 0):
             lowest = gaps[i - 1, o] + gaps[i, o] - frames[MOVED, i]
             if flag[i, o] > 0 and lowest < 2.0 * limit[o] and i < until[o]:
                 gap = _gap_on_the_way(
-                    i, o, limit[o], change[o], body, discs, bench.course, frames
+                    i, o, limit[o], delta_l[o], body, discs, bench.course, frames
                 )
                 nearest[o] = min(nearest[o], gap)
-                limit[o] = max(min(nearest[o], enough), body.threshold)
+                limit[o] = max(min(nearest[o], cutoff_gap), body.threshold)
                 if gap < body.threshold:
                     bench.hit_step[o] = i
                     until[o] = i
@@ -80,19 +80,19 @@ def sweep(
 @inlined
 def _start(
     steps: tuple[int, int],
-    among: tuple[int, int],
+    active: tuple[int, int],
     body: Body,
-    enough: float,
+    cutoff_gap: float,
     verdict: IntArray,
     bench: Bench,
 ) -> None:
-    """Say up to which gap, and until which step, each candidate is to be looked at."""
+    """Set up to which gap, and until which step, each candidate is looked at."""
     bench.limit[:] = -math.inf
     bench.until[:] = math.inf
-    for o in range(among[0], among[1]):
+    for o in range(active[0], active[1]):
         bench.hit_step[o] = -1
         if verdict[o] == PASSED:
-            bench.limit[o] = max(min(bench.nearest[o], enough), body.threshold)
+            bench.limit[o] = max(min(bench.nearest[o], cutoff_gap), body.threshold)
             if bench.nearest[o] < body.threshold:
                 hit = first_touch(steps, o, bench.gaps, body.threshold)
                 bench.hit_step[o] = hit
@@ -102,7 +102,7 @@ def _start(
 @inlined
 def _flag(
     steps: tuple[int, int],
-    change: FloatArray,
+    delta_l: FloatArray,
     body: Body,
     discs: tuple[float, float, float],
     bench: Bench,
@@ -111,7 +111,7 @@ def _flag(
 
     Args:
         steps: First and last step.
-        change: Terminal offsets less the present one, (n,) [m].
+        delta_l: Terminal offsets less the present one, (n,) [m].
         body: Which body.
         discs: Their centres ahead of the rear axle [m].
         bench: Flag is filled: 1 for those, 0 for others in the window; and flagged, how
@@ -144,8 +144,8 @@ def _flag(
         was, now = _frame(i - 1, frames), _frame(i, frames)
         count = 0
         for o in range(begin, end):
-            a = _placed(change[o], course[0, i - 1, o], course[1, i - 1, o], was)
-            b = _placed(change[o], course[0, i, o], course[1, i, o], now)
+            a = _placed(delta_l[o], course[0, i - 1, o], course[1, i - 1, o], was)
+            b = _placed(delta_l[o], course[0, i, o], course[1, i, o], now)
             far = limit[o] + body.reach
             far2 = far * far * ROUNDING
             dips = (
@@ -169,7 +169,7 @@ def _dips(
     half_width: float,
     far2: float,
 ) -> bool:
-    """Tell whether a disc comes nearer between `a` and `b` than it is there.
+    """Check whether a disc comes nearer between `a` and `b` than it is there.
 
     Ways that pass the body's centre at more than the root of `far2` [m²] do not count.
     """
@@ -203,7 +203,7 @@ def _frame(
 
 @inlined
 def _placed(
-    change: float,
+    delta_l: float,
     cos_e: float,
     sin_e: float,
     frame: tuple[float, float, float, float, float, float],
@@ -211,8 +211,8 @@ def _placed(
     """Rear axle [m] and direction of one candidate in the body's frame."""
     u0, u1, w0, w1, road_u, road_w = frame
     return (
-        u0 + change * u1,
-        w0 + change * w1,
+        u0 + delta_l * u1,
+        w0 + delta_l * w1,
         cos_e * road_u - sin_e * road_w,
         cos_e * road_w + sin_e * road_u,
     )
@@ -223,7 +223,7 @@ def _gap_on_the_way(
     i: int,
     o: int,
     limit: float,
-    change: float,
+    delta_l: float,
     body: Body,
     discs: tuple[float, float, float],
     course: FloatArray,
@@ -232,8 +232,8 @@ def _gap_on_the_way(
     """Smallest gap between step i - 1 and step i; inf if it is `limit` or more."""
     was = course[0, i - 1, o], course[1, i - 1, o]
     now = course[0, i, o], course[1, i, o]
-    u0, w0, ahead_u0, ahead_w0 = _placed(change, was[0], was[1], _frame(i - 1, frames))
-    u1, w1, ahead_u1, ahead_w1 = _placed(change, now[0], now[1], _frame(i, frames))
+    u0, w0, ahead_u0, ahead_w0 = _placed(delta_l, was[0], was[1], _frame(i - 1, frames))
+    u1, w1, ahead_u1, ahead_w1 = _placed(delta_l, now[0], now[1], _frame(i, frames))
     nearest = math.inf
     for disc in discs:
         from_u, from_w = u0 + disc * ahead_u0, w0 + disc * ahead_w0

@@ -19,7 +19,7 @@ from planner.cruise.candidate_motion import (
     UNIT_SLOPE,
     L,
 )
-from planner.cruise.feasibility import MIN_STRETCH, Check, Limits, road_excess
+from planner.cruise.feasibility import MIN_STRETCH, Check, Limits, RoadBody, road_excess
 from planner.numerics.compiled import inlined
 from planner.reference_path.frenet import cartesian_rates
 from planner.states import FloatArray, IntArray
@@ -40,7 +40,7 @@ def check_profile(
     count: int,
     rows: FloatArray,
     basis: FloatArray,
-    change: FloatArray,
+    delta_l: FloatArray,
     limits: Limits,
     course: FloatArray,
     verdict: IntArray,
@@ -55,7 +55,7 @@ def check_profile(
         count: Its valid steps.
         rows: Of the `Tracks`.
         basis: Of its lateral motion, (8, n_steps).
-        change: Terminal offsets less the present one, growing, (n,) [m].
+        delta_l: Terminal offsets less the present one, growing, (n,) [m].
         limits: Of the vehicle.
         course: Filled, (2, n_steps, >= n): cos and sin of the heading error.
         verdict: Filled, (n,).
@@ -64,7 +64,8 @@ def check_profile(
         How many candidates keep the limits.
     """
     n = verdict.size
-    lever = max(limits.front, limits.rear)
+    axle_to_corner = max(limits.front, limits.rear)
+    corner2 = axle_to_corner * axle_to_corner
     for o in range(n):
         verdict[o] = PASSED
     left = n
@@ -76,18 +77,18 @@ def check_profile(
         l0, slope0, bend0 = basis[L, i], basis[SLOPE, i], basis[BEND, i]
         l1, slope1, bend1 = basis[UNIT_L, i], basis[UNIT_SLOPE, i], basis[UNIT_BEND, i]
         # No body reaches farther from its axle's offset than that, and what it turns.
-        widest = limits.half_width + lever * lever * abs(kappa) - limits.excess
+        widest = limits.half_width + corner2 * abs(kappa) - limits.excess
         leftmost, rightmost = rows[p, LEFT, i] - widest, rows[p, RIGHT, i] + widest
         suspects, left = 0, 0
         for o in range(n):
-            l = l0 + change[o] * l1
-            slope = slope0 + change[o] * slope1
+            l = l0 + delta_l[o] * l1
+            slope = slope0 + delta_l[o] * slope1
             cos_e, sin_e, curvature, speed, acceleration = cartesian_rates(
-                l, kappa, kappa_rate, s_dot, s_ddot, slope, bend0 + change[o] * bend1
+                l, kappa, kappa_rate, s_dot, s_ddot, slope, bend0 + delta_l[o] * bend1
             )
             course[0, i, o] = cos_e
             course[1, i, o] = sin_e
-            turned = lever * abs(sin_e)
+            turned = axle_to_corner * abs(sin_e)
             sideways = speed * speed * abs(curvature)
             along = max(
                 acceleration - limits.acceleration, -acceleration - limits.deceleration
@@ -110,13 +111,13 @@ def check_profile(
         if i == 0:
             left = _forgive(verdict)
         elif suspects > 0:
-            left = _settle(p, i, rows, basis, change, limits, course, verdict)
+            left = _settle(p, i, rows, basis, delta_l, limits, course, verdict)
     return left
 
 
 @inlined
 def _forgive(verdict: IntArray) -> int:
-    """Keep of the first point's violations only the domain; count who has none."""
+    """Drop the first point's violations but that of the domain; count those left."""
     left = 0
     for o in range(verdict.size):
         verdict[o] = DOMAIN if verdict[o] % SUSPECT == DOMAIN else PASSED
@@ -130,25 +131,24 @@ def _settle(
     i: int,
     rows: FloatArray,
     basis: FloatArray,
-    change: FloatArray,
+    delta_l: FloatArray,
     limits: Limits,
     course: FloatArray,
     verdict: IntArray,
 ) -> int:
-    """Settle where bodies reach near the road's edge; count who has no violation."""
+    """Settle where bodies reach near the road's edge; count those without violation."""
     passed = 0
+    body = RoadBody(limits.front, limits.rear, limits.half_width)
     for o in range(verdict.size):
         if verdict[o] >= SUSPECT:
             excess = road_excess(
-                basis[L, i] + change[o] * basis[UNIT_L, i],
+                basis[L, i] + delta_l[o] * basis[UNIT_L, i],
                 course[0, i, o],
                 course[1, i, o],
                 rows[p, KAPPA, i],
                 rows[p, LEFT, i],
                 rows[p, RIGHT, i],
-                limits.front,
-                limits.rear,
-                limits.half_width,
+                body,
             )
             verdict[o] = ROAD if excess > limits.excess else verdict[o] - SUSPECT
         passed += 1 if verdict[o] == PASSED else 0

@@ -52,7 +52,7 @@ def _offsets(
     step: float,
     with_edges: bool,  # noqa: FBT001 - a constant of the planner
 ) -> FloatArray:
-    """Give the offsets of `terminal_offsets`; an edge at a multiple counts once."""
+    """Return the offsets of `terminal_offsets`; an edge at a multiple counts once."""
     low, high = lateral_room(road, s)
     high = min(limit, high - half_width)
     low = max(-limit, low + half_width)

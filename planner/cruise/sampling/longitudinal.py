@@ -72,15 +72,20 @@ def longitudinal_profiles(
     stop = stop_target(scene, settings)
     creep = settings.creep_speeds if ego.s_dot < SLOW else ()
     return _profiles(
-        (float(ego.s), float(ego.s_dot), float(ego.s_ddot)),
+        ProfileStart(float(ego.s), float(ego.s_dot), float(ego.s_ddot)),
         speed_ahead,
-        (_row(settings.times), _row(settings.speed_fractions), _row(creep)),
-        (_row(settings.stop_times), np.inf if stop is None else stop),
-        _row(settings.follow_times),
-        (EMPTY, EMPTY) if leader is None else (leader.s, leader.speed),
-        (settings.standstill_gap, settings.time_headway, vehicle.front_reach),
-        (settings.step, settings.horizon),
-        (
+        Keeping(_row(settings.times), _row(settings.speed_fractions), _row(creep)),
+        Stopping(_row(settings.stop_times), np.inf if stop is None else stop),
+        Following(
+            _row(settings.follow_times),
+            EMPTY if leader is None else leader.s,
+            EMPTY if leader is None else leader.speed,
+            settings.standstill_gap,
+            settings.time_headway,
+            vehicle.front_reach,
+        ),
+        TimeGrid(settings.step, settings.horizon),
+        ProfileBounds(
             max(vehicle.limits.max_speed, ego.s_dot) + SPEED_EXCESS,
             front_limit(scene) - vehicle.front_reach,
         ),
@@ -93,33 +98,78 @@ def _row(values: tuple[float, ...]) -> FloatArray:
     return freeze(values)
 
 
+class ProfileStart(NamedTuple):
+    """Where the profiles begin."""
+
+    s: float  # [m]
+    s_dot: float  # [m/s]
+    s_ddot: float  # [m/s²]
+
+
+class Keeping(NamedTuple):
+    """Profiles to a speed; arrays of any size, also empty."""
+
+    times: FloatArray  # [s]
+    fractions: FloatArray  # of the speed that the road allows there
+    creep: FloatArray  # and further speeds [m/s]
+
+
+class Stopping(NamedTuple):
+    """Profiles to a stand."""
+
+    times: FloatArray  # [s]
+    place: float  # of the rear axle, inf for nowhere [m]
+
+
+class Following(NamedTuple):
+    """Profiles to the following distance."""
+
+    times: FloatArray  # [s]
+    leader_s: FloatArray  # rearmost point at each step, empty without a leader [m]
+    leader_speed: FloatArray  # [m/s]
+    standstill_gap: float  # [m]
+    time_headway: float  # [s]
+    front_reach: float  # rear axle to front bumper [m]
+
+
+class TimeGrid(NamedTuple):
+    """Points in time."""
+
+    step: float  # [s]
+    horizon: float  # where all profiles end, and to which the jerk is integrated; 0
+    # ends each with its manoeuvre [s]
+
+
+class ProfileBounds(NamedTuple):
+    """Limits beyond which a profile is ruled out."""
+
+    max_speed: float  # that none may exceed [m/s]
+    stop_at: float  # that none may end beyond [m]
+
+
 @compiled
 def _profiles(
-    start: tuple[float, float, float],
+    start: ProfileStart,
     speed_ahead: tuple[FloatArray, FloatArray],
-    keeping: tuple[FloatArray, FloatArray, FloatArray],
-    stopping: tuple[FloatArray, float],
-    follow_times: FloatArray,
-    leader: tuple[FloatArray, FloatArray],
-    room: tuple[float, float, float],
-    grid: tuple[float, float],
-    bounds: tuple[float, float],
+    keeping: Keeping,
+    stopping: Stopping,
+    following: Following,
+    grid: TimeGrid,
+    bounds: ProfileBounds,
 ) -> Profiles:
     """Solve for all profiles, evaluate and price them.
 
     Args:
-        start: As in `_sample`, like the rest up to the room.
-        speed_ahead: See start.
-        keeping: See start.
-        stopping: See start.
-        follow_times: See start.
-        leader: See start.
-        room: See start.
-        grid: As in `roll_out`.
-        bounds: See grid.
+        start: Of all.
+        speed_ahead: Arc lengths and the speed that the road allows there.
+        keeping: See there.
+        stopping: See there.
+        following: See there.
+        grid: Where they are evaluated.
+        bounds: See there.
     """
     coefficients, duration = _sample(
-        start, speed_ahead, keeping, stopping, follow_times, leader, room, grid[0]
+        start, speed_ahead, keeping, stopping, following, grid.step
     )
     tracks = roll_out(coefficients, duration, grid, bounds)
     rows = tracks.rows
@@ -133,25 +183,21 @@ def _profiles(
 
 @inlined
 def _sample(
-    start: tuple[float, float, float],
+    start: ProfileStart,
     speed_ahead: tuple[FloatArray, FloatArray],
-    keeping: tuple[FloatArray, FloatArray, FloatArray],
-    stopping: tuple[FloatArray, float],
-    follow_times: FloatArray,
-    leader: tuple[FloatArray, FloatArray],
-    room: tuple[float, float, float],
+    keeping: Keeping,
+    stopping: Stopping,
+    following: Following,
     step: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Solve for all profiles.
 
     Args:
-        start: s and its first two derivatives.
-        speed_ahead: Arc lengths and the speed that the road asks for there.
-        keeping: Times, fractions of that speed, and creeping speeds.
-        stopping: Times, and where to stand; inf for nowhere.
-        follow_times: Times to reach the following distance in.
-        leader: Rearmost point and speed at each step; empty without one.
-        room: Gap at a standstill, time headway, rear axle to front bumper.
+        start: As in `_profiles`, like the rest.
+        speed_ahead: See start.
+        keeping: See start.
+        stopping: See start.
+        following: See start.
         step: Between the leader's points [s].
 
     Returns:
@@ -159,15 +205,16 @@ def _sample(
     """
     times, fractions, creep = keeping
     stop_times, stop = stopping
-    leader_s, leader_speed = leader
-    standstill_gap, time_headway, front_reach = room
+    follow_times, leader_s, leader_speed, standstill_gap, _, front_reach = following
+    time_headway = following.time_headway
     s, s_dot, s_ddot = start
+    road_s, road_speed = speed_ahead
     n_keeping = times.size * (fractions.size + creep.size)
     n = n_keeping + stop_times.size + follow_times.size
     rows, duration = np.zeros((n, 6)), np.empty(n)
     # The speed that the road allows about where each manoeuvre will end.
     allowed = np.empty(times.size)
-    interpolate(s_dot * times, s, speed_ahead[0], speed_ahead[1], allowed)
+    interpolate(s_dot * times, s, road_s, road_speed, allowed)
     for j in range(times.size):
         for i in range(fractions.size + creep.size):
             if i < fractions.size:
@@ -215,18 +262,16 @@ def _store(coefficients: tuple[float, ...], row: FloatArray) -> None:
 def roll_out(
     coefficients: FloatArray,
     duration: FloatArray,
-    grid: tuple[float, float],
-    bounds: tuple[float, float],
+    grid: TimeGrid,
+    bounds: ProfileBounds,
 ) -> Tracks:
     """Evaluate quintics s(t) on the time grid, at constant speed after their end.
 
     Args:
         coefficients: (n, 6), lowest order first.
         duration: (n,) [s].
-        grid: Step, and the horizon where all profiles end, and to which the jerk is
-            integrated; 0 ends each with its manoeuvre [s].
-        bounds: Speed that none may exceed [m/s], and place that none may end beyond
-            [m].
+        grid: See there.
+        bounds: See there.
     """
     step, horizon = grid
     max_speed, stop_at = bounds

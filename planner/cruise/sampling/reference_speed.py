@@ -50,7 +50,7 @@ def _reachable_speed(
     lateral_acceleration: float,
     deceleration: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Give (s, v) of `reference_speed`; from `stop_at` on v is 0."""
+    """Return (s, v) of `reference_speed`; from `stop_at` on v is 0."""
     n = int(np.ceil(PREVIEW / PREVIEW_STEP))
     s, v = np.empty(n), np.empty(n)
     ahead = np.inf

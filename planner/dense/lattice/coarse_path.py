@@ -1,6 +1,7 @@
 """The coarse path: a chain of quintic edges; [Thesis] 5.5.1."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,7 +10,14 @@ from planner.numerics.compiled import compiled
 from planner.numerics.polynomials import quintic_coefficients
 from planner.states import FloatArray
 
-PathStart = tuple[float, float, float, float]  # s [m], l [m], l' [-], l'' [1/m]
+
+class PathStart(NamedTuple):
+    """Where a path begins: the ego's place and direction on the road."""
+
+    s: float  # [m]
+    l: float  # [m]
+    slope: float  # dl/ds [-]
+    second: float  # d²l/ds² [1/m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +30,7 @@ class CoarsePath:
     cost: float  # sum of eq. 5.19 over its edges
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Give (l, l', l'') at `s`, (n,), inside the path's reach."""
+        """Return (l, l', l'') at `s`, (n,), inside the path's reach."""
         shape = evaluate_chain(self.s, self.l, self.start, np.asarray(s))
         return shape[0], shape[1], shape[2]
 
@@ -31,7 +39,7 @@ class CoarsePath:
 def evaluate_chain(
     node_s: FloatArray,
     node_l: FloatArray,
-    start: tuple[float, float, float, float],
+    start: PathStart,
     s: FloatArray,
 ) -> FloatArray:
     """Evaluate l, l', l'' of a chain of edges at growing `s`, (3, n)."""
@@ -41,7 +49,7 @@ def evaluate_chain(
         while k < last and s[j] > node_s[k + 1]:
             k += 1
         length = node_s[k + 1] - node_s[k]
-        slope, second = (start[2], start[3]) if k == 0 else (0.0, 0.0)
+        slope, second = (start.slope, start.second) if k == 0 else (0.0, 0.0)
         c = quintic_coefficients(
             node_l[k], slope, second, node_l[k + 1], 0.0, 0.0, length
         )

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from planner.dense.field import ObstacleColumns
 from planner.numerics.compiled import inlined
 from planner.states import FloatArray
 
@@ -16,7 +17,7 @@ GAUSS_WEIGHTS = 0.5 * _WEIGHTS
 
 @inlined
 def blend_table(n: int) -> FloatArray:
-    """Shape of every edge between waypoints; [Thesis] eq. 5.13-5.16 in closed form.
+    """Tabulate the shape of every edge; [Thesis] eq. 5.13-5.16 in closed form.
 
     With l' = l'' = 0 at both ends the quintic is z_a + (z_b - z_a) B(u) in the local
     coordinate u = (s - s_a) / (s_b - s_a).
@@ -40,7 +41,7 @@ def blend_table(n: int) -> FloatArray:
 def fill_blend(
     shape: FloatArray, table: FloatArray, l0: float, l1: float, length: float
 ) -> None:
-    """Write l, l', l'' of the edge from l0 to l1 into `shape`, (3, n + 1)."""
+    """Fill l, l', l'' of the edge from l0 to l1 into `shape`, (3, n + 1)."""
     rise = l1 - l0
     slope, second = rise / length, rise / (length * length)
     for j in range(table.shape[1]):
@@ -87,7 +88,7 @@ def fill_quintic(
     coefficients: tuple[float, float, float, float, float, float],
     length: float,
 ) -> None:
-    """Write l, l', l'' of a quintic over 0 ... length into `shape`, (3, n + 1)."""
+    """Fill l, l', l'' of a quintic over 0 ... length into `shape`, (3, n + 1)."""
     n = shape.shape[1] - 1
     for j in range(n + 1):
         l, slope, second, _ = quintic_at(coefficients, length * j / n)
@@ -96,7 +97,7 @@ def fill_quintic(
 
 @inlined
 def blend_price(l0: float, l1: float, length: float) -> tuple[float, float]:
-    """Integrals of an edge between waypoints in closed form; [Thesis] eq. 5.20, 5.21.
+    """Integrate an edge between waypoints in closed form; [Thesis] eq. 5.20, 5.21.
 
     Returns:
         (integral of z² [m³], integral of z'² + z''² + z'''²).
@@ -112,7 +113,7 @@ def blend_price(l0: float, l1: float, length: float) -> tuple[float, float]:
 def quintic_price(
     coefficients: tuple[float, float, float, float, float, float], length: float
 ) -> tuple[float, float]:
-    """As `blend_price` for any quintic over 0 ... length."""
+    """Return the integrals of `blend_price` for any quintic over 0 ... length."""
     offset, smooth = 0.0, 0.0
     for k in range(GAUSS_NODES.size):
         l, first, second, third = quintic_at(coefficients, length * GAUSS_NODES[k])
@@ -122,17 +123,19 @@ def quintic_price(
 
 
 @inlined
-def printed_safety(shape: FloatArray, length: float, obstacles: FloatArray) -> float:
-    """Safety of an edge as printed; [Thesis] eq. 5.22 with its pole cut off.
+def printed_safety(
+    shape: FloatArray, length: float, obstacles: ObstacleColumns
+) -> float:
+    """Compute the safety of an edge as printed; [Thesis] eq. 5.22, its pole cut off.
 
-    It knows nothing of s: an obstacle far ahead counts like one beside the edge.
+    It does not depend on s: an obstacle far ahead counts like one beside the edge.
     """
     n = shape.shape[1] - 1
     total = 0.0
-    for i in range(obstacles.shape[0]):
+    for i in range(obstacles.s.size):
         integral = 0.0
         for j in range(n + 1):
             part = 0.5 if j in (0, n) else 1.0
-            integral += part * abs(shape[0, j] - obstacles[i, 1])
-        total += obstacles[i, 2] / max(integral * length / n, MIN_INTEGRAL)
+            integral += part * abs(shape[0, j] - obstacles.l[i])
+        total += obstacles.radius[i] / max(integral * length / n, MIN_INTEGRAL)
     return total

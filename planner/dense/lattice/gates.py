@@ -1,10 +1,10 @@
-"""What obstacles close on a layer: the gate matrix and the strips it leaves; 5.4.2."""
+"""The gate matrix: what obstacles close on a layer, and the strips left; 5.4.2."""
 
 import math
 
 import numpy as np
 
-from planner.dense.field import Cover
+from planner.dense.field import Cover, ObstacleColumns
 from planner.dense.settings import GateReach, LatticeSettings
 from planner.numerics.compiled import inlined
 from planner.states import FloatArray
@@ -13,7 +13,7 @@ from planner.states import FloatArray
 def gate_radius(
     radius: FloatArray, cover: Cover, settings: LatticeSettings
 ) -> FloatArray:
-    """Radius about each obstacle that closes regions, (n,) [m]; [Thesis] eq. 5.6."""
+    """Return the radius about each obstacle that closes regions; [Thesis] eq. 5.6."""
     if settings.gate_reach is GateReach.CENTRE:
         return np.zeros_like(radius)
     if settings.gate_reach is GateReach.BODY:
@@ -23,7 +23,7 @@ def gate_radius(
 
 @inlined
 def gate_row(edges: FloatArray, cuts: FloatArray) -> FloatArray:
-    """One row of the gate matrix B; [Thesis] eq. 5.5, 5.6.
+    """Compute one row of the gate matrix B; [Thesis] eq. 5.5, 5.6.
 
     A region is closed where a grown disc touches it.
 
@@ -45,8 +45,7 @@ def gate_row(edges: FloatArray, cuts: FloatArray) -> FloatArray:
 @inlined
 def closed_intervals(
     s: float,
-    obstacle_s: FloatArray,
-    obstacle_l: FloatArray,
+    obstacles: ObstacleColumns,
     reach: FloatArray,
     offsets: FloatArray,
 ) -> FloatArray:
@@ -54,23 +53,23 @@ def closed_intervals(
 
     Args:
         s: Of the layer [m].
-        obstacle_s: (n,) [m].
-        obstacle_l: (n,) [m].
-        reach: Radius that closes, (n,) [m].
+        obstacles: Of the field.
+        reach: Radius that closes, (n_obstacles,) [m].
         offsets: Of the ego's discs [m].
 
     Returns:
         Lowest and highest l of each that is cut, in the order of the lowest, (k, 2).
     """
-    cuts = np.empty((obstacle_s.size, 2))
+    cuts = np.empty((obstacles.s.size, 2))
     k = 0
-    for i in range(obstacle_s.size):
+    for i in range(obstacles.s.size):
         away = np.inf
         for offset in offsets:
-            away = min(away, abs(s + offset - obstacle_s[i]))
+            away = min(away, abs(s + offset - obstacles.s[i]))
         if away <= reach[i]:
             half = math.sqrt(reach[i] ** 2 - away**2)
-            cuts[k, 0], cuts[k, 1] = obstacle_l[i] - half, obstacle_l[i] + half
+            l = obstacles.l[i]
+            cuts[k, 0], cuts[k, 1] = l - half, l + half
             k += 1
     return cuts[:k][np.argsort(cuts[:k, 0])]
 
@@ -79,7 +78,7 @@ def closed_intervals(
 def strip_points(
     points: FloatArray, low: float, high: float, cuts: FloatArray
 ) -> FloatArray:
-    """Give each free strip that has no waypoint one in its middle.
+    """Return a point in the middle of each free strip that has no waypoint.
 
     A strip narrower than two regions may have no open region at all, and with it the
     only way past an obstacle would be lost.

@@ -10,17 +10,17 @@ MIN_DISTANCE = 1e-3  # eq. 5.3 has a pole where the ego stands on an obstacle [m
 
 @inlined
 def obstacle_influence(
-    obstacle: tuple[float, float, float],
-    ego: tuple[float, float],
+    away: float,
+    radius: float,
     ego_radius: float,
     size_weight: float,
     distance_weight: float,
 ) -> float:
-    """Weight of one obstacle for the ego; [Thesis] eq. 5.3 with its pole cut off.
+    """Compute the weight of one obstacle for the ego; [Thesis] eq. 5.3, pole cut off.
 
     Args:
-        obstacle: (s, l, r_ob) [m].
-        ego: (s, l) [m].
+        away: Its centre's distance from the ego [m].
+        radius: r_ob [m].
         ego_radius: r_ev [m].
         size_weight: w1.
         distance_weight: w2.
@@ -28,8 +28,7 @@ def obstacle_influence(
     Returns:
         h_i [m].
     """
-    away = math.hypot(ego[0] - obstacle[0], ego[1] - obstacle[1])
-    size = size_weight * obstacle[2] * ego_radius
+    size = size_weight * radius * ego_radius
     return size / (distance_weight * max(away, MIN_DISTANCE))
 
 
@@ -42,7 +41,7 @@ def profile(
     influence: FloatArray,
     position_weight: float,
 ) -> float:
-    """Value of the map at one place; [Thesis] eq. 5.1, 5.2, with n terms.
+    """Compute the map at one place; [Thesis] eq. 5.1, 5.2, with n terms.
 
     Args:
         s: Of the place [m].

@@ -1,10 +1,12 @@
 """Where the lattices have their waypoints; [Thesis] 5.4 and the conventional [104]."""
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.dense.field import Cover, ObstacleField
+from planner.dense.field import Cover, Discs, ObstacleColumns, ObstacleField
 from planner.dense.lattice.gates import (
     closed_intervals,
     gate_radius,
@@ -75,29 +77,53 @@ def adaptive_waypoints(
     """
     s, at_obstacle = layers(field.s - np.mean(cover.offsets), ego[0], s_end, settings)
     left, right, _ = field.road_at(s)
-    low, high = right + cover.half_width, left - cover.half_width
-    l, count = fill_layers(
-        s,
-        at_obstacle,
-        low,
-        high,
-        (field.s, field.l, field.radius),
-        gate_radius(field.radius, cover, settings),
-        np.array(cover.offsets),
-        ego,
-        cover.radius,
+    spans = LayerSpans(
+        s, at_obstacle, right + cover.half_width, left - cover.half_width
+    )
+    rules = WaypointRules(
         settings.free_points,
         settings.regions,
         settings.resolution,
-        (settings.position_weight, settings.size_weight, settings.distance_weight),
-        1 if settings.narrow_strips else 0,
+        settings.position_weight,
+        settings.size_weight,
+        settings.distance_weight,
+        settings.narrow_strips,
+    )
+    l, count = fill_layers(
+        spans,
+        field.obstacle_columns(),
+        gate_radius(field.radius, cover, settings),
+        cover.discs(),
+        ego,
+        rules,
     )
     return Waypoints(s, l, count)
 
 
+class LayerSpans(NamedTuple):
+    """Layers and the room on each; arrays are (n_layers,)."""
+
+    s: FloatArray  # [m]
+    at_obstacle: IntArray  # 1 where obstacles set the layer, else 0
+    low: FloatArray  # right end [m]
+    high: FloatArray  # left end [m]
+
+
+class WaypointRules(NamedTuple):
+    """How waypoints are spread; letters as in [Thesis] 5.3, 5.4."""
+
+    free_points: int  # on a free layer
+    regions: int  # m
+    resolution: int  # U
+    position_weight: float  # w0 [1/m]
+    size_weight: float  # w1
+    distance_weight: float  # w2
+    narrow_strips: bool  # strips without an open region get a waypoint too
+
+
 @inlined
 def waypoint_counts(cost: FloatArray, gate: FloatArray, resolution: int) -> FloatArray:
-    """One row of N: waypoints in each region; [Thesis] eq. 5.11, 5.12.
+    """Compute one row of N: waypoints in each region; [Thesis] eq. 5.11, 5.12.
 
     Args:
         cost: v_ij of the regions, (m,).
@@ -114,70 +140,77 @@ def waypoint_counts(cost: FloatArray, gate: FloatArray, resolution: int) -> Floa
 
 @compiled
 def fill_layers(
-    s: FloatArray,
-    at_obstacle: IntArray,
-    low: FloatArray,
-    high: FloatArray,
-    obstacles: tuple[FloatArray, FloatArray, FloatArray],
+    spans: LayerSpans,
+    obstacles: ObstacleColumns,
     reach: FloatArray,
-    offsets: FloatArray,
+    discs: Discs,
     ego: tuple[float, float],
-    ego_radius: float,
-    free_points: int,
-    regions: int,
-    resolution: int,
-    weights: tuple[float, float, float],
-    narrow_strips: int,
+    rules: WaypointRules,
 ) -> tuple[FloatArray, IntArray]:
     """Fill each layer: by the map beside obstacles, evenly elsewhere.
 
     Args:
-        s: Layers, (n_layers,) [m].
-        at_obstacle: 1 where obstacles set the layer, (n_layers,).
-        low: Right end of each layer, (n_layers,) [m].
-        high: Left end of each layer, (n_layers,) [m].
-        obstacles: s, l, r_ob, (n,) each [m].
-        reach: Radius that closes regions, (n,) [m].
-        offsets: Of the ego's discs [m].
+        spans: The layers.
+        obstacles: Of the field.
+        reach: Radius about each that closes regions, (n_obstacles,) [m].
+        discs: Of the ego.
         ego: (s, l) [m].
-        ego_radius: r_ev [m].
-        free_points: On a free layer.
-        regions: m.
-        resolution: U.
-        weights: w0 [1/m], w1, w2.
-        narrow_strips: 1 if strips without an open region get a waypoint too.
+        rules: See there.
 
     Returns:
         (l of the waypoints, (n_layers, n_points) [m]; their number, (n_layers,)).
     """
-    influence = np.empty(obstacles[0].size)
-    for i in range(influence.size):
-        obstacle = obstacles[0][i], obstacles[1][i], obstacles[2][i]
-        influence[i] = obstacle_influence(
-            obstacle, ego, ego_radius, weights[1], weights[2]
-        )
-    most = max(free_points, regions * resolution + influence.size + 1)
-    l = np.zeros((s.size, most))
-    count = np.zeros(s.size, dtype=np.int64)
-    for k in range(s.size):
-        if high[k] < low[k]:
+    influence = influences(obstacles, ego, discs.radius, rules)
+    most = max(rules.free_points, rules.regions * rules.resolution + influence.size + 1)
+    n_layers, regions = spans.s.size, rules.regions
+    l = np.zeros((n_layers, most))
+    count = np.zeros(n_layers, dtype=np.int64)
+    for k in range(n_layers):
+        s, low, high = spans.s[k], spans.low[k], spans.high[k]
+        if high < low:
             continue
-        if at_obstacle[k] == 0:
-            points = even_points(low[k], high[k], free_points)
+        if spans.at_obstacle[k] == 0:
+            points = even_points(low, high, rules.free_points)
         else:
-            edges = low[k] + (high[k] - low[k]) * np.arange(regions + 1) / regions
-            cuts = closed_intervals(s[k], obstacles[0], obstacles[1], reach, offsets)
+            edges = low + (high - low) * np.arange(regions + 1) / regions
+            cuts = closed_intervals(s, obstacles, reach, discs.offset)
             cost = region_costs(
-                s[k] + offsets.mean(), edges, obstacles, influence, weights[0]
+                s + discs.offset.mean(),
+                edges,
+                obstacles,
+                influence,
+                rules.position_weight,
             )
-            numbers = waypoint_counts(cost, gate_row(edges, cuts), resolution)
+            numbers = waypoint_counts(cost, gate_row(edges, cuts), rules.resolution)
             points = region_points(edges, numbers)
-            if narrow_strips == 1:
-                added = strip_points(points, low[k], high[k], cuts)
+            if rules.narrow_strips:
+                added = strip_points(points, low, high, cuts)
                 points = np.sort(np.concatenate((points, added)))
         count[k] = points.size
         l[k, : points.size] = points
     return l, count
+
+
+@inlined
+def influences(
+    obstacles: ObstacleColumns,
+    ego: tuple[float, float],
+    ego_radius: float,
+    rules: WaypointRules,
+) -> FloatArray:
+    """Return the weight of each obstacle for the ego, h_i, (n_obstacles,) [m]."""
+    ego_s, ego_l = ego
+    influence = np.empty(obstacles.s.size)
+    for i in range(influence.size):
+        away = math.hypot(ego_s - obstacles.s[i], ego_l - obstacles.l[i])
+        influence[i] = obstacle_influence(
+            away,
+            obstacles.radius[i],
+            ego_radius,
+            rules.size_weight,
+            rules.distance_weight,
+        )
+    return influence
 
 
 @inlined
@@ -193,16 +226,18 @@ def even_points(low: float, high: float, n: int) -> FloatArray:
 def region_costs(
     s: float,
     edges: FloatArray,
-    obstacles: tuple[FloatArray, FloatArray, FloatArray],
+    obstacles: ObstacleColumns,
     influence: FloatArray,
     position_weight: float,
 ) -> FloatArray:
-    """One row of V: the map over each region; [Thesis] eq. 5.7, 5.8, midpoint rule.
+    """Compute one row of V, the map over each region; [Thesis] eq. 5.7, 5.8.
+
+    The integral is by the midpoint rule.
 
     Args:
         s: Where the map is cut [m].
         edges: Of the regions, growing, (m + 1,) [m].
-        obstacles: s, l, r_ob, (n,) each [m].
+        obstacles: Of the field.
         influence: h_i, (n,) [m].
         position_weight: w0 [1/m].
 
@@ -212,9 +247,7 @@ def region_costs(
     cost = np.empty(edges.size - 1)
     for j in range(cost.size):
         middle = 0.5 * (edges[j] + edges[j + 1])
-        value = profile(
-            s, middle, obstacles[0], obstacles[1], influence, position_weight
-        )
+        value = profile(s, middle, obstacles.s, obstacles.l, influence, position_weight)
         cost[j] = (edges[j + 1] - edges[j]) * value
     return cost
 

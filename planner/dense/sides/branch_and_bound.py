@@ -7,191 +7,230 @@ only where it is proven empty, or dearer than the leaves already found. A progra
 on from the end of the one above it.
 """
 
+from enum import IntEnum
+from typing import NamedTuple
+
 import numpy as np
 
-from planner.numerics.compiled import compiled
+from planner.dense.tube.corridor import Passages
+from planner.numerics.compiled import compiled, inlined
 from planner.piecewise_jerk.active_set import (
+    ABOVE_CUTOFF,
     INFEASIBLE,
     SOLVED,
-    TOO_DEAR,
-    least_without_bounds,
-    no_responses,
+    ActiveSet,
+    ActiveSetOptions,
+    Progress,
+    dual_active_set,
+    empty_response_cache,
     riccati_gains,
-    take_in_bounds,
+    unconstrained_minimum,
 )
+from planner.piecewise_jerk.problem import JerkProgram
 from planner.states import FloatArray, IntArray
 
 THROUGH = 1e-6  # a path this deep in an obstacle goes through it [m]
 CAPACITY = 96  # bounds that push at once
 MAX_OPEN = 1000  # nodes that wait at once
-TUBE_EMPTY, PROVEN, DEARER, UNDECIDED, PROGRAMS = 0, 1, 2, 3, 4  # columns of `counts`
+NO_PLACE = -1  # the store cannot take what would be pushed
+
+
+class Dropped(IntEnum):
+    """Why a node was dropped."""
+
+    TUBE_EMPTY = 0  # bounds cross somewhere
+    INFEASIBLE = 1  # proven
+    DEARER = 2  # than the leaves already found
+    UNDECIDED = 3
+
+
+# Plain numbers: numba compiles these in.
+TUBE_EMPTY = int(Dropped.TUBE_EMPTY)
+PROVEN_INFEASIBLE = int(Dropped.INFEASIBLE)
+DEARER = int(Dropped.DEARER)
+UNDECIDED = int(Dropped.UNDECIDED)
+N_REASONS = len(Dropped)
+
+
+class SearchOptions(NamedTuple):
+    """Which sequences are looked for, and when to stop."""
+
+    ceiling: float  # sequences that cost as much or more are not looked for
+    keep: int  # how many of the cheapest are returned
+    max_programs: int
+    max_steps: int  # of each program
+    tolerance: float  # of its bounds
+
+
+class Leaves(NamedTuple):
+    """The cheapest sequences of sides, in the order of their cost."""
+
+    cost: FloatArray  # (keep,); inf where there is none
+    sides: FloatArray  # 1 to the left, -1 to the right, (keep, n_obstacles)
+    state: FloatArray  # l, l', l'' of their paths, (keep, n, 3)
+
+
+class NodeCounts(NamedTuple):
+    """Numbers of nodes; the search may be incomplete at the limit of programs."""
+
+    tube_empty: int
+    infeasible: int
+    dearer: int
+    undecided: int
+    programs: int  # solved
+
+
+class NodeStore(NamedTuple):
+    """Nodes that wait, a stack: each goes on from the end of the program above it."""
+
+    sides: FloatArray  # 1, -1, or 0 where open, (size, n_obstacles)
+    cost: FloatArray  # of the program above, (size,)
+    n_active: IntArray  # bounds there, (size,)
+    state: FloatArray  # (size, n, 3)
+    knot: IntArray  # of the active bounds, as are the next three, (size, CAPACITY)
+    column: IntArray
+    sign: IntArray
+    dual: FloatArray
+    gram: FloatArray  # (size, CAPACITY, CAPACITY)
 
 
 @compiled
-def cheapest_sides(  # noqa: C901, PLR0912, PLR0915 - one search, its steps in order
-    step: FloatArray,
-    start: FloatArray,
-    weight: FloatArray,
-    reference: FloatArray,
-    jerk_weight: float,
-    lower: FloatArray,
-    upper: FloatArray,
-    row: FloatArray,
-    first: int,
-    left: FloatArray,
-    right: FloatArray,
-    window: IntArray,
+def branch_and_bound(
+    program: JerkProgram,
+    passages: Passages,
     given: FloatArray,
-    ceiling: float,
-    keep: int,
-    limits: tuple[int, int, float],
-) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
+    options: SearchOptions,
+) -> tuple[Leaves, NodeCounts]:
     """Find the cheapest sequences of sides and their paths.
 
     Args:
-        step: (n - 1,) [m].
-        start: l, l', l'', (3,).
-        weight: (n, 3).
-        reference: (n, 3).
-        jerk_weight: > 0.
-        lower: Of states and rows with the road alone, (n, 3 + m).
-        upper: As `lower`.
-        row: (n, m, 3).
-        first: Column of `lower` that holds the rows' bounds: 0 where the one row is
-            l itself, else 3.
-        left: As `corridor.obstacle_rows` makes it, (n_obstacles, n, n_discs).
-        right: As `left`.
-        window: As `left`.
+        program: With the road alone.
+        passages: Of the obstacles.
         given: Sides to keep, 0 where open, (n_obstacles,).
-        ceiling: Sequences that cost as much or more are not looked for.
-        keep: How many of the cheapest to give.
-        limits: Programs to solve at most, steps of each, tolerance of bounds.
-
-    Returns:
-        (cost (keep,), inf where there is none; sides (keep, n_obstacles); states (keep,
-        n, 3); counts (5,): nodes dropped for an empty tube, proven infeasible, too
-        dear, not decided; programs solved). Where the last is at its limit the search
-        may be incomplete.
+        options: See there.
     """
-    n, n_obstacles = weight.shape[0], window.shape[0]
-    costs, counts = np.full(keep, np.inf), np.zeros(5, dtype=np.int64)
-    best, states = np.zeros((keep, n_obstacles)), np.zeros((keep, n, 3))
-    gain = riccati_gains(step, weight, jerk_weight)
-    place_of, pool = no_responses(n, lower.shape[1])
-    dearest = largest_cost(
-        step, start, weight, reference, jerk_weight, lower, upper, row, first
-    )
-    room = n_obstacles + 2  # without alternatives, two nodes wait on each level
-    if keep > 1:
-        room = min(n_obstacles * (n_obstacles + 1) // 2 + 2, MAX_OPEN)
-    stack, bounds = np.empty((room, n_obstacles)), np.empty(room)
-    states_of, duals = np.empty((room, n, 3)), np.empty((room, CAPACITY))
-    actives = np.empty((room, CAPACITY, 3), dtype=np.int64)
-    grams = np.empty((room, CAPACITY, CAPACITY))
-    sizes = np.empty(room, dtype=np.int64)
-    stack[0], sizes[0] = given, 0
-    states_of[0], bounds[0] = least_without_bounds(
-        step, start, weight, reference, jerk_weight, gain
-    )
-    depth = 1
-    low, up, sides = np.empty_like(lower), np.empty_like(upper), np.empty(n_obstacles)
-    while depth > 0 and counts[PROGRAMS] < limits[0]:
-        depth -= 1
-        sides[:] = stack[depth]
-        cutoff = min(ceiling, costs[keep - 1])
-        if bounds[depth] >= cutoff:
-            counts[DEARER] += 1
+    n, n_obstacles = program.weight.shape[0], given.size
+    leaves = no_leaves(n, n_obstacles, options.keep)
+    gain = riccati_gains(program)
+    cache = empty_response_cache(n, program.lower.shape[1])
+    dearest = largest_cost(program)
+    dropped, programs = np.zeros(N_REASONS, dtype=np.int64), 0
+    store = allocate_nodes(n, n_obstacles, options.keep)
+    waiting = push_root(store, program, gain, given)
+    tight, sides = with_own_bounds(program), np.empty(n_obstacles)
+    while waiting > 0 and programs < options.max_programs:
+        waiting -= 1
+        node = waiting
+        sides[:] = store.sides[node]
+        # Bound
+        cutoff = min(options.ceiling, leaves.cost[options.keep - 1])
+        if store.cost[node] >= cutoff:
+            dropped[DEARER] += 1
             continue
-        low[:], up[:] = lower, upper
-        if not narrow_columns(low, up, first, sides, left, right, window):
-            counts[TUBE_EMPTY] += 1
+        tight.lower[:], tight.upper[:] = program.lower, program.upper
+        if not narrow_columns(tight, sides, passages):
+            dropped[TUBE_EMPTY] += 1
             continue
-        verdict, cost, size, _ = take_in_bounds(
-            step,
+        verdict, end, _ = dual_active_set(
+            tight,
             gain,
-            row,
-            low,
-            up,
-            place_of,
-            pool,
-            states_of[depth],
-            bounds[depth],
-            actives[depth],
-            duals[depth],
-            grams[depth],
-            sizes[depth],
-            min(cutoff, dearest),
-            limits[1],
-            limits[2],
+            cache,
+            active_set_of(store, node),
+            Progress(store.cost[node], store.n_active[node]),
+            ActiveSetOptions(
+                min(cutoff, dearest), options.max_steps, options.tolerance
+            ),
         )
-        counts[PROGRAMS] += 1
+        programs += 1
+        # Prune
         if verdict != SOLVED:
-            place = UNDECIDED
-            if verdict == INFEASIBLE:
-                place = PROVEN
-            elif verdict == TOO_DEAR:
-                place = DEARER if cost < dearest else PROVEN
-            counts[place] += 1
+            dropped[reason(verdict, end.cost, dearest)] += 1
             continue
-        chosen, to_left = branching(
-            states_of[depth], row, first, sides, left, right, window
-        )
-        if chosen < 0:
-            open_ones = np.flatnonzero(stack[depth] == 0.0)
-            _insert(cost, sides, states_of[depth], costs, best, states)
-            if keep == 1:
-                continue
-            # The next best may differ in an obstacle that this path passes anyhow:
-            # split what is left under this node by the first side that differs.
-            if depth + open_ones.size > room:
-                counts[UNDECIDED] += 1
-                continue
-            for place in range(depth + open_ones.size - 1, depth - 1, -1):
-                if place > depth:
-                    _copy_node(depth, place, size, states_of, actives, duals, grams)
-                    stack[place] = stack[depth]
-                bounds[place], sizes[place] = cost, size
-                for i in open_ones[: place - depth]:
-                    stack[place, i] = sides[i]
-                turned = open_ones[place - depth]
-                stack[place, turned] = -sides[turned]
-            depth += open_ones.size
-            continue
-        if depth + 2 > room:
-            counts[UNDECIDED] += 1
-            continue
-        _copy_node(depth, depth + 1, size, states_of, actives, duals, grams)
-        for place in (depth + 1, depth):  # the nearer side is looked at first
-            stack[place] = sides
-            stack[place, chosen] = 1.0 if to_left == (place == depth + 1) else -1.0
-            bounds[place], sizes[place] = cost, size
-        depth += 2
-    return costs, best, states, counts
+        # Branch
+        chosen, to_left = branching(store.state[node], tight.row, sides, passages)
+        if chosen >= 0:
+            pushed = push_both_sides(store, node, end, sides, chosen, to_left)
+        else:
+            insert_leaf(leaves, end.cost, sides, store.state[node])
+            pushed = 0
+            if options.keep > 1:
+                pushed = push_alternatives(store, node, end, sides)
+        if pushed == NO_PLACE:
+            dropped[UNDECIDED] += 1
+        else:
+            waiting += pushed
+    return leaves, node_counts(dropped, programs)
+
+
+@inlined
+def no_leaves(n: int, n_obstacles: int, keep: int) -> Leaves:
+    """Allocate the leaves for programs of n knots."""
+    return Leaves(
+        np.full(keep, np.inf), np.zeros((keep, n_obstacles)), np.zeros((keep, n, 3))
+    )
+
+
+@inlined
+def with_own_bounds(program: JerkProgram) -> JerkProgram:
+    """Return a program whose bounds can be narrowed."""
+    return JerkProgram(
+        program.step,
+        program.start,
+        program.weight,
+        program.reference,
+        program.jerk_weight,
+        np.empty_like(program.lower),
+        np.empty_like(program.upper),
+        program.row,
+        program.jerk_lower,
+        program.jerk_upper,
+    )
+
+
+@inlined
+def node_counts(dropped: IntArray, programs: int) -> NodeCounts:
+    """Make the record of the counts."""
+    return NodeCounts(
+        dropped[TUBE_EMPTY],
+        dropped[PROVEN_INFEASIBLE],
+        dropped[DEARER],
+        dropped[UNDECIDED],
+        programs,
+    )
+
+
+@inlined
+def reason(verdict: int, cost: float, dearest: float) -> int:
+    """Return why a node whose program was not solved is dropped, as in `Dropped`."""
+    if verdict == INFEASIBLE:
+        return PROVEN_INFEASIBLE
+    if verdict == ABOVE_CUTOFF:
+        return DEARER if cost < dearest else PROVEN_INFEASIBLE
+    return UNDECIDED
+
+
+@inlined
+def bounds_column(program: JerkProgram) -> int:
+    """Return the first column that obstacles bound: the rows', or l's without rows."""
+    return 0 if program.row.shape[1] == 0 else 3
 
 
 @compiled
-def largest_cost(
-    step: FloatArray,
-    start: FloatArray,
-    weight: FloatArray,
-    reference: FloatArray,
-    jerk_weight: float,
-    lower: FloatArray,
-    upper: FloatArray,
-    row: FloatArray,
-    first: int,
-) -> float:
+def largest_cost(program: JerkProgram) -> float:
     """Bound the cost of every motion within the bounds: what is dearer is infeasible.
 
     The second derivative is bounded, so the first and the third are; with them the
-    rows bound the offset. Arguments as in `cheapest_sides`.
+    rows bound the offset.
     """
+    first = bounds_column(program)
+    step, start, weight = program.step, program.start, program.weight
+    lower, upper, reference = program.lower, program.upper, program.reference
     length = step.sum()
     bend = max(np.abs(lower[1:, 2]).max(), np.abs(upper[1:, 2]).max(), abs(start[2]))
     slope = abs(start[1]) + bend * length
     offset = max(np.abs(lower[1:, first]).max(), np.abs(upper[1:, first]).max())
     if first > 0:
-        offset += np.abs(row[:, 0, 1]).max() * slope
+        offset += np.abs(program.row[:, 0, 1]).max() * slope
     offset = max(offset, abs(start[0])) + np.abs(reference[:, 0]).max()
     slope += np.abs(reference[:, 1]).max()
     bend += np.abs(reference[:, 2]).max()
@@ -200,39 +239,133 @@ def largest_cost(
         weight[:, 0].max() * offset**2
         + weight[:, 1].max() * slope**2
         + weight[:, 2].max() * bend**2
-        + jerk_weight * jerk**2
+        + program.jerk_weight * jerk**2
     )
     return float(2.0 * length * worst)
 
 
-@compiled
-def _copy_node(
-    source: int,
-    target: int,
-    size: int,
-    states: FloatArray,
-    actives: IntArray,
-    duals: FloatArray,
-    grams: FloatArray,
-) -> None:
-    """Copy where a program stands, so that another one can go on from there."""
-    states[target] = states[source]
-    actives[target, :size] = actives[source, :size]
-    duals[target, :size] = duals[source, :size]
-    grams[target, :size, :size] = grams[source, :size, :size]
+@inlined
+def allocate_nodes(n: int, n_obstacles: int, keep: int) -> NodeStore:
+    """Allocate the store for programs of n knots."""
+    size = n_obstacles + 2  # without alternatives, two nodes wait on each level
+    if keep > 1:
+        size = min(n_obstacles * (n_obstacles + 1) // 2 + 2, MAX_OPEN)
+    return NodeStore(
+        np.empty((size, n_obstacles)),
+        np.empty(size),
+        np.empty(size, dtype=np.int64),
+        np.empty((size, n, 3)),
+        np.empty((size, CAPACITY), dtype=np.int64),
+        np.empty((size, CAPACITY), dtype=np.int64),
+        np.empty((size, CAPACITY), dtype=np.int64),
+        np.empty((size, CAPACITY)),
+        np.empty((size, CAPACITY, CAPACITY)),
+    )
+
+
+@inlined
+def active_set_of(store: NodeStore, node: int) -> ActiveSet:
+    """Return the place where a node's program begins, and where it will end."""
+    return ActiveSet(
+        store.state[node],
+        store.knot[node],
+        store.column[node],
+        store.sign[node],
+        store.dual[node],
+        store.gram[node],
+    )
+
+
+@inlined
+def push_root(
+    store: NodeStore, program: JerkProgram, gain: FloatArray, given: FloatArray
+) -> int:
+    """Push the program with the road alone, at its minimum without bounds."""
+    store.sides[0], store.n_active[0] = given, 0
+    store.state[0], store.cost[0] = unconstrained_minimum(program, gain)
+    return 1
 
 
 @compiled
-def narrow_columns(
-    low: FloatArray,
-    up: FloatArray,
-    first: int,
+def copy_node(store: NodeStore, source: int, target: int, count: int) -> None:
+    """Copy where a program ended, so that another one can go on from there."""
+    store.state[target] = store.state[source]
+    store.knot[target, :count] = store.knot[source, :count]
+    store.column[target, :count] = store.column[source, :count]
+    store.sign[target, :count] = store.sign[source, :count]
+    store.dual[target, :count] = store.dual[source, :count]
+    store.gram[target, :count, :count] = store.gram[source, :count, :count]
+
+
+@compiled
+def push_both_sides(
+    store: NodeStore,
+    node: int,
+    end: Progress,
     sides: FloatArray,
-    left: FloatArray,
-    right: FloatArray,
-    window: IntArray,
-) -> bool:
-    """Narrow bounds in place for the sides chosen; tell whether all stay open."""
+    chosen: int,
+    to_left: bool,  # noqa: FBT001 - a fact about the path
+) -> int:
+    """Push the two sides of one obstacle over a node; the nearer is on top.
+
+    Args:
+        store: Where to push; the node itself gives its place to the first.
+        node: The program that has ended.
+        end: Where it ended.
+        sides: Decided under it, (n_obstacles,).
+        chosen: Obstacle to branch on.
+        to_left: Whether its left is nearer.
+
+    Returns:
+        Nodes pushed, or NO_PLACE.
+    """
+    if node + 2 > store.cost.size:
+        return NO_PLACE
+    copy_node(store, node, node + 1, end.n_active)
+    for child in (node + 1, node):
+        store.sides[child] = sides
+        store.sides[child, chosen] = 1.0 if to_left == (child == node + 1) else -1.0
+        store.cost[child], store.n_active[child] = end.cost, end.n_active
+    return 2
+
+
+@compiled
+def push_alternatives(
+    store: NodeStore, node: int, end: Progress, sides: FloatArray
+) -> int:
+    """Push what is left under a leaf, split by the first side that differs.
+
+    The next best may differ in an obstacle that the leaf's path passes anyhow.
+
+    Args:
+        store: As in `push_both_sides`; the node's sides are those it was solved with.
+        node: The leaf.
+        end: Where its program ended.
+        sides: On which its path passes the obstacles, (n_obstacles,).
+
+    Returns:
+        Nodes pushed, or NO_PLACE.
+    """
+    open_ones = np.flatnonzero(store.sides[node] == 0.0)
+    if node + open_ones.size > store.cost.size:
+        return NO_PLACE
+    for child in range(node + open_ones.size - 1, node - 1, -1):
+        if child > node:
+            copy_node(store, node, child, end.n_active)
+            store.sides[child] = store.sides[node]
+        store.cost[child], store.n_active[child] = end.cost, end.n_active
+        for i in open_ones[: child - node]:
+            store.sides[child, i] = sides[i]
+        turned = open_ones[child - node]
+        store.sides[child, turned] = -sides[turned]
+    return int(open_ones.size)
+
+
+@compiled
+def narrow_columns(program: JerkProgram, sides: FloatArray, passages: Passages) -> bool:
+    """Narrow bounds in place for the sides chosen; return whether all stay open."""
+    low, up, first = program.lower, program.upper, bounds_column(program)
+    left, right, window = passages
     for i in range(sides.size):
         if sides[i] == 0.0:
             continue
@@ -249,13 +382,7 @@ def narrow_columns(
 
 @compiled
 def branching(
-    state: FloatArray,
-    row: FloatArray,
-    first: int,
-    sides: FloatArray,
-    left: FloatArray,
-    right: FloatArray,
-    window: IntArray,
+    state: FloatArray, row: FloatArray, sides: FloatArray, passages: Passages
 ) -> tuple[int, bool]:
     """Choose the obstacle to branch on: the one that the path is deepest in.
 
@@ -265,6 +392,7 @@ def branching(
     Returns:
         (obstacle, -1 if the path goes through none; whether its left is nearer).
     """
+    left, right, window = passages
     chosen, most, to_left = -1, THROUGH, True
     passed = np.zeros(sides.size)
     for i in range(sides.size):
@@ -274,7 +402,7 @@ def branching(
         for k in range(window[i, 0], window[i, 1]):
             for d in range(left.shape[2]):
                 value = state[k, 0]
-                if first > 0:
+                if row.shape[1] > 0:
                     value = row[k, d, 0] * state[k, 0] + row[k, d, 1] * state[k, 1]
                 depth_left = max(depth_left, left[i, k, d] - value)
                 depth_right = max(depth_right, value - right[i, k, d])
@@ -291,19 +419,15 @@ def branching(
 
 
 @compiled
-def _insert(
-    cost: float,
-    sides: FloatArray,
-    state: FloatArray,
-    costs: FloatArray,
-    best: FloatArray,
-    states: FloatArray,
+def insert_leaf(
+    leaves: Leaves, cost: float, sides: FloatArray, state: FloatArray
 ) -> None:
-    """Put a leaf in its place among the cheapest."""
-    place = costs.size - 1
-    while place > 0 and costs[place - 1] > cost:
-        costs[place] = costs[place - 1]
-        best[place] = best[place - 1]
-        states[place] = states[place - 1]
+    """Insert a leaf in its place among the cheapest."""
+    place = leaves.cost.size - 1
+    while place > 0 and leaves.cost[place - 1] > cost:
+        leaves.cost[place] = leaves.cost[place - 1]
+        leaves.sides[place] = leaves.sides[place - 1]
+        leaves.state[place] = leaves.state[place - 1]
         place -= 1
-    costs[place], best[place], states[place] = cost, sides, state
+    leaves.cost[place], leaves.sides[place] = cost, sides
+    leaves.state[place] = state

@@ -2,8 +2,8 @@
 
 Which obstacles are passed to the left and which to the right decides everything: with
 the sides given, the best path is the solution of one convex program, free of
-collisions by construction. So no path is made to be thrown away, and no density of
-waypoints limits what can be found.
+collisions by construction. No edges are sampled, so that no density of waypoints limits
+what can be found.
 """
 
 import math
@@ -17,27 +17,26 @@ from planner.dense.frenet_path import FrenetPath, PathCheck, check_path
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.settings import SideSettings
 from planner.dense.sides.branch_and_bound import (
-    PROGRAMS,
-    PROVEN,
-    TUBE_EMPTY,
-    UNDECIDED,
-    cheapest_sides,
+    Leaves,
+    NodeCounts,
+    SearchOptions,
+    branch_and_bound,
 )
+from planner.dense.tube.corridor import PathGuess
 from planner.dense.tube.program import (
-    PathGuess,
     PathWeights,
     Tube,
-    TubeArrays,
     knots_between,
     tube_about,
     tube_arrays,
     tube_program,
 )
+from planner.piecewise_jerk.problem import JerkProgram
 from planner.piecewise_jerk.solve import (
     QpStatus,
     solve,
 )
-from planner.states import FloatArray, IntArray
+from planner.states import FloatArray
 
 MAX_STEPS = 500  # of the active set in one program
 TOLERANCE = 1e-9  # of its bounds
@@ -69,7 +68,7 @@ class SideSearch:
 
     `programs` were solved; `empty` and `infeasible` count the partial sequences that
     were dropped because their tube is empty somewhere, or because no path is smooth
-    enough for it. `exact` says that the cheapest was proven to be the cheapest.
+    enough for it. `exact`: the cheapest was proven to be the cheapest.
     """
 
     status: SideStatus
@@ -83,7 +82,7 @@ class SideSearch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SideTask:
-    """What the searches of one cycle share."""
+    """Data that the searches of one cycle share."""
 
     field: ObstacleField
     cover: Cover
@@ -91,7 +90,7 @@ class SideTask:
     settings: SideSettings
     weights: PathWeights
     tube: Tube  # about the road's direction
-    root: TubeArrays  # with the road alone
+    root: JerkProgram  # with the road alone
 
 
 def plan_sides(
@@ -106,7 +105,7 @@ def plan_sides(
     Args:
         field: Obstacles and road.
         cover: Of the ego.
-        start: s [m], l [m], l' [-], l'' [1/m] of the ego.
+        start: Where the ego is.
         s_end: Where the path shall end [m].
         settings: See there.
     """
@@ -120,7 +119,7 @@ def side_task(
     s_end: float,
     settings: SideSettings,
 ) -> SideTask:
-    """Lay out what searches share; arguments as for `plan_sides`."""
+    """Prepare what searches share; arguments as for `plan_sides`."""
     s = knots_between(start[0], s_end, settings.knot_step)
     along_road = PathGuess(s, np.zeros(s.size), np.zeros(s.size))
     margin = _margin(field, cover, settings)
@@ -152,9 +151,9 @@ def search_sides(
     """
     if given is None:
         given = np.zeros(task.field.n_obstacles)
-    costs, sides, states, counts = leaves(task, given, ceiling)
+    leaves, counts = search_leaves(task, given, ceiling)
     s, found = task.tube.guess.s, []
-    for cost, chosen, state in zip(costs, sides, states, strict=True):
+    for cost, chosen, state in zip(*leaves, strict=True):
         if not math.isfinite(cost):
             break
         path = FrenetPath(s, *state.T)
@@ -162,30 +161,23 @@ def search_sides(
         refined = _refined(SideSequence(chosen, float(cost), path, check), task)
         if refined is not None:
             found.append(refined)
-    any_leaf = bool(np.isfinite(costs[0]))
-    return _outcome(found, any_leaf, counts.tolist(), task.settings)
+    any_leaf = bool(np.isfinite(leaves.cost[0]))
+    return _outcome(found, any_leaf, counts, task.settings)
 
 
-def leaves(
+def search_leaves(
     task: SideTask, given: FloatArray, ceiling: float
-) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
-    """Run `cheapest_sides` on a task; see there."""
-    tube, settings = task.tube, task.settings
-    return cheapest_sides(
-        *task.root,
-        0 if tube.direct else 3,
-        tube.left,
-        tube.right,
-        tube.window,
-        given,
-        ceiling,
-        1 + settings.alternatives,
-        (settings.max_programs, MAX_STEPS, TOLERANCE),
+) -> tuple[Leaves, NodeCounts]:
+    """Run `branch_and_bound` on a task; see there."""
+    settings = task.settings
+    options = SearchOptions(
+        ceiling, 1 + settings.alternatives, settings.max_programs, MAX_STEPS, TOLERANCE
     )
+    return branch_and_bound(task.root, task.tube.passages, given, options)
 
 
 def _margin(field: ObstacleField, cover: Cover, settings: SideSettings) -> float:
-    """Give the room beyond the discs; a turning body needs a little more."""
+    """Return the room beyond the discs; a turning body needs a little more."""
     turning = any(cover.offsets) or bool(np.any(field.curvature != 0.0))
     return settings.margin + (settings.turn_margin if turning else 0.0)
 
@@ -220,7 +212,7 @@ def _refined(sequence: SideSequence, task: SideTask) -> SideSequence | None:
 
 
 def passes_check(check: PathCheck, settings: SideSettings) -> bool:
-    """Tell whether a path may be returned."""
+    """Check whether a path may be returned."""
     return (
         check.clearance >= settings.margin - CHECK_TOLERANCE
         and check.road_room >= -CHECK_TOLERANCE
@@ -231,12 +223,11 @@ def passes_check(check: PathCheck, settings: SideSettings) -> bool:
 def _outcome(
     found: list[SideSequence],
     any_leaf: bool,  # noqa: FBT001 - a fact, not a choice
-    counts: list[int],
+    counts: NodeCounts,
     settings: SideSettings,
 ) -> SideSearch:
-    """Say how a search ended."""
-    programs = counts[PROGRAMS]
-    exact = counts[UNDECIDED] == 0 and programs < settings.max_programs
+    """Make the outcome of a search."""
+    exact = counts.undecided == 0 and counts.programs < settings.max_programs
     status = SideStatus.BLOCKED if exact else SideStatus.UNDECIDED
     if any_leaf:
         status = SideStatus.CHECK_FAILED
@@ -248,8 +239,8 @@ def _outcome(
         status,
         best,
         tuple(found[1:]),
-        programs,
-        counts[TUBE_EMPTY],
-        counts[PROVEN],
+        counts.programs,
+        counts.tube_empty,
+        counts.infeasible,
         exact,
     )

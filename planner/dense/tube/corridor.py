@@ -1,86 +1,81 @@
 """The room beside the obstacles about a path; in place of [Thesis] eq. 5.32."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.dense.field import disc_centre
-from planner.dense.lattice.edge_check import MIN_STRETCH
+from planner.dense.field import Discs, ObstacleColumns, disc_centre
+from planner.dense.lattice.edge_check import MIN_STRETCH, RoadAlong
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray, IntArray
 
 
+class PathGuess(NamedTuple):
+    """The path about which discs and curvature are taken to first order."""
+
+    s: FloatArray  # knots, (n,) [m]
+    l: FloatArray  # (n,) [m]
+    slope: FloatArray  # (n,)
+
+
+class Passages(NamedTuple):
+    """Bounds that passing each obstacle puts on the rows; infinite out of its reach."""
+
+    left: FloatArray  # lower bounds to its left, (n_obstacles, n, n_discs) [m]
+    right: FloatArray  # upper bounds to its right, as `left`
+    window: IntArray  # knots reached: first, one after the last, (n_obstacles, 2)
+
+
 @compiled
 def road_rows(
-    s: FloatArray,
-    l: FloatArray,
-    slope: FloatArray,
-    road: FloatArray,
-    offsets: FloatArray,
-    piece: tuple[float, float],
+    path: PathGuess, road: RoadAlong, discs: Discs
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Room of each disc on the road, as rows on (l, l') about a path.
-
-    Args:
-        s: Knots, (n,) [m].
-        l: Of the path, (n,) [m].
-        slope: Of the path, (n,).
-        road: As `road_table` makes it.
-        offsets: Of the ego's discs [m].
-        piece: Half length and half width of the body's piece in a disc [m].
+    """Compute the room of each disc on the road, as rows on (l, l') about a path.
 
     Returns:
         (gain, low, high), (n, n_discs) each: low <= l + gain l' <= high.
     """
-    n, n_discs = s.size, offsets.size
+    s, l, slope = path
+    n, n_discs = s.size, discs.offset.size
     gain = np.empty((n, n_discs))
     low, high = np.empty((n, n_discs)), np.empty((n, n_discs))
     for k in range(n):
-        curvature = road[0, k]
+        curvature = road.curvature[k]
         rho = max(1.0 - curvature * l[k], MIN_STRETCH)
         norm = math.sqrt(rho * rho + slope[k] * slope[k])
         cos, sin = rho / norm, slope[k] / norm
-        need = piece[0] * abs(sin) + piece[1] * cos
-        need += 0.5 * abs(curvature) * piece[0] ** 2  # the road bends, the body not
+        need = discs.half_length * abs(sin) + discs.half_width * cos
+        need += 0.5 * abs(curvature) * discs.half_length**2  # only the road bends
         for d in range(n_discs):
-            _, at_l = disc_centre(s[k], l[k], slope[k], offsets[d], curvature)
-            gain[k, d] = offsets[d] * cos * cos * cos / rho
+            offset = discs.offset[d]
+            _, at_l = disc_centre(s[k], l[k], slope[k], offset, curvature)
+            gain[k, d] = offset * cos * cos * cos / rho
             shift = at_l - l[k] - gain[k, d] * slope[k]
-            low[k, d] = road[2 + n_discs + d, k] + need - shift
-            high[k, d] = road[2 + d, k] - need - shift
+            low[k, d] = road.right[d, k] + need - shift
+            high[k, d] = road.left[d, k] - need - shift
     return gain, low, high
 
 
 @compiled
 def obstacle_rows(
-    s: FloatArray,
-    l: FloatArray,
-    slope: FloatArray,
+    path: PathGuess,
     gain: FloatArray,
     curvature: FloatArray,
-    obstacles: FloatArray,
-    offsets: FloatArray,
-    radius: float,
-) -> tuple[FloatArray, FloatArray, IntArray]:
-    """What passing an obstacle on either side asks of the rows of `road_rows`.
+    obstacles: ObstacleColumns,
+    discs: Discs,
+) -> Passages:
+    """Compute what passing an obstacle on either side asks of the rows.
 
     Args:
-        s: Knots, (n,) [m].
-        l: Of the path, (n,) [m].
-        slope: Of the path, (n,).
-        gain: Of the rows, (n, n_discs) [m].
+        path: About which discs are placed.
+        gain: Of the rows, (n, n_discs) [m]; see `road_rows`.
         curvature: Of the road at the knots, (n,) [1/m].
-        obstacles: s, l, r_ob [m] and road curvature there [1/m], (n_obstacles, 4).
-        offsets: Of the ego's discs [m].
-        radius: Of the ego's discs with the margin [m].
-
-    Returns:
-        (left, right, window): passing to the left keeps the rows above `left`, to the
-        right below `right`, (n_obstacles, n, n_discs) each [m]; infinite where the
-        obstacle does not reach. The window is the first knot that it reaches and the
-        one after the last, (n_obstacles, 2).
+        obstacles: Of the field.
+        discs: Of the ego, with the margin.
     """
-    n, n_discs, n_obstacles = s.size, offsets.size, obstacles.shape[0]
+    s, l, slope = path
+    n, n_discs, n_obstacles = s.size, discs.offset.size, obstacles.s.size
     left = np.full((n_obstacles, n, n_discs), -np.inf)
     right = np.full((n_obstacles, n, n_discs), np.inf)
     window = np.zeros((n_obstacles, 2), dtype=np.int64)
@@ -90,46 +85,43 @@ def obstacle_rows(
         cos = rho / math.sqrt(rho * rho + slope[k] * slope[k])
         chord = (s[min(k + 1, n - 1)] - s[max(k - 1, 0)]) / (2.0 * cos)
         for d in range(n_discs):
-            at_s, at_l = disc_centre(s[k], l[k], slope[k], offsets[d], curvature[k])
+            at_s, at_l = disc_centre(
+                s[k], l[k], slope[k], discs.offset[d], curvature[k]
+            )
             shift = at_l - l[k] - gain[k, d] * slope[k]
             for i in range(n_obstacles):
-                between = 0.5 * (curvature[k] + obstacles[i, 3])
+                other_s, other_l = obstacles.s[i], obstacles.l[i]
+                between = 0.5 * (curvature[k] + obstacles.curvature[i])
                 # Between knots the path may cut as deep as a chord cuts a circle.
-                around = obstacles[i, 2] + radius
+                around = obstacles.radius[i] + discs.radius
                 around += chord * chord / (8.0 * around)
-                stretch = (1.0 - between * at_l) * (1.0 - between * obstacles[i, 1])
-                turned = between * (at_s - obstacles[i, 0])
-                along2 = (at_s - obstacles[i, 0]) ** 2 * (1.0 - turned * turned / 12.0)
+                stretch = (1.0 - between * at_l) * (1.0 - between * other_l)
+                turned = between * (at_s - other_s)
+                along2 = (at_s - other_s) ** 2 * (1.0 - turned * turned / 12.0)
                 room2 = around * around - max(stretch, 0.0) * along2
                 if room2 <= 0.0:
                     continue
                 half = math.sqrt(room2)
-                left[i, k, d] = obstacles[i, 1] + half - shift
-                right[i, k, d] = obstacles[i, 1] - half - shift
+                left[i, k, d] = other_l + half - shift
+                right[i, k, d] = other_l - half - shift
                 window[i, 0] = min(window[i, 0], k)
                 window[i, 1] = max(window[i, 1], k + 1)
-    return left, right, window
+    return Passages(left, right, window)
 
 
 @compiled
 def narrow(
-    low: FloatArray,
-    high: FloatArray,
-    sides: FloatArray,
-    left: FloatArray,
-    right: FloatArray,
-    window: IntArray,
+    low: FloatArray, high: FloatArray, sides: FloatArray, passages: Passages
 ) -> None:
-    """Narrow the rows' bounds in place, (n, n_discs) each, for the sides chosen.
+    """Narrow the rows' bounds in place for the sides chosen.
 
     Args:
-        low: From `road_rows`.
+        low: From `road_rows`, (n, n_discs) [m].
         high: From `road_rows`.
         sides: 1 to the left of an obstacle, -1 to its right, 0 open, (n_obstacles,).
-        left: As `obstacle_rows` makes it.
-        right: As `left`.
-        window: As `left`.
+        passages: Of the obstacles.
     """
+    left, right, window = passages
     for i in range(sides.size):
         for k in range(window[i, 0], window[i, 1]):
             for d in range(low.shape[1]):
@@ -141,47 +133,53 @@ def narrow(
 
 @compiled
 def sides_of(
-    s: FloatArray,
-    l: FloatArray,
-    slope: FloatArray,
+    path: PathGuess,
     curvature: FloatArray,
-    obstacles: FloatArray,
+    obstacles: ObstacleColumns,
     offsets: FloatArray,
 ) -> FloatArray:
-    """On which side a path passes each obstacle: 1 to its left, -1 to its right."""
-    side = np.ones(obstacles.shape[0])
+    """Return on which side a path passes each obstacle: 1 to its left, -1 right.
+
+    Args:
+        path: (n,).
+        curvature: Of the road at its knots, (n,) [1/m].
+        obstacles: Of the field.
+        offsets: Of the ego's discs [m].
+    """
+    s, l, slope = path
+    side = np.ones(obstacles.s.size)
     for i in range(side.size):
         nearest = np.inf
         for k in range(s.size):
             for d in range(offsets.size):
                 at_s, at_l = disc_centre(s[k], l[k], slope[k], offsets[d], curvature[k])
-                away = abs(at_s - obstacles[i, 0])
+                away = abs(at_s - obstacles.s[i])
                 if away < nearest:
                     nearest = away
-                    side[i] = 1.0 if at_l >= obstacles[i, 1] else -1.0
+                    side[i] = 1.0 if at_l >= obstacles.l[i] else -1.0
     return side
 
 
 @compiled
 def second_bounds(
-    l: FloatArray, slope: FloatArray, road: FloatArray, max_curvature: float
+    path: PathGuess, road: RoadAlong, max_curvature: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Bounds of l'' that keep the curvature in its own; eq. 3.45 about a path.
+    """Compute bounds of l'' that keep the curvature in its own; eq. 3.45 about a path.
 
     With the heading error taken as zero in the cosines, which is on the safe side.
 
     Args:
-        l: (n,) [m].
-        slope: (n,).
-        road: As `road_table` makes it.
+        path: (n,).
+        road: At its knots.
         max_curvature: [1/m].
 
     Returns:
         (lowest, highest) l'', (n,) each [1/m].
     """
+    l, slope = path.l, path.slope
     low, high = np.empty(l.size), np.empty(l.size)
     for k in range(l.size):
-        curvature, rate = road[0, k], road[1, k]
+        curvature, rate = road.curvature[k], road.rate[k]
         rho = max(1.0 - curvature * l[k], MIN_STRETCH)
         bend = (rate * l[k] + curvature * slope[k]) * slope[k] / rho
         low[k] = (-max_curvature * rho - curvature) * rho - bend

@@ -1,7 +1,7 @@
 """The quadratic program of a path in its tube; [Thesis] eq. 5.26 to 5.32, corrected.
 
 All methods of the chapter end in it: the lattices with the sides of their coarse path
-and the wish to stay near it, the side sequences with each sequence that survives.
+and a reference near it, the side sequences with each sequence that is feasible.
 """
 
 import math
@@ -12,10 +12,17 @@ import numpy as np
 
 from planner.dense.field import Cover, ObstacleField
 from planner.dense.lattice.coarse_path import PathStart
-from planner.dense.lattice.edge_check import road_table
-from planner.dense.tube.corridor import narrow, obstacle_rows, road_rows, second_bounds
-from planner.piecewise_jerk.solve import PiecewiseJerkProblem
-from planner.states import FloatArray, IntArray
+from planner.dense.lattice.edge_check import road_along
+from planner.dense.tube.corridor import (
+    Passages,
+    PathGuess,
+    narrow,
+    obstacle_rows,
+    road_rows,
+    second_bounds,
+)
+from planner.piecewise_jerk.problem import JerkProgram, PiecewiseJerkProblem
+from planner.states import FloatArray
 
 CURVATURE_SHARE = 0.999  # of the bound is used, for what lies between knots
 MIN_KNOTS = 4
@@ -30,37 +37,27 @@ class PathWeights(NamedTuple):
     jerk: float  # of l'''² [m⁴]
 
 
-class PathGuess(NamedTuple):
-    """The path about which discs and curvature are taken to first order."""
-
-    s: FloatArray  # knots, (n,) [m]
-    l: FloatArray  # (n,) [m]
-    slope: FloatArray  # (n,)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Tube:
     """Room along a guess: on the road, and beside each obstacle on either side.
 
-    Rows are low <= l + gain l' <= high; arrays are (n, n_discs) and (n_obstacles, n,
-    n_discs). Nothing binds at knot 0, where the ego is.
+    Rows are low <= l + gain l' <= high; arrays are (n, n_discs). Nothing binds at knot
+    0, where the ego is.
     """
 
     guess: PathGuess
     gain: FloatArray
     low: FloatArray
     high: FloatArray
-    left: FloatArray  # lower bound of who passes to the left of an obstacle
-    right: FloatArray  # upper bound of who passes to its right
-    window: IntArray  # knots that it reaches: first, one after the last
+    passages: Passages
     second_low: FloatArray  # of l'', (n,) [1/m]
     second_high: FloatArray
     direct: bool  # the one row is l itself
 
     def between(self, sides: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Give (low, high) for sides as `corridor.narrow` takes them."""
+        """Return (low, high) for sides as `corridor.narrow` takes them."""
         low, high = self.low.copy(), self.high.copy()
-        narrow(low, high, sides, self.left, self.right, self.window)
+        narrow(low, high, sides, self.passages)
         return low, high
 
 
@@ -68,17 +65,6 @@ def knots_between(start: float, end: float, step: float) -> FloatArray:
     """Place knots evenly, at most `step` apart, (n,) [m]."""
     n = max(math.ceil((end - start) / step - 1e-9) + 1, MIN_KNOTS)
     return np.linspace(start, end, n)
-
-
-def obstacle_table(field: ObstacleField) -> FloatArray:
-    """Give s, l, r_ob [m] and the road's curvature there [1/m], (n_obstacles, 4)."""
-    curvature = np.interp(field.s, field.road_s, field.curvature)
-    return np.column_stack([field.s, field.l, field.radius, curvature])
-
-
-def road_columns(field: ObstacleField) -> FloatArray:
-    """Give s, left, right [m] and curvature [1/m] of the road's samples, (m, 4)."""
-    return np.column_stack([field.road_s, field.left, field.right, field.curvature])
 
 
 def tube_about(
@@ -89,7 +75,7 @@ def tube_about(
     max_curvature: float,
     inset: float = 0.0,
 ) -> Tube:
-    """Lay out the room about a guess.
+    """Compute the room about a guess.
 
     Args:
         guess: Knots and the path there.
@@ -99,41 +85,18 @@ def tube_about(
         max_curvature: Of the path [1/m].
         inset: Kept from the road's edges [m].
     """
-    s, l, slope = guess
-    offsets = np.array(cover.offsets)
-    road = road_table(s, road_columns(field), offsets)
-    piece = cover.half_length, cover.half_width
-    gain, low, high = road_rows(s, l, slope, road, offsets, piece)
-    left, right, window = obstacle_rows(
-        s,
-        l,
-        slope,
-        gain,
-        road[0],
-        obstacle_table(field),
-        offsets,
-        cover.radius + margin,
-    )
+    discs = cover.discs(margin)
+    road = road_along(guess.s, field.road_columns(), discs.offset)
+    gain, low, high = road_rows(guess, road, discs)
+    obstacles = field.obstacle_columns()
+    passages = obstacle_rows(guess, gain, road.curvature, obstacles, discs)
     low += inset
     high -= inset
     low[0], high[0] = -np.inf, np.inf
-    window[:, 0] = np.maximum(window[:, 0], 1)
-    bounds = second_bounds(l, slope, road, CURVATURE_SHARE * max_curvature)
-    direct = offsets.size == 1 and offsets[0] == 0.0
-    return Tube(guess, gain, low, high, left, right, window, *bounds, direct)
-
-
-class TubeArrays(NamedTuple):
-    """Arrays of the program of a tube, as compiled solvers take them."""
-
-    step: FloatArray  # (n - 1,)
-    start: FloatArray  # (3,)
-    weight: FloatArray  # (n, 3)
-    reference: FloatArray  # (n, 3)
-    jerk_weight: float
-    lower: FloatArray  # of states and rows, (n, 3 + m)
-    upper: FloatArray
-    row: FloatArray  # (n, m, 3)
+    passages.window[:, 0] = np.maximum(passages.window[:, 0], 1)
+    bounds = second_bounds(guess, road, CURVATURE_SHARE * max_curvature)
+    direct = discs.offset.size == 1 and discs.offset[0] == 0.0
+    return Tube(guess, gain, low, high, passages, *bounds, direct)
 
 
 def tube_arrays(
@@ -143,14 +106,14 @@ def tube_arrays(
     start: PathStart,
     weights: PathWeights,
     wanted: tuple[FloatArray, float] | None = None,
-) -> TubeArrays:
-    """Lay out the program of a tube.
+) -> JerkProgram:
+    """Write the program of a tube as compiled solvers take it.
 
     Args:
         tube: Gives knots, rows and bounds of l''.
         low: Of the rows, (n, n_discs) [m].
         high: As `low`.
-        start: s [m], l [m], l' [-] and l'' [1/m], fixed.
+        start: Where the path begins, fixed.
         weights: See there.
         wanted: A path to stay near, l at the knots (n,) [m], and its weight w6.
     """
@@ -173,8 +136,20 @@ def tube_arrays(
         total = float(weight[0, 0])
         reference[:, 0] = near * (pull / total if total > 0.0 else 0.0)
     s = tube.guess.s
-    step, begin = s[1:] - s[:-1], np.array(start[1:])
-    return TubeArrays(step, begin, weight, reference, weights.jerk, lower, upper, row)
+    step, begin = s[1:] - s[:-1], np.array([start.l, start.slope, start.second])
+    jerk = _implied_jerk(tube, start, float(step.min()))
+    return JerkProgram(
+        step,
+        begin,
+        weight,
+        reference,
+        weights.jerk,
+        lower,
+        upper,
+        row,
+        -jerk,
+        jerk,
+    )
 
 
 def tube_program(
@@ -185,9 +160,8 @@ def tube_program(
     weights: PathWeights,
     wanted: tuple[FloatArray, float] | None = None,
 ) -> PiecewiseJerkProblem:
-    """Write the program of a tube; arguments as for `tube_arrays`."""
+    """Write the program of a tube as a record; arguments as for `tube_arrays`."""
     arrays = tube_arrays(tube, low, high, start, weights, wanted)
-    jerk = _implied_jerk(tube, start, float(arrays.step.min()))
     return PiecewiseJerkProblem(
         step=arrays.step,
         start=arrays.start,
@@ -196,8 +170,8 @@ def tube_program(
         jerk_weight=arrays.jerk_weight,
         lower=arrays.lower[:, :3],
         upper=arrays.upper[:, :3],
-        jerk_lower=-jerk,
-        jerk_upper=jerk,
+        jerk_lower=arrays.jerk_lower,
+        jerk_upper=arrays.jerk_upper,
         row=arrays.row,
         row_lower=arrays.lower[:, 3:],
         row_upper=arrays.upper[:, 3:],
@@ -209,6 +183,6 @@ def _implied_jerk(tube: Tube, start: PathStart, step: float) -> float:
 
     It excludes nothing that the others allow.
     """
-    lowest = min(float(tube.second_low.min()), start[3])
-    highest = max(float(tube.second_high.max()), start[3])
+    lowest = min(float(tube.second_low.min()), start.second)
+    highest = max(float(tube.second_high.max()), start.second)
     return 1.01 * (highest - lowest) / step + 1.0

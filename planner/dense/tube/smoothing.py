@@ -14,12 +14,10 @@ from planner.dense.field import Cover, ObstacleField
 from planner.dense.frenet_path import FrenetPath, PathCheck, check_path
 from planner.dense.lattice.coarse_path import CoarsePath, PathStart
 from planner.dense.settings import SmoothingSettings
-from planner.dense.tube.corridor import sides_of
+from planner.dense.tube.corridor import PathGuess, sides_of
 from planner.dense.tube.program import (
-    PathGuess,
     PathWeights,
     knots_between,
-    obstacle_table,
     tube_about,
     tube_program,
 )
@@ -104,7 +102,7 @@ def smooth(
 
 
 def _crossed(problem: PiecewiseJerkProblem) -> bool:
-    """Tell whether some bound of the program leaves no room at all."""
+    """Check whether some bounds of the program cross."""
     state = problem.lower[1:] > problem.upper[1:]
     return bool(state.any() or np.any(problem.row_lower > problem.row_upper))
 
@@ -125,7 +123,7 @@ def _failed(status: SmoothingStatus, passes: int) -> Smoothing:
 
 
 def passes_check(check: PathCheck, settings: SmoothingSettings) -> bool:
-    """Tell whether a path may be returned."""
+    """Check whether a path may be returned."""
     allowed = settings.allowed_slack + CHECK_TOLERANCE
     return (
         check.clearance >= -allowed
@@ -147,7 +145,7 @@ def smoothing_problem(
     Args:
         field: Obstacles and road.
         cover: Of the ego.
-        start: s [m], l [m], l' [-] and l'' [1/m], fixed.
+        start: Where the path begins, fixed.
         about: The path that sets the sides.
         wanted: l of the coarse path, (n,) [m].
         settings: See there.
@@ -157,7 +155,7 @@ def smoothing_problem(
     turning = bool(np.any(offsets != 0.0)) or bool(np.any(curvature != 0.0))
     margin = settings.turn_margin if turning else 0.0
     tube = tube_about(about, field, cover, margin, settings.max_curvature)
-    sides = sides_of(*about, curvature, obstacle_table(field), offsets)
+    sides = sides_of(about, curvature, field.obstacle_columns(), offsets)
     smoothness = settings.smoothness_weight
     return tube_program(
         tube,

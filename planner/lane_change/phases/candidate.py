@@ -10,7 +10,7 @@ from planner.states import Path
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Attempt:
+class PlanCandidate:
     """One way to go on and its speed plan."""
 
     phase: Phase
@@ -23,23 +23,31 @@ class Attempt:
 
 
 @dataclass(slots=True)
-class Tally:
-    """What was tried in a cycle."""
+class SearchCounts:
+    """Numbers of candidates of a cycle."""
 
     candidates: int = 0
-    survivors: int = 0
+    feasible: int = 0
     removed: dict[str, int] = field(default_factory=dict)
 
     def paths(self, refused: Mapping[str, int]) -> None:
         """Count the paths that were refused."""
         for reason, number in refused.items():
-            self.removed[reason] = self.removed.get(reason, 0) + number
+            self._remove(reason, number)
+
+    def no_way_out(self) -> None:
+        """Count a plan that cannot be taken back."""
+        self._remove("no way out", 1)
 
     def speeds(self, plan: SpeedPlan) -> None:
         """Count the orders of one speed plan."""
         self.candidates += max(len(plan.alternatives), 1)
         solved = sum(math.isfinite(a.cost) for a in plan.alternatives)
-        self.survivors += solved
+        self.feasible += solved
         lost = max(len(plan.alternatives), 1) - solved
         if lost:
-            self.removed["speed"] = self.removed.get("speed", 0) + lost
+            self._remove("speed", lost)
+
+    def _remove(self, reason: str, number: int) -> None:
+        """Count some removed for one reason."""
+        self.removed[reason] = self.removed.get(reason, 0) + number

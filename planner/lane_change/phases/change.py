@@ -1,11 +1,11 @@
-"""Go on with a change, wait at the line, or give it up."""
+"""Continue a change, wait at the line, or give it up."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from planner.lane_change.path import lane_keeping_path
-from planner.lane_change.phases.candidate import Attempt, Tally
+from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.cycle_view import (
     STANDSTILL_ROOM,
     Situation,
@@ -37,8 +37,8 @@ def go_on(
     last: Memory,
     change: Change,
     settings: LaneChangeSettings,
-    tally: Tally,
-) -> Attempt | None:
+    counts: SearchCounts,
+) -> PlanCandidate | None:
     """Continue a change; None if it is over, or has to be given up."""
     scene = here.scene
     place = progress_on(change.path, scene)
@@ -46,19 +46,19 @@ def go_on(
     if place is None or rest is None:
         return None
     if place >= change.end - 1e-6 and settled(scene, change.target):
-        return keep(here, change.target, None, settings, tally)
+        return keep(here, change.target, None, settings, counts)
     path = _extended(here, rest, settings)
     committed = last.phase is Phase.COMMITTED
     followers = here.behind & in_lane(scene, here.bodies, change.lane)
     speed = plan_speed(
         path, scene.vehicle, here.ahead, ~followers, speed_task(here), settings.speed
     )
-    tally.speeds(speed)
+    counts.speeds(speed)
     entering = about_to_enter(scene, change.lane, change.target, scene.step)
     if not committed and entering:
         if speed.profile is None or not gap_is_safe(here, change.target, settings):
-            waiting = Attempt(Phase.CHANGE, change.lane, path, speed, change)
-            return _wait_at_line(here, waiting, followers, settings, tally)
+            waiting = PlanCandidate(Phase.CHANGE, change.lane, path, speed, change)
+            return _wait_at_line(here, waiting, followers, settings, counts)
         committed = True
     elif not committed and speed.profile is not None:
         blockage = blockage_ahead(here, change.lane)
@@ -66,38 +66,38 @@ def go_on(
             return None
     phase = Phase.COMMITTED if committed else Phase.CHANGE
     going = replace(change, order=speed.order)
-    attempt = Attempt(phase, change.lane, path, speed, going)
+    candidate = PlanCandidate(phase, change.lane, path, speed, going)
     if speed.profile is not None:
-        return attempt
+        return candidate
     if not committed:
-        return _wait_at_line(here, attempt, followers, settings, tally)
+        return _wait_at_line(here, candidate, followers, settings, counts)
     speed = plan_speed(
         path, scene.vehicle, here.ahead, ~here.behind, speed_task(here), settings.speed
     )
-    tally.speeds(speed)
+    counts.speeds(speed)
     if speed.profile is not None:
-        return replace(attempt, speed=speed, why="those behind have to react")
-    return soften(here, replace(attempt, speed=speed), settings)
+        return replace(candidate, speed=speed, why="those behind have to react")
+    return soften(here, replace(candidate, speed=speed), settings)
 
 
 def _wait_at_line(
     here: Situation,
-    attempt: Attempt,
+    candidate: PlanCandidate,
     followers: BoolArray,
     settings: LaneChangeSettings,
-    tally: Tally,
-) -> Attempt | None:
+    counts: SearchCounts,
+) -> PlanCandidate | None:
     """Stop on the way over, before the body enters the target lane.
 
-    Only where turning back would lead into a blockage; None says to turn back.
+    Only where turning back would lead into a blockage; None means to turn back.
     """
-    scene, change = here.scene, attempt.change
-    blockage = blockage_ahead(here, attempt.lane)
+    scene, change = here.scene, candidate.change
+    blockage = blockage_ahead(here, candidate.lane)
     if change is None or blockage > 2.0 * settings.manoeuvre.pull_out_room:
         return None
     line = lane_line(scene, change.lane, change.target)
     side = 1 if change.target > change.lane else -1
-    path = attempt.path
+    path = candidate.path
     slope = np.gradient(path.l, path.s)
     over = [
         reaches_over(scene.vehicle, float(l), float(rise), line, side)
@@ -109,10 +109,10 @@ def _wait_at_line(
     speed = plan_speed(
         path, scene.vehicle, here.ahead, ~followers, task, settings.speed
     )
-    tally.speeds(speed)
+    counts.speeds(speed)
     if speed.profile is None:
         return None
-    return replace(attempt, phase=Phase.CHANGE, speed=speed, why="waits at the line")
+    return replace(candidate, phase=Phase.CHANGE, speed=speed, why="waits at the line")
 
 
 def _extended(here: Situation, rest: Path, settings: LaneChangeSettings) -> Path:

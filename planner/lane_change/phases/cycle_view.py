@@ -1,4 +1,4 @@
-"""What one cycle sees, worked out once."""
+"""The view of one cycle, computed once for all phases."""
 
 import math
 from dataclasses import dataclass
@@ -19,20 +19,20 @@ STANDSTILL_ROOM = 0.005  # a program needs some room, also to stand still [m]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Situation:
-    """What one cycle sees, worked out once."""
+    """The view of one cycle, computed once for all phases."""
 
     scene: Scene
     ahead: UsersInTime  # obstacles, then vehicles, at the knots of a speed plan
     standing: UsersInTime  # those of them that never move, at one knot
     bodies: BodiesAhead
     behind: BoolArray  # wholly behind the ego
-    worths: FloatArray  # of the lanes [m/s]
-    lasting: FloatArray  # of the lanes, were there only what never moves [m/s]
+    lane_speeds: FloatArray  # that each lane allows [m/s]
+    static_lane_speeds: FloatArray  # the same, among what never moves [m/s]
     total: float  # length of paths [m]
 
 
 def look(scene: Scene, settings: LaneChangeSettings) -> Situation:
-    """Work out what every branch needs."""
+    """Compute what every phase needs."""
     bodies = bodies_on_road(scene)
     fastest = max(scene.target_speed, scene.ego.speed)
     ahead = in_time(scene.vehicles, knot_times(settings.speed), scene.obstacles)
@@ -49,7 +49,7 @@ def look(scene: Scene, settings: LaneChangeSettings) -> Situation:
 
 
 def speed_task(here: Situation, end: float = math.inf) -> SpeedTask:
-    """Say what a speed plan is for; closed stop lines end every path."""
+    """Return the task of a speed plan; closed stop lines end every path."""
     scene = here.scene
     ego = scene.ego_frenet
     lines = [line for line in scene.stop_lines if line > ego.s]
@@ -61,7 +61,7 @@ def speed_task(here: Situation, end: float = math.inf) -> SpeedTask:
 
 
 def blockage_ahead(here: Situation, lane: int) -> float:
-    """Say how far the ego's front is from what stands in a lane [m]; inf if nothing."""
+    """Compute the room to what stands in a lane [m]; inf if nothing does."""
     scene, bodies = here.scene, here.bodies
     ego, lanes = scene.ego_frenet, scene.lanes
     centre = np.interp(bodies.s, lanes.s, lanes.centre[lane])
@@ -78,7 +78,7 @@ def blockage_ahead(here: Situation, lane: int) -> float:
 def place_to_wait(
     here: Situation, blockage: float, settings: LaneChangeSettings
 ) -> float:
-    """Say how far the ego may go towards a blockage [m]; inf where it cannot stop.
+    """Compute how far the ego may go towards a blockage [m]; inf where it cannot stop.
 
     It waits where it can still pull out, or as near to that as it can stop. What is
     too near for gentle braking is braked for hard only with half of the room at stake.
@@ -99,9 +99,9 @@ def can_still_wait(
     profile: SpeedProfile,
     settings: LaneChangeSettings,
 ) -> bool:
-    """Tell whether the ego, a cycle on, can still stop where it can pull out again.
+    """Check whether the ego, a cycle on, can still stop where it can pull out again.
 
-    As long as nobody is bound to leave it a gap, that is its way out.
+    As long as it has no right to a gap, that is its way out.
     """
     step = here.scene.step
     driven = float(np.interp(step, profile.t, profile.distance))
@@ -111,7 +111,7 @@ def can_still_wait(
 
 
 def hard_stop(here: Situation, speed: float, settings: LaneChangeSettings) -> float:
-    """Give the distance that service braking takes [m]."""
+    """Return the distance that service braking takes [m]."""
     braking = here.scene.vehicle.limits.max_deceleration
     build_up = speed * braking / (2.0 * settings.speed.max_jerk)
     return build_up + speed**2 / (2.0 * braking)

@@ -1,4 +1,4 @@
-"""Whether the gap is safe, before the body enters the lane."""
+"""The check that a gap is safe, before the body enters the lane."""
 
 import numpy as np
 
@@ -12,8 +12,8 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
     """Check the gap in the target lane by RSS before the body enters it.
 
     The driver behind reacts after `reaction` and brakes with `rear_braking`; the ego
-    promises to brake no harder than its service braking. To whoever is ahead the ego
-    itself keeps a distance from which it can stop, its reaction being one step.
+    promises to brake no harder than its service braking. To a vehicle
+    ahead the ego itself keeps a distance from which it can stop, reacting in one step.
     """
     scene, bodies = here.scene, here.bodies
     ego, vehicle = scene.ego_frenet, scene.vehicle
@@ -50,14 +50,14 @@ def has_way_out(
     start: float,
     settings: LaneChangeSettings,
 ) -> bool:
-    """Tell whether the ego may go on with a change that does not bind it yet.
+    """Check whether the ego may go on with a change that does not bind it yet.
 
     A cycle on it can still stop where it can pull out again; or it changes now, and the
     gap is safe already.
 
     Args:
         here: Of this cycle.
-        target: Lane that it wants to.
+        target: Lane to change to.
         blockage: Room to what stands in its lane [m], inf if nothing does.
         profile: What it would drive.
         start: How far ahead the change begins, 0 for now [m].
@@ -75,9 +75,10 @@ def rss_distance(
     rear_braking: float,
     front_braking: float,
 ) -> FloatArray:
-    """Distance that a follower needs (Shalev-Shwartz et al. 2017, longitudinal) [m].
+    """Compute the distance that a follower needs [m].
 
-    The follower keeps its speed for `reaction`, then both brake to a stand.
+    The follower keeps its speed for `reaction`, then both brake to a stand;
+    Shalev-Shwartz et al. 2017, longitudinal.
     """
     need = rear * reaction + rear**2 / (2.0 * rear_braking)
     return np.asarray(np.maximum(need - front**2 / (2.0 * front_braking), 0.0))

@@ -1,4 +1,4 @@
-"""Keep the lane behind whoever is ahead, and wait before a wall."""
+"""Keep the lane behind the vehicle ahead, and wait before a blockage."""
 
 import math
 from dataclasses import replace
@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner.lane_change.path import lane_keeping_path
-from planner.lane_change.phases.candidate import Attempt, Tally
+from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.cycle_view import (
     Situation,
     blockage_ahead,
@@ -23,9 +23,9 @@ def keep(
     lane: int,
     target: int | None,
     settings: LaneChangeSettings,
-    tally: Tally,
-) -> Attempt | None:
-    """Stay in the lane behind whoever is ahead."""
+    counts: SearchCounts,
+) -> PlanCandidate | None:
+    """Stay in the lane behind the vehicle ahead."""
     scene = here.scene
     centre = float(
         np.interp(scene.ego_frenet.s, scene.lanes.s, scene.lanes.centre[lane])
@@ -48,23 +48,25 @@ def keep(
         speed = plan_speed(
             path, scene.vehicle, here.ahead, considered, task, settings.speed
         )
-        tally.speeds(speed)
+        counts.speeds(speed)
         if speed.profile is not None:
-            return Attempt(phase, lane, path, speed, why=why)
-    return soften(here, Attempt(phase, lane, path, speed, why=why), settings)
+            return PlanCandidate(phase, lane, path, speed, why=why)
+    return soften(here, PlanCandidate(phase, lane, path, speed, why=why), settings)
 
 
 def soften(
-    here: Situation, attempt: Attempt, settings: LaneChangeSettings
-) -> Attempt | None:
+    here: Situation, candidate: PlanCandidate, settings: LaneChangeSettings
+) -> PlanCandidate | None:
     """Plan with bounds that may be exceeded; None if even that does not work."""
     speed = soft_speed(
-        attempt.path,
+        candidate.path,
         here.scene.vehicle,
-        attempt.speed.graph,
+        candidate.speed.graph,
         speed_task(here),
         settings.speed,
     )
     if speed.profile is None or speed.slack > settings.speed.along_margin:
         return None
-    return replace(attempt, speed=speed, why=f"bounds exceeded by {speed.slack:.2f} m")
+    return replace(
+        candidate, speed=speed, why=f"bounds exceeded by {speed.slack:.2f} m"
+    )

@@ -19,7 +19,7 @@ COMMIT_MARGIN = 0.1  # a body this near the line is about to enter [m]
 class Phase(StrEnum):
     """Where the manoeuvre stands."""
 
-    KEEP = "keep"  # in the lane, content with it
+    KEEP = "keep"  # in the lane, no other one is wanted
     SEEK = "seek"  # in the lane, adjusting speed for a gap in the next one
     CHANGE = "change"  # on the way, still free to turn back
     COMMITTED = "committed"  # the body is in the target lane
@@ -38,7 +38,7 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """What one cycle leaves to the next."""
+    """State handed from one cycle to the next."""
 
     phase: Phase
     lane: int  # kept or left
@@ -84,7 +84,7 @@ def rest_of(path: Path, place: float) -> Path | None:
 def reaches_over(
     vehicle: Vehicle, l: float, slope: float, line: float, side: int
 ) -> float:
-    """Say how far the body reaches over a line beside it, negative before it [m].
+    """Compute how far the body reaches over a line beside it, negative before it [m].
 
     Args:
         vehicle: The ego's dimensions.
@@ -101,7 +101,7 @@ def reaches_over(
 
 
 def lane_line(scene: Scene, lane: int, target: int) -> float:
-    """Give the lateral offset of the line between two neighbour lanes here [m]."""
+    """Return the lateral offset of the line between two neighbour lanes here [m]."""
     centres, widths = scene.lanes.at(scene.ego_frenet.s)
     if widths[target] > 0.0:
         share = widths[lane] / (widths[lane] + widths[target])
@@ -111,7 +111,7 @@ def lane_line(scene: Scene, lane: int, target: int) -> float:
 
 
 def about_to_enter(scene: Scene, lane: int, target: int, step: float) -> bool:
-    """Tell whether the body is in the target lane or will be within `step` [s]."""
+    """Check whether the body is in the target lane or will be within `step` [s]."""
     ego = scene.ego_frenet
     side = 1 if target > lane else -1
     line = lane_line(scene, lane, target)
@@ -120,7 +120,7 @@ def about_to_enter(scene: Scene, lane: int, target: int, step: float) -> bool:
 
 
 def settled(scene: Scene, target: int) -> bool:
-    """Tell whether the ego drives in the middle of its lane, along it."""
+    """Check whether the ego drives in the middle of its lane, along it."""
     ego = scene.ego_frenet
     centre = float(np.interp(ego.s, scene.lanes.s, scene.lanes.centre[target]))
     return abs(ego.l - centre) < SETTLED and abs(ego.l_prime) < SETTLED_SLOPE

@@ -1,23 +1,50 @@
 """Look for the cheapest change, now or farther on."""
 
 import math
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from planner.lane_change.path import ChangePath, best_change
-from planner.lane_change.phases.candidate import Attempt, Tally
+from planner.lane_change.path import ChangePath, ChangeTarget, best_change
+from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.cycle_view import Situation, blockage_ahead, speed_task
 from planner.lane_change.phases.gap_safety import has_way_out
 from planner.lane_change.phases.memory import Change, Memory, Phase
 from planner.lane_change.settings import LaneChangeSettings, SpeedSettings
 from planner.lane_change.speed.plan import SpeedPlan, plan_speed
-from planner.lane_change.speed.program import free_cost
+from planner.lane_change.speed.program import SpeedTask, free_cost
 from planner.lane_change.speed.st_graph import st_graph
 from planner.lane_change.surroundings import in_lane
+from planner.states import BoolArray
 
 STARTS_A_CYCLE = 2  # that are planned in full, if one of them can be driven
 AT_ONCE = 1.0  # a change that begins within as much begins now [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    """Data that the changes of one cycle share."""
+
+    here: Situation
+    target: int
+    centre: float  # of the target lane [m]
+    counted: BoolArray  # bodies that a change has to keep clear of
+    task: SpeedTask
+    blockage: float  # room to what stands in the ego's lane [m]
+    least_speed_cost: float  # no speed plan costs less
+    settings: LaneChangeSettings
+    counts: SearchCounts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Planned:
+    """One change with its speed."""
+
+    cost: float  # of path, speed and putting off
+    start: float  # how far ahead it begins [m]
+    change: ChangePath
+    speed: SpeedPlan
 
 
 def seek(
@@ -26,73 +53,87 @@ def seek(
     lane: int,
     target: int,
     settings: LaneChangeSettings,
-    tally: Tally,
-) -> Attempt | None:
+    counts: SearchCounts,
+) -> PlanCandidate | None:
     """Look for the cheapest change, now or farther on."""
     scene = here.scene
     ego = scene.ego_frenet
-    centre = float(np.interp(ego.s, scene.lanes.s, scene.lanes.centre[target]))
-    best: tuple[float, float, ChangePath, SpeedPlan] | None = None
     followers = in_lane(scene, here.bodies, lane) & here.behind
-    task, blockage = speed_task(here), blockage_ahead(here, lane)
-    # No speed plan costs less than the one that nobody bounds.
-    least = free_cost(task, scene.vehicle, settings.speed)
-    is_free = partial(_is_free, here, settings.speed)
+    task = speed_task(here)
+    search = _Search(
+        here,
+        target,
+        float(np.interp(ego.s, scene.lanes.s, scene.lanes.centre[target])),
+        ~followers,
+        task,
+        blockage_ahead(here, lane),
+        free_cost(task, scene.vehicle, settings.speed),
+        settings,
+        counts,
+    )
+    best: _Planned | None = None
     first_look = last is None or last.phase is Phase.KEEP
-    enough = len(settings.manoeuvre.starts) if first_look else STARTS_A_CYCLE
+    most = len(settings.manoeuvre.starts) if first_look else STARTS_A_CYCLE
     for number, start in enumerate(starts(ego.s, last, settings)):
-        if best is not None and number >= enough:
+        if best is not None and number >= most:
             break
-        put_off = settings.manoeuvre.start_weight * start
-        to_beat = math.inf if best is None else best[0] - put_off
-        change, refused = best_change(
-            scene.path,
-            ego,
-            centre,
-            start,
-            here.total,
-            scene.vehicle,
-            settings.path,
-            is_free,
-            to_beat - least,
-        )
-        tally.paths(refused)
-        if change is None:
-            continue
-        speed = plan_speed(
-            change.path,
-            scene.vehicle,
-            here.ahead,
-            ~followers,
-            task,
-            settings.speed,
-            to_beat - change.cost,
-        )
-        tally.speeds(speed)
-        if speed.profile is None or speed.cost >= to_beat - change.cost:
-            continue
-        if not has_way_out(here, target, blockage, speed.profile, start, settings):
-            tally.removed["no way out"] = tally.removed.get("no way out", 0) + 1
-        else:
-            best = put_off + change.cost + speed.cost, start, change, speed
+        best = _planned_from(start, search, best) or best
     if best is None:
         return None
-    _, start, change, speed = best
-    at_once = start == 0.0
+    change, speed, at_once = best.change, best.speed, best.start == 0.0
     begun = Change(lane, target, change.path, change.end, speed.order)
-    return Attempt(
+    return PlanCandidate(
         Phase.CHANGE if at_once else Phase.SEEK,
         lane,
         change.path,
         speed,
         begun if at_once else None,
-        None if at_once else ego.s + start,
+        None if at_once else ego.s + best.start,
         why=f"gap behind {speed.ahead}, ahead of {speed.behind}",
     )
 
 
+def _planned_from(
+    start: float, search: _Search, best: _Planned | None
+) -> _Planned | None:
+    """Plan the change that begins `start` ahead; None unless it is the cheapest yet."""
+    here, settings, counts = search.here, search.settings, search.counts
+    scene = here.scene
+    put_off = settings.manoeuvre.start_weight * start
+    cutoff = math.inf if best is None else best.cost - put_off
+    change, refused = best_change(
+        scene.path,
+        scene.ego_frenet,
+        ChangeTarget(search.centre, start, here.total),
+        scene.vehicle,
+        settings.path,
+        partial(_is_free, here, settings.speed),
+        cutoff - search.least_speed_cost,
+    )
+    counts.paths(refused)
+    if change is None:
+        return None
+    speed = plan_speed(
+        change.path,
+        scene.vehicle,
+        here.ahead,
+        search.counted,
+        search.task,
+        settings.speed,
+        cutoff - change.cost,
+    )
+    counts.speeds(speed)
+    if speed.profile is None or speed.cost >= cutoff - change.cost:
+        return None
+    target, blockage = search.target, search.blockage
+    if not has_way_out(here, target, blockage, speed.profile, start, settings):
+        counts.no_way_out()
+        return None
+    return _Planned(put_off + change.cost + speed.cost, start, change, speed)
+
+
 def _is_free(here: Situation, settings: SpeedSettings, change: ChangePath) -> bool:
-    """Tell whether nothing that stands is on the path before the change is over."""
+    """Check whether nothing that stands is on the path before the change is over."""
     beside_or_ahead = ~here.behind[: here.bodies.n_static]
     if not beside_or_ahead.any():
         return True
@@ -110,7 +151,7 @@ def _is_free(here: Situation, settings: SpeedSettings, change: ChangePath) -> bo
 def starts(
     s: float, last: Memory | None, settings: LaneChangeSettings
 ) -> tuple[float, ...]:
-    """Where a change may begin: all places at first, then by turns.
+    """Return where a change may begin: all places at first, then by turns.
 
     What was best in the last cycle comes first: it is likely to be so again. Now and
     one of the places farther on take turns to come next, so that a cycle stays short

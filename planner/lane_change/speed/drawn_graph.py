@@ -8,7 +8,7 @@ from planner.states import FloatArray, SpeedProfile
 
 
 def speed_graph_of(plan: SpeedPlan, profile: SpeedProfile) -> SpeedGraph:
-    """Lay out obstacles, passing order and profile of a speed plan.
+    """Return obstacles, passing order and profile of a speed plan.
 
     Args:
         plan: Its order names the vehicles of its graph, one by one.

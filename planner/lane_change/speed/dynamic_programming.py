@@ -5,10 +5,12 @@ course around the vehicles, see on which side of each it passes, then solve the 
 in that corridor. The grid decides what it can find and what it costs.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from planner.lane_change.settings import GridSettings, SpeedSettings
-from planner.lane_change.speed.passing_orders import Side
+from planner.lane_change.speed.passing_orders import DriveLimits, Side
 from planner.lane_change.speed.st_graph import StGraph
 from planner.numerics.compiled import compiled
 from planner.states import BoolArray, FloatArray, IntArray
@@ -16,8 +18,8 @@ from planner.states import BoolArray, FloatArray, IntArray
 
 def sides_by_search(
     graph: StGraph,
-    start: tuple[float, float, float],
-    limits: tuple[float, float, float],
+    speed: float,
+    limits: DriveLimits,
     wish: float,
     end: float,
     settings: SpeedSettings,
@@ -28,8 +30,8 @@ def sides_by_search(
 
     Args:
         graph: Of this cycle.
-        start: (s, v, a) now.
-        limits: Strongest braking (negative), acceleration [m/s²], speed [m/s].
+        speed: Of the ego now [m/s].
+        limits: Of the ego.
         wish: Wished speed [m/s].
         end: Not to be passed [m].
         settings: Weights of the cost.
@@ -40,25 +42,14 @@ def sides_by_search(
         A side for every vehicle; None if no course is free.
     """
     columns = np.rint(np.linspace(0, times.size - 1, grid.times)).astype(np.int64)
-    places = np.linspace(0.0, min(end, limits[2] * times[-1]), grid.places)
-    course = search(
-        times[columns],
-        places,
-        free_nodes(
-            places,
-            graph.hit[:, columns],
-            graph.lower[:, columns],
-            graph.upper[:, columns],
-        ),
-        start[1],
-        limits[0],
-        limits[1],
-        limits[2],
-        wish,
-        settings.distance_weight,
-        settings.speed_weight,
-        settings.acceleration_weight,
+    places = np.linspace(0.0, min(end, limits.speed * times[-1]), grid.places)
+    free = free_nodes(
+        places, graph.hit[:, columns], graph.lower[:, columns], graph.upper[:, columns]
     )
+    weights = CourseWeights(
+        settings.distance_weight, settings.speed_weight, settings.acceleration_weight
+    )
+    course = search(times[columns], places, free, speed, limits, wish, weights)
     if course[-1] < 0:
         return None
     s = np.interp(times, times[columns], places[course])
@@ -74,7 +65,7 @@ def sides_by_search(
 def free_nodes(
     places: FloatArray, hit: BoolArray, lower: FloatArray, upper: FloatArray
 ) -> BoolArray:
-    """Tell which nodes no vehicle covers, (n_times, n_places)."""
+    """Return which nodes no vehicle covers, (n_times, n_places)."""
     free = np.ones((hit.shape[1], places.size), np.bool_)
     for v in range(hit.shape[0]):
         for k in range(hit.shape[1]):
@@ -85,28 +76,42 @@ def free_nodes(
     return free
 
 
+class CourseWeights(NamedTuple):
+    """Prices of a course."""
+
+    distance: float  # of the squared deviation from the wished motion [1/m²]
+    speed: float  # of the squared deviation from the wished speed [s²/m²]
+    acceleration: float  # of the squared acceleration [s⁴/m²]
+
+
 @compiled
 def search(
     times: FloatArray,
     places: FloatArray,
     free: BoolArray,
     speed: float,
-    lowest: float,
-    highest: float,
-    fastest: float,
+    limits: DriveLimits,
     wish: float,
-    distance_weight: float,
-    speed_weight: float,
-    acceleration_weight: float,
+    weights: CourseWeights,
 ) -> IntArray:
     """Find the cheapest course through the nodes.
 
     A node keeps the speed with which its best predecessor reached it, so that an edge's
     acceleration is known; this is what makes the search an approximation.
 
+    Args:
+        times: Of the nodes, (n_times,) [s].
+        places: Of the nodes, evenly spaced, (n_places,) [m].
+        free: As `free_nodes` makes it.
+        speed: Of the ego now [m/s].
+        limits: Of the ego.
+        wish: Wished speed [m/s].
+        weights: See there.
+
     Returns:
         Index of the place at each time, (n_times,); the last is -1 if none is free.
     """
+    lowest, highest = limits.braking, limits.acceleration
     n_times, n_places = times.size, places.size
     cost = np.full((n_times, n_places), np.inf)
     reached = np.zeros((n_times, n_places))
@@ -115,7 +120,7 @@ def search(
     gap = places[1] - places[0]
     for k in range(1, n_times):
         h = times[k] - times[k - 1]
-        span = int(fastest * h / gap) + 1
+        span = int(limits.speed * h / gap) + 1
         for i in range(n_places):
             if not free[k, i]:
                 continue
@@ -125,12 +130,12 @@ def search(
                     continue
                 v1 = (places[i] - places[j]) / h
                 a1 = (v1 - reached[k - 1, j]) / h
-                if v1 > fastest or a1 < lowest - 1.0 or a1 > highest + 1.0:
+                if v1 > limits.speed or a1 < lowest - 1.0 or a1 > highest + 1.0:
                     continue
                 total = cost[k - 1, j] + h * (
-                    distance_weight * off * off
-                    + speed_weight * (v1 - wish) ** 2
-                    + acceleration_weight * a1 * a1
+                    weights.distance * off * off
+                    + weights.speed * (v1 - wish) ** 2
+                    + weights.acceleration * a1 * a1
                 )
                 if total < cost[k, i]:
                     cost[k, i], reached[k, i], came[k, i] = total, v1, j

@@ -11,37 +11,34 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.lane_change.settings import SpeedSettings
-from planner.lane_change.speed.passing_orders import Order
+from planner.lane_change.speed.passing_orders import Corridors, Order, Reach
 from planner.lane_change.speed.program import (
     ROUNDING,
     SpeedTask,
+    StartState,
+    free_program,
     limit_tables,
     program,
-    reference_motion,
-    speed_tables,
 )
 from planner.numerics.compiled import compiled
 from planner.piecewise_jerk.interior_point import (
+    ABOVE_CUTOFF,
     INFEASIBLE,
     SOLVED,
-    TOO_DEAR,
-    UNDECIDED,
-    cheaper_than,
+    solve_with_cutoff,
 )
 from planner.piecewise_jerk.objective import free_motion
-from planner.piecewise_jerk.solve import (
-    MAX_ITERATIONS,
-    TOLERANCE,
-    QpStatus,
-    solve,
-)
-from planner.states import FloatArray, IntArray, freeze
+from planner.piecewise_jerk.problem import JerkProgram, Verdict
+from planner.piecewise_jerk.solve import OPTIONS, QpStatus, solve
+from planner.states import FloatArray, IntArray
 from planner.vehicle import Vehicle
+
+S, HEADWAY = 0, 3  # columns of the bounds: s, v, a and the row s + tau v
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolvedOrders:
-    """What became of each order, and the motion of the cheapest."""
+    """Outcome of each order, and the motion of the cheapest."""
 
     cost: FloatArray  # (n_orders,); inf if infeasible
     exact: tuple[bool, ...]  # else the cost is a lower bound, above that of the best
@@ -52,115 +49,82 @@ class SolvedOrders:
 
 def solve_orders(
     orders: Sequence[Order],
-    reach: tuple[FloatArray, FloatArray],
-    start: tuple[float, float, float],
+    reach: Reach,
+    start: StartState,
     caps: FloatArray,
     task: SpeedTask,
     vehicle: Vehicle,
     settings: SpeedSettings,
-    cost_to_beat: float = np.inf,
+    cutoff: float = np.inf,
 ) -> SolvedOrders:
     """Find the cheapest of some orders.
 
     Args:
         orders: With their corridors.
-        reach: From `orders.reachable`; what it alone bounds needs no bound.
-        start: (s, v, a) now.
+        reach: What it alone bounds needs no bound.
+        start: Of the ego.
         caps: Of the speed, (n_knots,) [m/s].
-        task: Start and wish.
+        task: Start and reference.
         vehicle: Its limits.
         settings: Weights and steps.
-        cost_to_beat: Orders that are proven dearer than this are given up, too.
+        cutoff: Orders that are proven dearer than this are given up, too.
     """
-    tables = speed_tables(settings)
     lower, upper = limit_tables(start, caps, vehicle, settings)
-    corridors = np.empty((len(orders), 3, tables.times.size))
-    for i, order in enumerate(orders):
-        corridors[i, 0], corridors[i, 1] = order.lower, order.upper
-        corridors[i, 2] = order.headway
-    cost, verdict, best, state, jerk = _cheapest(
-        cost_to_beat,
-        corridors,
-        reach[0],
-        reach[1],
-        tables.step,
-        freeze(start),
-        tables.weight,
-        reference_motion(task, tables.times),
-        settings.jerk_weight,
-        lower,
-        upper,
-        tables.row,
-        settings.max_jerk,
+    free = free_program(start, task, settings)
+    corridors = Corridors(
+        *(
+            np.array([getattr(order, name) for order in orders]).reshape(
+                len(orders), caps.size
+            )
+            for name in Corridors._fields
+        )
     )
-    for i in np.flatnonzero(verdict == UNDECIDED).tolist():
+    cost, verdict, best, state, jerk = _cheapest(
+        free._replace(lower=lower, upper=upper), corridors, reach, cutoff
+    )
+    for i in np.flatnonzero(verdict == Verdict.UNDECIDED).tolist():
         found = solve(program(orders[i], start, caps, task, vehicle, settings), "piqp")
         if found.status is not QpStatus.SOLVED:
             continue
-        cost[i], verdict[i] = found.objective, SOLVED
+        cost[i], verdict[i] = found.objective, Verdict.SOLVED
         if found.objective < (cost[best] if best >= 0 else np.inf):
             best, state, jerk = i, found.state, found.jerk
-    exact = tuple(v != TOO_DEAR for v in verdict.tolist())
+    exact = tuple(v != Verdict.ABOVE_CUTOFF for v in verdict.tolist())
     return SolvedOrders(cost, exact, best, state, jerk)
 
 
 @compiled
 def _cheapest(
-    cost_to_beat: float,
-    corridors: FloatArray,
-    least: FloatArray,
-    greatest: FloatArray,
-    step: FloatArray,
-    start: FloatArray,
-    weight: FloatArray,
-    reference: FloatArray,
-    jerk_weight: float,
-    lower: FloatArray,
-    upper: FloatArray,
-    row: FloatArray,
-    max_jerk: float,
+    problem: JerkProgram, corridors: Corridors, reach: Reach, cutoff: float
 ) -> tuple[FloatArray, IntArray, int, FloatArray, FloatArray]:
     """Solve order after order: (costs, verdicts, index of the best, its motion)."""
-    n_orders, n = corridors.shape[0], corridors.shape[2]
+    n_orders, n = corridors.lower.shape
+    lower, upper = problem.lower, problem.upper
     cost, verdict = np.full(n_orders, np.inf), np.full(n_orders, INFEASIBLE)
     best, best_state, best_jerk = -1, np.empty((n, 3)), np.empty(n - 1)
-    free = free_motion(step, start, weight, reference, jerk_weight)[0]
-    for i in np.argsort(_broken(corridors, free)):
+    free = free_motion(problem).table
+    for i in np.argsort(_broken(corridors, free[0])):
         for k in range(n):
-            low, up = corridors[i, 0, k], corridors[i, 1, k]
-            lower[k, 0] = low - ROUNDING if low > least[k] else -np.inf
-            upper[k, 0] = up if up < greatest[k] else np.inf
-            upper[k, 3] = corridors[i, 2, k]
-        to_beat = cost_to_beat if best < 0 else min(cost[best], cost_to_beat)
-        state, jerk, objective, found, _ = cheaper_than(
-            to_beat,
-            step,
-            start,
-            weight,
-            reference,
-            jerk_weight,
-            lower,
-            upper,
-            row,
-            -max_jerk,
-            max_jerk,
-            MAX_ITERATIONS,
-            TOLERANCE,
-        )
-        verdict[i] = found
-        if found in (SOLVED, TOO_DEAR):
-            cost[i] = objective
-        if found == SOLVED and (best < 0 or objective < cost[best]):
-            best, best_state, best_jerk = i, state, jerk
+            low, up = corridors.lower[i, k], corridors.upper[i, k]
+            lower[k, S] = low - ROUNDING if low > reach.least[k] else -np.inf
+            upper[k, S] = up if up < reach.greatest[k] else np.inf
+            upper[k, HEADWAY] = corridors.headway[i, k]
+        to_beat = cutoff if best < 0 else min(cost[best], cutoff)
+        found = solve_with_cutoff(problem, to_beat, OPTIONS)
+        verdict[i] = found.verdict
+        if found.verdict in (SOLVED, ABOVE_CUTOFF):
+            cost[i] = found.objective
+        if found.verdict == SOLVED and (best < 0 or found.objective < cost[best]):
+            best, best_state, best_jerk = i, found.state, found.jerk
     return cost, verdict, best, best_state, best_jerk
 
 
 @compiled
-def _broken(corridors: FloatArray, free: FloatArray) -> FloatArray:
-    """Say by how much a motion leaves each corridor, summed over the knots [m]."""
-    total = np.zeros(corridors.shape[0])
-    for i in range(corridors.shape[0]):
-        for k in range(corridors.shape[2]):
-            s = free[0, k]
-            total[i] += max(corridors[i, 0, k] - s, s - corridors[i, 1, k], 0.0)
+def _broken(corridors: Corridors, distance: FloatArray) -> FloatArray:
+    """Compute by how much a motion leaves each corridor, summed over knots [m]."""
+    total = np.zeros(corridors.lower.shape[0])
+    for i in range(corridors.lower.shape[0]):
+        for k in range(corridors.lower.shape[1]):
+            s = distance[k]
+            total[i] += max(corridors.lower[i, k] - s, s - corridors.upper[i, k], 0.0)
     return total

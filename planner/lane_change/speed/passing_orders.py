@@ -8,13 +8,15 @@ bounds leave no room, or none that the ego can reach.
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.lane_change.settings import SpeedSettings
 from planner.lane_change.speed.st_graph import StGraph
-from planner.numerics.compiled import compiled
+from planner.numerics.compiled import compiled, inlined
 from planner.states import BoolArray, FloatArray, IntArray
+from planner.vehicle import Vehicle
 
 ROUNDING = 1e-6  # [m]
 
@@ -26,9 +28,8 @@ class Side(StrEnum):
     AFTER = "after"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bounds:
-    """What each way of passing demands; arrays are (n, n_knots), infinite off the path.
+class Bounds(NamedTuple):
+    """Bounds of each way of passing; arrays are (n, n_knots), infinite off the path.
 
     `below` is an upper bound of the ego's distance if it passes after the vehicle,
     `above` a lower bound if it passes before. `headway` bounds s + tau v.
@@ -49,34 +50,62 @@ class Order:
     headway: FloatArray
 
 
+class DriveLimits(NamedTuple):
+    """Limits of the ego in a speed plan."""
+
+    braking: float  # strongest, negative [m/s²]
+    acceleration: float  # [m/s²]
+    speed: float  # [m/s]
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> "DriveLimits":
+        """Return the limits of a vehicle."""
+        limits = vehicle.limits
+        return cls(-limits.max_deceleration, limits.max_acceleration, limits.max_speed)
+
+
+class Reach(NamedTuple):
+    """Bounds of the distance that the ego can have driven, (n_knots,) each [m]."""
+
+    least: FloatArray
+    greatest: FloatArray
+
+
+class Corridors(NamedTuple):
+    """Bounds that orders leave, (n_orders, n_knots) each; see `Order`."""
+
+    lower: FloatArray
+    upper: FloatArray
+    headway: FloatArray
+
+
 def reachable(
     speed: float,
     acceleration: float,
-    limits: tuple[float, float, float],
+    limits: DriveLimits,
     jerk: float,
     times: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Give the least and greatest distance that the ego can have driven.
+) -> Reach:
+    """Compute the least and greatest distance that the ego can have driven.
+
+    Jerk-limited full braking and full acceleration; they may do a little more than the
+    program allows, never less.
 
     Args:
         speed: Now [m/s].
         acceleration: Now [m/s²].
-        limits: Strongest braking (negative), acceleration [m/s²], speed [m/s].
+        limits: Of the ego.
         jerk: Its bound [m/s³].
         times: Of the knots [s].
-
-    Returns:
-        (least, greatest), (n_knots,): jerk-limited full braking and full acceleration.
-        They may do a little more than the program allows, never less.
     """
     step = float(times[1] - times[0])
-    lowest, highest, fastest = limits
     # an acceleration is taken back in time, and until then speeds the ego up
-    fastest = max(fastest, speed + max(acceleration, 0.0) ** 2 / (2.0 * jerk))
+    fastest = max(limits.speed, speed + max(acceleration, 0.0) ** 2 / (2.0 * jerk))
     fastest += max(acceleration, 0.0) * step
-    return (
-        _extreme(speed, acceleration, lowest, -jerk, 0.0, step, times.size),
-        _extreme(speed, acceleration, highest, jerk, fastest, step, times.size),
+    n = times.size
+    return Reach(
+        _extreme(speed, acceleration, limits.braking, -jerk, 0.0, step, n),
+        _extreme(speed, acceleration, limits.acceleration, jerk, fastest, step, n),
     )
 
 
@@ -121,56 +150,61 @@ def demands(
         speed: Of the ego now [m/s].
         times: Of the knots [s].
     """
-    return Bounds(
-        *_demands(
-            graph.hit,
-            graph.lower,
-            graph.upper,
-            graph.speed,
-            speed,
-            times,
-            settings.relax_time,
-            settings.front_gap,
-            settings.front_headway,
-            settings.rear_gap,
-            settings.rear_headway,
-        )
+    gaps = GapRules(
+        settings.relax_time,
+        settings.front_gap,
+        settings.front_headway,
+        settings.rear_gap,
+        settings.rear_headway,
     )
+    stays = Stays(graph.hit, graph.lower, graph.upper, graph.speed)
+    return Bounds(*_demands(stays, gaps, speed, times))
+
+
+class Stays(NamedTuple):
+    """When vehicles are on the path; arrays as in `StGraph`."""
+
+    hit: BoolArray
+    lower: FloatArray
+    upper: FloatArray
+    speed: FloatArray
+
+
+class GapRules(NamedTuple):
+    """Gaps to keep, and the time in which one that is too short is opened."""
+
+    relax_time: float  # [s]
+    front_gap: float  # [m]
+    front_headway: float  # [s]
+    rear_gap: float  # [m]
+    rear_headway: float  # [s]
 
 
 @compiled
 def _demands(
-    hit: BoolArray,
-    lower: FloatArray,
-    upper: FloatArray,
-    speeds: FloatArray,
-    speed: float,
-    times: FloatArray,
-    relax_time: float,
-    front_gap: float,
-    front_headway: float,
-    rear_gap: float,
-    rear_headway: float,
+    stays: Stays, gaps: GapRules, speed: float, times: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give (below, above, headway) of `demands`."""
+    """Compute (below, above, headway) of `demands`."""
+    hit, lower, upper = stays.hit, stays.lower, stays.upper
+    front_gap = gaps.front_gap
     shape = hit.shape
     below, above = np.full(shape, np.inf), np.full(shape, -np.inf)
     headway = np.full(shape, np.inf)
     for v in range(shape[0]):
-        rear = rear_gap + rear_headway * speeds[v]
+        rear = gaps.rear_gap + gaps.rear_headway * stays.speed[v]
         lack_below, lack_above, lack_headway = 0.0, 0.0, 0.0
         now = hit[v, 0]
-        # who is on the path now is passed on the side where the ego is
+        # a vehicle that is on the path now is passed on the side where the ego is
         ahead = now and lower[v, 0] + upper[v, 0] > 0.0
         if now:
             lack_below = max(front_gap - lower[v, 0], 0.0) if ahead else 0.0
             lack_above = 0.0 if ahead else max(upper[v, 0] + rear, 0.0)
-            lack_headway = front_headway * speed + front_gap - lower[v, 0]
+            lack_headway = gaps.front_headway * speed + front_gap - lower[v, 0]
             lack_headway = max(lack_headway, 0.0)
         for k in range(shape[1]):
             if not hit[v, k]:
                 continue
-            done = min(times[k] / relax_time, 1.0)
+            done = min(times[k] / gaps.relax_time, 1.0)
             fade = 1.0 - done * done * (3.0 - 2.0 * done)  # level at both ends
             front = lower[v, k] - front_gap
             below[v, k] = -np.inf if now and not ahead else front + lack_below * fade
@@ -182,10 +216,10 @@ def _demands(
 def order_of(
     sides: tuple[Side, ...],
     bounds: Bounds,
-    reach: tuple[FloatArray, FloatArray],
+    reach: Reach,
     end: float,
 ) -> Order:
-    """Make the corridor of one order; nobody says that it can be driven."""
+    """Compute the corridor of one order, whether it can be driven or not."""
     least, greatest = reach
     lower, upper = least, np.minimum(greatest, end)
     headway = np.full(least.size, np.inf)
@@ -201,7 +235,7 @@ def order_of(
 def possible_orders(
     graph: StGraph,
     bounds: Bounds,
-    reach: tuple[FloatArray, FloatArray],
+    reach: Reach,
     end: float,
     max_orders: int,
 ) -> tuple[list[Order], int]:
@@ -217,73 +251,89 @@ def possible_orders(
     Returns:
         (orders, nodes looked at).
     """
-    least, greatest = reach
     sides, corridors, nodes = _enumerate(
         graph.hit,
         graph.lower,
-        bounds.below,
-        bounds.above,
-        bounds.headway,
-        least,
-        np.minimum(greatest, end),
+        bounds,
+        Reach(reach.least, np.minimum(reach.greatest, end)),
         max_orders,
     )
     found = [
         Order(tuple(_SIDES[side] for side in row), *corridor)
-        for row, corridor in zip(sides.tolist(), corridors, strict=True)
+        for row, *corridor in zip(sides.tolist(), *corridors, strict=True)
     ]
     return found, nodes
 
 
 _SIDES = (Side.AFTER, Side.BEFORE)  # by the number that the compiled code uses
+AFTER, BEFORE = 0, 1
 
 
 @compiled
 def _enumerate(
     hit: BoolArray,
     contact: FloatArray,
-    below: FloatArray,
-    above: FloatArray,
-    headway: FloatArray,
-    least: FloatArray,
-    greatest: FloatArray,
+    bounds: Bounds,
+    reach: Reach,
     max_orders: int,
-) -> tuple[IntArray, FloatArray, int]:
-    """Go through the tree of orders, depth first, BEFORE before AFTER.
+) -> tuple[IntArray, Corridors, int]:
+    """Enumerate the tree of orders, depth first, BEFORE before AFTER.
 
     Returns:
-        (sides (n_orders, n), 1 for BEFORE; corridors (n_orders, 3, n_knots): lower,
-        upper, headway; nodes looked at).
+        (sides (n_orders, n), BEFORE or AFTER; corridors; nodes looked at).
     """
     n, n_knots = hit.shape
     sequence = _by_contact(hit, contact)
     room = min(max_orders, 2 ** min(n, 20))
-    found_sides, found = np.zeros((room, n), np.int64), np.empty((room, 3, n_knots))
+    found_sides, found = np.zeros((room, n), np.int64), _allocate(room, n_knots)
     # the stack holds at most one sibling for each depth, and the node itself
     depth, sides = np.zeros(n + 2, np.int64), np.zeros((n + 2, n), np.int64)
-    corridor = np.empty((n + 2, 3, n_knots))
-    corridor[0, 0], corridor[0, 1], corridor[0, 2] = least, greatest, np.inf
+    stack = _allocate(n + 2, n_knots)
+    stack.lower[0], stack.upper[0] = reach.least, reach.greatest
+    stack.headway[0] = np.inf
     top, count, nodes = 0, 0, 0
     while top >= 0 and count < room:
         nodes += 1
         level = depth[top]
-        if not _is_open(corridor[top]):
+        if not _is_open(stack.lower[top], stack.upper[top]):
             top -= 1
         elif level == n:
-            found_sides[count], found[count] = sides[top], corridor[top]
+            found_sides[count] = sides[top]
+            _copy(stack, top, found, count)
             count += 1
             top -= 1
         else:
             v = sequence[level]
             depth[top], depth[top + 1] = level + 1, level + 1
-            sides[top + 1], corridor[top + 1] = sides[top], corridor[top]
-            sides[top, v], sides[top + 1, v] = 0, 1
+            sides[top + 1] = sides[top]
+            _copy(stack, top, stack, top + 1)
+            sides[top, v], sides[top + 1, v] = AFTER, BEFORE
             for k in range(n_knots):
-                corridor[top, 1, k] = min(corridor[top, 1, k], below[v, k])
-                corridor[top, 2, k] = min(corridor[top, 2, k], headway[v, k])
-                corridor[top + 1, 0, k] = max(corridor[top + 1, 0, k], above[v, k])
+                stack.upper[top, k] = min(stack.upper[top, k], bounds.below[v, k])
+                stack.headway[top, k] = min(stack.headway[top, k], bounds.headway[v, k])
+                stack.lower[top + 1, k] = max(
+                    stack.lower[top + 1, k], bounds.above[v, k]
+                )
             top += 1
-    return found_sides[:count], found[:count], nodes
+    corridors = Corridors(
+        found.lower[:count], found.upper[:count], found.headway[:count]
+    )
+    return found_sides[:count], corridors, nodes
+
+
+@compiled
+def _allocate(n: int, n_knots: int) -> Corridors:
+    """Allocate n corridors."""
+    shape = (n, n_knots)
+    return Corridors(np.empty(shape), np.empty(shape), np.empty(shape))
+
+
+@inlined
+def _copy(source: Corridors, i: int, target: Corridors, j: int) -> None:
+    """Copy one corridor."""
+    target.lower[j] = source.lower[i]
+    target.upper[j] = source.upper[i]
+    target.headway[j] = source.headway[i]
 
 
 @compiled
@@ -308,9 +358,6 @@ def _by_contact(hit: BoolArray, contact: FloatArray) -> IntArray:
 
 
 @compiled
-def _is_open(corridor: FloatArray) -> bool:
-    """Tell whether a corridor leaves room at every knot after the first."""
-    for k in range(1, corridor.shape[1]):
-        if corridor[0, k] > corridor[1, k] + ROUNDING:
-            return False
-    return True
+def _is_open(lower: FloatArray, upper: FloatArray) -> bool:
+    """Check whether a corridor leaves room at every knot after the first."""
+    return not np.any(lower[1:] > upper[1:] + ROUNDING)

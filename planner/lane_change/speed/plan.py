@@ -15,7 +15,9 @@ from planner.lane_change.speed.dynamic_programming import sides_by_search
 from planner.lane_change.speed.order_solver import SolvedOrders, solve_orders
 from planner.lane_change.speed.passing_orders import (
     Bounds,
+    DriveLimits,
     Order,
+    Reach,
     Side,
     demands,
     order_of,
@@ -36,8 +38,8 @@ from planner.vehicle import Vehicle
 
 
 @dataclass(frozen=True, slots=True)
-class Alternative:
-    """One passing order and what became of it."""
+class OrderOutcome:
+    """Outcome of one passing order."""
 
     sides: tuple[tuple[str, Side], ...]
     cost: float  # inf if infeasible
@@ -46,12 +48,12 @@ class Alternative:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpeedPlan:
-    """A speed profile and why it is this one; `profile` is None if there is none."""
+    """A speed profile and its reasons; `profile` is None if there is none."""
 
     profile: SpeedProfile | None
     cost: float
     order: tuple[tuple[str, Side], ...]
-    alternatives: tuple[Alternative, ...]
+    alternatives: tuple[OrderOutcome, ...]
     graph: StGraph
     nodes: int
     solved: int
@@ -91,22 +93,22 @@ def plan_speed(
     considered: BoolArray,
     task: SpeedTask,
     settings: SpeedSettings,
-    cost_to_beat: float = math.inf,
+    cutoff: float = math.inf,
 ) -> SpeedPlan:
     """Plan the speed along a path among moving vehicles.
 
     Args:
         path: Of the ego's rear axle, from where it is.
         vehicle: Dimensions and limits.
-        users: Everyone else, at the knots of `settings`.
-        considered: Who of them counts, (n_users,).
-        task: Start, wish and end.
+        users: Every other road user, at the knots of `settings`.
+        considered: Which of them count, (n_users,).
+        task: Start, target speed and end.
         settings: Weights, margins, horizon.
-        cost_to_beat: What is proven to cost more is not worked out.
+        cutoff: Orders that are proven to cost more are not solved.
 
     Returns:
-        The plan. Where no order has a solution (or none below `cost_to_beat`), its
-        profile is None and its reason says so; `soft_speed` is the next thing to try.
+        The plan. Where no order has a solution (or none below `cutoff`), its profile
+        is None and it has a reason; `soft_speed` is the next thing to try.
     """
     times = knot_times(settings)
     graph = st_graph(
@@ -118,18 +120,15 @@ def plan_speed(
         settings.across_margin,
     )
     start = start_state(task, vehicle, settings)
-    limits = vehicle.limits
-    ceiling = (-limits.max_deceleration, limits.max_acceleration, limits.max_speed)
-    reach = reachable(start[1], start[2], ceiling, settings.max_jerk, times)
+    limits = DriveLimits.of(vehicle)
+    reach = reachable(start.speed, start.acceleration, limits, settings.max_jerk, times)
     end = min(task.end, float(path.distance[-1]))
-    bounds = demands(graph, settings, start[1], times)
+    bounds = demands(graph, settings, start.speed, times)
     orders, nodes = _orders(
-        graph, bounds, reach, (start, ceiling), task, end, settings, times
+        graph, bounds, reach, start.speed, limits, task, end, settings
     )
     caps = speed_caps(path, vehicle, task, times)
-    solved = solve_orders(
-        orders, reach, start, caps, task, vehicle, settings, cost_to_beat
-    )
+    solved = solve_orders(orders, reach, start, caps, task, vehicle, settings, cutoff)
     return _chosen(graph, orders, nodes, solved, times)
 
 
@@ -142,7 +141,7 @@ def _chosen(
 ) -> SpeedPlan:
     """Turn the solved orders into the plan."""
     alternatives = [
-        Alternative(_named(graph, order), cost, exact)
+        OrderOutcome(_named(graph, order), cost, exact)
         for order, cost, exact in zip(
             orders, solved.cost.tolist(), solved.exact, strict=True
         )
@@ -170,26 +169,25 @@ def _chosen(
 def _orders(
     graph: StGraph,
     bounds: Bounds,
-    reach: tuple[FloatArray, FloatArray],
-    ego: tuple[tuple[float, float, float], tuple[float, float, float]],
+    reach: Reach,
+    speed: float,
+    limits: DriveLimits,
     task: SpeedTask,
     end: float,
     settings: SpeedSettings,
-    times: FloatArray,
 ) -> tuple[list[Order], int]:
-    """Give the orders to solve by the rule that is set, and the nodes looked at."""
-    start, limits = ego
-    rule = settings.order_rule
+    """Return the orders to solve by the rule that is set, and the nodes looked at."""
+    rule, times = settings.order_rule, knot_times(settings)
     if rule is OrderRule.SOLVE_ALL:
         return possible_orders(graph, bounds, reach, end, settings.max_orders)
     if rule is OrderRule.AREA:
         sides: tuple[Side, ...] | None = sides_by_area(
-            graph, start[1], limits[0], limits[1], end, times
+            graph, speed, limits.braking, limits.acceleration, end, times
         )
     else:
         sides = sides_by_search(
             graph,
-            start,
+            speed,
             limits,
             task.target_speed,
             end,
@@ -209,17 +207,17 @@ def soft_speed(
     task: SpeedTask,
     settings: SpeedSettings,
 ) -> SpeedPlan:
-    """Follow everyone ahead, with bounds that may be exceeded where they must be.
+    """Follow every vehicle ahead, with bounds that may be exceeded where they must be.
 
-    Vehicles that reach the ego's place now or are behind it do not count: it is for
-    them to keep clear of what is ahead of them.
+    Vehicles that reach the ego's place now or are behind it do not count: they have to
+    keep clear of what is ahead of them.
     """
     times = knot_times(settings)
     start = start_state(task, vehicle, settings)
-    bounds = demands(graph, settings, start[1], times)
+    bounds = demands(graph, settings, start.speed, times)
     first = np.argmax(graph.hit, axis=1) if len(graph.ids) else np.empty(0, np.int64)
     n = np.arange(first.size)
-    ahead = graph.upper[n, first] > 0.5 * (start[1] * times[first])
+    ahead = graph.upper[n, first] > 0.5 * (start.speed * times[first])
     upper = np.where(ahead[:, None], bounds.below, np.inf).min(axis=0, initial=np.inf)
     headway = np.where(ahead[:, None], bounds.headway, np.inf)
     end = min(task.end, float(path.distance[-1]))

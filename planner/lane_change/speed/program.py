@@ -1,12 +1,13 @@
 """The speed program of one passing order; [Thesis] eq. 6.19, 6.20 corrected.
 
-What is asked for, how it becomes bounds over time, and the record that general solvers
-take. Tables that depend on the settings alone are made once.
+The task, its bounds over time, and the record that general solvers take. Tables that
+depend on the settings alone are made once.
 """
 
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from planner.lane_change.settings import SpeedSettings
 from planner.lane_change.speed.passing_orders import Order
 from planner.numerics.compiled import compiled
 from planner.piecewise_jerk.objective import free_motion, objective_value
-from planner.piecewise_jerk.solve import PiecewiseJerkProblem
+from planner.piecewise_jerk.problem import JerkProgram, PiecewiseJerkProblem
 from planner.states import FloatArray, Path, freeze
 from planner.vehicle import Vehicle
 
@@ -24,7 +25,7 @@ JERK_TIME = 1.5  # in which an acceleration has surely turned into braking [s]
 
 @dataclass(frozen=True, slots=True)
 class SpeedTask:
-    """What a speed plan is asked for."""
+    """Start, target speed and end of a speed plan."""
 
     speed: float  # now [m/s]
     acceleration: float  # now [m/s²]
@@ -32,14 +33,24 @@ class SpeedTask:
     end: float = math.inf  # not to be passed by the rear axle [m]
 
 
+class StartState(NamedTuple):
+    """Where a speed plan begins."""
+
+    s: float  # [m]
+    speed: float  # [m/s]
+    acceleration: float  # [m/s²]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SpeedTables:
-    """What the settings alone decide; read only."""
+    """Arrays that depend on the settings alone; read only."""
 
     times: FloatArray  # (n,) [s]
     step: FloatArray  # (n - 1,) [s]
     weight: FloatArray  # (n, 3)
     row: FloatArray  # (n, 1, 3): s + tau v
+    no_lower: FloatArray  # of s, v, a and the row, (n, 4)
+    no_upper: FloatArray
 
 
 @lru_cache(maxsize=16)
@@ -58,18 +69,20 @@ def speed_tables(settings: SpeedSettings) -> SpeedTables:
         freeze(np.full(n - 1, settings.step)),
         freeze(np.tile(weights, (n, 1))),
         freeze(row),
+        freeze(np.full((n, 4), -np.inf)),
+        freeze(np.full((n, 4), np.inf)),
     )
 
 
 def knot_times(settings: SpeedSettings) -> FloatArray:
-    """Give the times of the knots [s]."""
+    """Return the times of the knots [s]."""
     return speed_tables(settings).times
 
 
 def start_state(
     task: SpeedTask, vehicle: Vehicle, settings: SpeedSettings
-) -> tuple[float, float, float]:
-    """Give (s, v, a) at the start, such that the limits can be kept from there.
+) -> StartState:
+    """Return the state at the start, such that the limits can be kept from there.
 
     Emergency braking may have been harder than the program allows, and a vehicle that
     has just stopped still decelerates: what the jerk bound could not take back is left
@@ -78,7 +91,8 @@ def start_state(
     speed = max(task.speed, 0.0)
     limits = vehicle.limits
     lowest = max(-limits.max_deceleration, -math.sqrt(2.0 * settings.max_jerk * speed))
-    return 0.0, speed, min(max(task.acceleration, lowest), limits.max_acceleration)
+    acceleration = min(max(task.acceleration, lowest), limits.max_acceleration)
+    return StartState(0.0, speed, acceleration)
 
 
 def speed_caps(
@@ -87,7 +101,7 @@ def speed_caps(
     """Bound the speed at each knot by the curvature there, (n_knots,) [m/s].
 
     The bound depends on the place, the program knows times: the place is taken from a
-    drive at the wished speed, between half and full of which the ego is looked for.
+    drive at the wished speed; the ego is expected between half of it and all of it.
     """
     limits = vehicle.limits
     return _caps(
@@ -113,7 +127,7 @@ def _caps(
     braking: float,
     times: FloatArray,
 ) -> FloatArray:
-    """Give the bounds of `speed_caps`."""
+    """Compute the bounds of `speed_caps`."""
     local = np.empty(curvature.size)
     for i in range(curvature.size):
         bend = max(abs(curvature[i]), 1e-6)
@@ -124,7 +138,7 @@ def _caps(
     caps = np.minimum(caps, np.interp(0.75 * wish * times, distance, local))
     caps = np.minimum(caps, np.interp(0.5 * wish * times, distance, local))
     for k in range(times.size):
-        # nobody brakes at once: from the present speed down to the bound
+        # braking builds up: from the present speed down to the bound
         possible = speed - 0.8 * braking * max(times[k] - 1.0, 0.0)
         caps[k] = max(caps[k], possible, 0.0)
     return caps
@@ -132,7 +146,7 @@ def _caps(
 
 def program(
     order: Order,
-    start: tuple[float, float, float],
+    start: StartState,
     caps: FloatArray,
     task: SpeedTask,
     vehicle: Vehicle,
@@ -160,7 +174,7 @@ def program(
 
 
 def reference_motion(task: SpeedTask, times: FloatArray) -> FloatArray:
-    """Give the wished (s, v, a), (n_knots, 3), read only."""
+    """Return the reference of (s, v, a), (n_knots, 3), read only."""
     reference = np.zeros((times.size, 3))
     reference[:, 0] = task.target_speed * times
     reference[:, 1] = task.target_speed
@@ -169,7 +183,7 @@ def reference_motion(task: SpeedTask, times: FloatArray) -> FloatArray:
 
 
 def limit_tables(
-    start: tuple[float, float, float],
+    start: StartState,
     caps: FloatArray,
     vehicle: Vehicle,
     settings: SpeedSettings,
@@ -178,10 +192,10 @@ def limit_tables(
 
     Distance and headway are still without bounds.
     """
-    limits, times = vehicle.limits, speed_tables(settings).times
-    lower, upper = np.full((times.size, 4), -np.inf), np.full((times.size, 4), np.inf)
+    limits, tables = vehicle.limits, speed_tables(settings)
+    times, lower, upper = tables.times, tables.no_lower.copy(), tables.no_upper.copy()
     # a speed beyond the limit comes down as fast as the jerk bound lets it
-    over = start[1] + max(start[2], 0.0) ** 2 / (2.0 * settings.max_jerk)
+    over = start.speed + max(start.acceleration, 0.0) ** 2 / (2.0 * settings.max_jerk)
     falling = 0.5 * limits.max_deceleration * np.maximum(times - JERK_TIME, 0.0)
     lower[:, 1] = 0.0
     upper[:, 1] = np.maximum(np.maximum(caps, 0.0), over - falling)
@@ -189,14 +203,34 @@ def limit_tables(
     return lower, upper
 
 
-def free_cost(task: SpeedTask, vehicle: Vehicle, settings: SpeedSettings) -> float:
-    """Give the cost of the motion that nothing bounds: no plan is cheaper."""
+def free_program(
+    start: StartState, task: SpeedTask, settings: SpeedSettings
+) -> JerkProgram:
+    """Write the program without any bounds of the state, as compiled solvers take it.
+
+    Args:
+        start: Of the ego.
+        task: Gives the reference.
+        settings: Weights and steps.
+    """
     tables = speed_tables(settings)
-    table, cost, wish, _, _ = free_motion(
+    return JerkProgram(
         tables.step,
-        freeze(start_state(task, vehicle, settings)),
+        freeze(start),
         tables.weight,
         reference_motion(task, tables.times),
         settings.jerk_weight,
+        tables.no_lower.copy(),
+        tables.no_upper.copy(),
+        tables.row,
+        -settings.max_jerk,
+        settings.max_jerk,
     )
-    return objective_value(cost, wish, table)
+
+
+def free_cost(task: SpeedTask, vehicle: Vehicle, settings: SpeedSettings) -> float:
+    """Return the cost of the motion that nothing bounds: no plan is cheaper."""
+    free = free_motion(
+        free_program(start_state(task, vehicle, settings), task, settings)
+    )
+    return objective_value(free.objective, free.table)

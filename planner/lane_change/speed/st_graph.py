@@ -10,7 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.lane_change.speed.st_projection import predicted_poses, project
+from planner.lane_change.speed.st_projection import (
+    OwnRectangle,
+    PathColumns,
+    predicted_poses,
+    project,
+)
 from planner.scene import Obstacles, Vehicles
 from planner.states import BoolArray, FloatArray, Path
 from planner.vehicle import Vehicle
@@ -18,7 +23,11 @@ from planner.vehicle import Vehicle
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UsersInTime:
-    """Where everyone will be at the knots of a speed plan: the same for every path."""
+    """All bodies at the knots of a speed plan, the same for every path.
+
+    A view of its own: its times are those of the plan, between the columns of
+    predictions, and its rectangles are grown by the radii of static bodies.
+    """
 
     ids: tuple[str, ...]
     poses: FloatArray  # x, y, cosine and sine of the heading, (n, n_knots, 4)
@@ -27,7 +36,7 @@ class UsersInTime:
     speed: FloatArray  # now, (n,) [m/s]
 
     def first(self, n: int) -> "UsersInTime":
-        """Give the first n of them at the first knot only."""
+        """Return the first n of them at the first knot only."""
         return UsersInTime(
             self.ids[:n],
             np.ascontiguousarray(self.poses[:n, :1]),
@@ -114,7 +123,7 @@ def st_graph(
         considered,
         users.half_length,
         users.half_width,
-        (
+        OwnRectangle(
             vehicle.centre_offset,
             0.5 * vehicle.length + along_margin,
             0.5 * vehicle.width + across_margin,
@@ -126,7 +135,6 @@ def st_graph(
     )
 
 
-def path_table(path: Path) -> FloatArray:
-    """Give x, y, cosine and sine of the heading at every point, (4, n_points)."""
-    heading = path.heading
-    return np.array([path.x, path.y, np.cos(heading), np.sin(heading)])
+def path_table(path: Path) -> PathColumns:
+    """Return the points of a path as compiled code takes them."""
+    return PathColumns(path.x, path.y, np.cos(path.heading), np.sin(path.heading))

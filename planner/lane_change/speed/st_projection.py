@@ -1,11 +1,10 @@
 """Projection of moving rectangles onto a path, in compiled code.
 
-A path is the table of its points, (4, n_points): x, y, cosine and sine of the heading.
-A pose is (x, y, cos, sin); `own` is the ego's (offset of the centre before the rear
-axle, half length, half width), margins included.
+All margins are included in the ego's own rectangle.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +13,47 @@ from planner.states import BoolArray, FloatArray, IntArray
 
 BISECTIONS = 5  # of a path step: 3 cm of 1 m
 
-Pose = tuple[float, float, float, float]
-Own = tuple[float, float, float]
+
+class PathColumns(NamedTuple):
+    """The points of a path; arrays are (n_points,)."""
+
+    x: FloatArray  # [m]
+    y: FloatArray  # [m]
+    cos: FloatArray  # of the heading
+    sin: FloatArray
+
+
+class Pose(NamedTuple):
+    """Where a rectangle is, and its direction."""
+
+    x: float  # [m]
+    y: float  # [m]
+    cos: float
+    sin: float
+
+
+class OwnRectangle(NamedTuple):
+    """The ego's rectangle."""
+
+    centre_offset: float  # ahead of the rear axle [m]
+    half_length: float  # [m]
+    half_width: float  # [m]
+
+
+class HalfExtents(NamedTuple):
+    """Of a rectangle [m]."""
+
+    length: float
+    width: float
+
+
+class BoundingBox(NamedTuple):
+    """Least and greatest coordinates [m]."""
+
+    x_low: float
+    x_high: float
+    y_low: float
+    y_high: float
 
 
 @compiled
@@ -56,14 +94,14 @@ def predicted_poses(
 @compiled
 def project(
     distance: FloatArray,
-    path: FloatArray,
+    path: PathColumns,
     poses: FloatArray,
     considered: BoolArray,
     half_length: FloatArray,
     half_width: FloatArray,
-    own: Own,
+    own: OwnRectangle,
 ) -> tuple[IntArray, BoolArray, FloatArray, FloatArray]:
-    """Give (who is on the path, hit, low, high), the last three (n_on, n_knots).
+    """Return (vehicles on the path, hit, low, high), the last three (n_on, n_knots).
 
     Between two knots neighbours are joined: a vehicle that enters the path between
     them is there from the knot before on, one that leaves to the knot after.
@@ -71,27 +109,28 @@ def project(
     n, n_knots = poses.shape[0], poses.shape[1]
     hit = np.zeros((n, n_knots), np.bool_)
     low, high = np.zeros((n, n_knots)), np.zeros((n, n_knots))
-    own_reach = own[0] + math.hypot(own[1], own[2])
+    own_reach = own.centre_offset + math.hypot(own.half_length, own.half_width)
     box = _box(path)
     on, count = np.empty(n, np.int64), 0
     for v in range(n):
         if not considered[v]:
             continue
-        half = (half_length[v], half_width[v])
-        reach = own_reach + math.hypot(half[0], half[1])
+        half = HalfExtents(half_length[v], half_width[v])
+        reach = own_reach + math.hypot(half.length, half.width)
         near, there = -1, False
         for k in range(n_knots):
-            pose = (poses[v, k, 0], poses[v, k, 1], poses[v, k, 2], poses[v, k, 3])
+            x, y, cos, sin = poses[v, k]
+            pose = Pose(x, y, cos, sin)
             if _is_outside(box, pose, reach):
                 near = -1
                 continue
             # the point nearest to the vehicle moves little from knot to knot
             if near < 0:
-                near = _nearest(path, pose[0], pose[1])
+                near = _nearest(path, pose.x, pose.y)
             else:
-                near = _downhill(path, pose[0], pose[1], near)
-            begin = _out_of_reach(path, pose, own[0], reach, near, -1)
-            end = _out_of_reach(path, pose, own[0], reach, near, 1)
+                near = _downhill(path, pose.x, pose.y, near)
+            begin = _out_of_reach(path, pose, own.centre_offset, reach, near, -1)
+            end = _out_of_reach(path, pose, own.centre_offset, reach, near, 1)
             first = _first_touching(path, pose, half, own, begin + 1, end, 1)
             if first < 0:
                 continue
@@ -108,58 +147,64 @@ def project(
 
 
 @compiled
-def _box(path: FloatArray) -> Pose:
-    """Give the least and greatest x and y of a path."""
-    return path[0].min(), path[0].max(), path[1].min(), path[1].max()
+def _box(path: PathColumns) -> BoundingBox:
+    """Compute the bounding box of a path."""
+    return BoundingBox(path.x.min(), path.x.max(), path.y.min(), path.y.max())
 
 
 @compiled
-def _is_outside(box: Pose, pose: Pose, reach: float) -> bool:
-    """Tell whether a vehicle is farther than `reach` from all of a path's box."""
+def _is_outside(box: BoundingBox, pose: Pose, reach: float) -> bool:
+    """Check whether a vehicle is farther than `reach` from all of a path's box."""
     return (
-        pose[0] < box[0] - reach
-        or pose[0] > box[1] + reach
-        or pose[1] < box[2] - reach
-        or pose[1] > box[3] + reach
+        pose.x < box.x_low - reach
+        or pose.x > box.x_high + reach
+        or pose.y < box.y_low - reach
+        or pose.y > box.y_high + reach
     )
 
 
 @compiled
 def _overlap(
-    dx: float,
-    dy: float,
-    cos_a: float,
-    sin_a: float,
-    half_length_a: float,
-    half_width_a: float,
-    cos_b: float,
-    sin_b: float,
-    half_length_b: float,
-    half_width_b: float,
+    apart: tuple[float, float],
+    own_direction: tuple[float, float],
+    own: OwnRectangle,
+    direction: tuple[float, float],
+    half: HalfExtents,
 ) -> bool:
-    """Separating axes of two rectangles, (dx, dy) from a's centre to b's."""
+    """Check separating axes of two rectangles.
+
+    Args:
+        apart: From the ego's centre to the other's (x, y) [m].
+        own_direction: (cos, sin) of the ego's heading.
+        own: The ego's rectangle.
+        direction: (cos, sin) of the other's heading.
+        half: The other's extents.
+    """
+    dx, dy = apart
+    cos_a, sin_a = own_direction
+    cos_b, sin_b = direction
     cos = abs(cos_a * cos_b + sin_a * sin_b)
     sin = abs(cos_a * sin_b - sin_a * cos_b)
     if abs(dx * cos_a + dy * sin_a) > (
-        half_length_a + half_length_b * cos + half_width_b * sin
+        own.half_length + half.length * cos + half.width * sin
     ):
         return False
     if abs(dy * cos_a - dx * sin_a) > (
-        half_width_a + half_length_b * sin + half_width_b * cos
+        own.half_width + half.length * sin + half.width * cos
     ):
         return False
     if abs(dx * cos_b + dy * sin_b) > (
-        half_length_b + half_length_a * cos + half_width_a * sin
+        half.length + own.half_length * cos + own.half_width * sin
     ):
         return False
     return abs(dy * cos_b - dx * sin_b) <= (
-        half_width_b + half_length_a * sin + half_width_a * cos
+        half.width + own.half_length * sin + own.half_width * cos
     )
 
 
 @compiled
 def _out_of_reach(
-    path: FloatArray,
+    path: PathColumns,
     pose: Pose,
     centre_offset: float,
     reach: float,
@@ -168,11 +213,11 @@ def _out_of_reach(
 ) -> int:
     """Find the first point from `near` on, one way, from which nothing touches."""
     i = near
-    while 0 <= i < path.shape[1]:
-        dx, dy = pose[0] - path[0, i], pose[1] - path[1, i]
+    while 0 <= i < path.x.size:
+        dx, dy = pose.x - path.x[i], pose.y - path.y[i]
         if dx * dx + dy * dy > reach * reach:
-            dx -= centre_offset * path[2, i]
-            dy -= centre_offset * path[3, i]
+            dx -= centre_offset * path.cos[i]
+            dy -= centre_offset * path.sin[i]
             if dx * dx + dy * dy > reach * reach:
                 break
         i += way
@@ -181,10 +226,10 @@ def _out_of_reach(
 
 @compiled
 def _first_touching(
-    path: FloatArray,
+    path: PathColumns,
     pose: Pose,
-    half_extents: tuple[float, float],
-    own: Own,
+    half: HalfExtents,
+    own: OwnRectangle,
     begin: int,
     end: int,
     way: int,
@@ -192,20 +237,10 @@ def _first_touching(
     """Find the first point where the ego would touch, going one way; -1 if none."""
     x, y, cos, sin = pose
     for i in range(begin, end, way):
-        dx = x - path[0, i] - own[0] * path[2, i]
-        dy = y - path[1, i] - own[0] * path[3, i]
-        if _overlap(
-            dx,
-            dy,
-            path[2, i],
-            path[3, i],
-            own[1],
-            own[2],
-            cos,
-            sin,
-            half_extents[0],
-            half_extents[1],
-        ):
+        dx = x - path.x[i] - own.centre_offset * path.cos[i]
+        dy = y - path.y[i] - own.centre_offset * path.sin[i]
+        turned = path.cos[i], path.sin[i]
+        if _overlap((dx, dy), turned, own, (cos, sin), half):
             return i
     return -1
 
@@ -213,12 +248,12 @@ def _first_touching(
 @compiled
 def _contact(
     distance: FloatArray,
-    path: FloatArray,
+    path: PathColumns,
     inside: int,
     beyond: int,
     pose: Pose,
-    half_extents: tuple[float, float],
-    own: Own,
+    half: HalfExtents,
+    own: OwnRectangle,
 ) -> float:
     """Bisect between a touching point and its free neighbour, ending on the free side.
 
@@ -231,22 +266,13 @@ def _contact(
     for _ in range(BISECTIONS):
         middle = 0.5 * (free + touching)
         rest = 1.0 - middle
-        c = rest * path[2, inside] + middle * path[2, beyond]
-        w = rest * path[3, inside] + middle * path[3, beyond]
-        dx = x - rest * path[0, inside] - middle * path[0, beyond] - own[0] * c
-        dy = y - rest * path[1, inside] - middle * path[1, beyond] - own[0] * w
-        if _overlap(
-            dx,
-            dy,
-            c,
-            w,
-            own[1],
-            own[2],
-            cos,
-            sin,
-            half_extents[0],
-            half_extents[1],
-        ):
+        c = rest * path.cos[inside] + middle * path.cos[beyond]
+        w = rest * path.sin[inside] + middle * path.sin[beyond]
+        dx = x - rest * path.x[inside] - middle * path.x[beyond]
+        dy = y - rest * path.y[inside] - middle * path.y[beyond]
+        dx -= own.centre_offset * c
+        dy -= own.centre_offset * w
+        if _overlap((dx, dy), (c, w), own, (cos, sin), half):
             touching = middle
         else:
             free = middle
@@ -254,28 +280,28 @@ def _contact(
 
 
 @compiled
-def _nearest(path: FloatArray, x: float, y: float) -> int:
+def _nearest(path: PathColumns, x: float, y: float) -> int:
     """Find the point nearest to (x, y) among all."""
     best, least = 0, np.inf
-    for i in range(path.shape[1]):
-        square = (path[0, i] - x) ** 2 + (path[1, i] - y) ** 2
+    for i in range(path.x.size):
+        square = (path.x[i] - x) ** 2 + (path.y[i] - y) ** 2
         if square < least:
             best, least = i, square
     return best
 
 
 @compiled
-def _downhill(path: FloatArray, x: float, y: float, guess: int) -> int:
+def _downhill(path: PathColumns, x: float, y: float, guess: int) -> int:
     """Find the point nearest to (x, y), going downhill from `guess`."""
-    n = path.shape[1]
-    here = (path[0, guess] - x) ** 2 + (path[1, guess] - y) ** 2
+    n = path.x.size
+    here = (path.x[guess] - x) ** 2 + (path.y[guess] - y) ** 2
     moved = True
     while moved:
         moved = False
         for step in (1, -1):
             other = guess + step
             if 0 <= other < n:
-                square = (path[0, other] - x) ** 2 + (path[1, other] - y) ** 2
+                square = (path.x[other] - x) ** 2 + (path.y[other] - y) ** 2
                 if square < here:
                     guess, here, moved = other, square, True
                     break
@@ -284,7 +310,7 @@ def _downhill(path: FloatArray, x: float, y: float, guess: int) -> int:
 
 @compiled
 def _join_neighbours(hit: BoolArray, low: FloatArray, high: FloatArray) -> None:
-    """Let every stay on the path begin a knot earlier and end a knot later."""
+    """Extend every stay on the path by a knot at both ends."""
     n, n_knots = hit.shape
     for v in range(n):
         before = False

@@ -15,13 +15,14 @@ import pytest
 from experiments.cli import crash_guard
 from experiments.cli.app import app, main
 from experiments.cli.compile_notice import NOTICE
-from experiments.metrics.columns import TIMING_COLUMNS
+from experiments.metrics.catalogue import TIMING_COLUMNS
 from experiments.trace.files import read_trace
 from experiments.trace.schema import trace_hash
 from sumo_nets.build import net_path
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]  # where the planners of these tests are
 ROOT = HERE.parent.parent
+PATIENCE = 300.0  # with processes; other jobs may have the machine [s]
 OWN = ("--planner", "constant_speed_planner:make")
 
 EMPTY_ROAD = """\
@@ -42,7 +43,7 @@ def rearview(
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=PATIENCE,
         stdin=subprocess.DEVNULL,
     )
 
@@ -200,29 +201,39 @@ def test_a_mistake_of_ours_has_its_own_exit_status(capfd):
     def episode() -> int:
         raise LookupError("never foreseen")
 
-    assert crash_guard.guarded(episode, lambda *_: 1) == crash_guard.MISTAKE_OF_OURS
+    assert crash_guard.guarded(episode, lambda *_: 1) == crash_guard.INTERNAL_ERROR
     assert "LookupError: never foreseen" in capfd.readouterr().err
 
 
+def sleepy(road: str, seconds: float, mark: Path) -> list[str]:
+    """Give the command of a run that sleeps in every cycle, from a file's touch on."""
+    settings = (f"planner.settings.sleep={seconds}", f"planner.settings.mark={mark}")
+    sets = [word for setting in settings for word in ("--set", setting)]
+    return [sys.executable, "-m", "experiments", "run", road, *OWN, *sets]
+
+
+def wait_for_file(file: Path) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not file.exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("asleep", "whole"), [(0.05, 0), (60.0, 1)])
+@pytest.mark.parametrize(("asleep", "whole"), [(0.05, 0), (300.0, 1)])
 def test_sigterm_to_the_parent_ends_both(road, tmp_path, asleep, whole):
     """A step that takes too long is killed, and the episode counts as crashed."""
     runs = tmp_path / "runs"
-    setting = f"planner.settings.sleep={asleep}"
-    command = [sys.executable, "-m", "experiments", "run", road, *OWN]
+    mark = tmp_path / "planning"
     process = subprocess.Popen(
-        [*command, "--set", setting, "--out", str(runs)],
+        [*sleepy(road, asleep, mark), "--out", str(runs)],
         cwd=HERE,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         start_new_session=True,
     )
-    until = time.monotonic() + 30.0
-    while not (runs.exists() and list(runs.iterdir())) and time.monotonic() < until:
-        time.sleep(0.02)
-    time.sleep(0.3)
+    wait_for_file(mark)
     process.terminate()
-    assert process.wait(timeout=30) == crash_guard.TERMINATED
+    assert process.wait(timeout=PATIENCE) == crash_guard.TERMINATED
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, 0)
     assert [path.name[0] for path in runs.iterdir()] == ["e"] * whole
@@ -230,26 +241,23 @@ def test_sigterm_to_the_parent_ends_both(road, tmp_path, asleep, whole):
 
 def test_ctrl_c_in_a_step_that_hangs_says_so_and_the_second_one_stops(road, tmp_path):
     runs = tmp_path / "runs"
-    command = [sys.executable, "-m", "experiments", "run", road, *OWN]
+    mark = tmp_path / "planning"
     process = subprocess.Popen(
-        [*command, "--set", "planner.settings.sleep=60", "--out", str(runs)],
+        [*sleepy(road, 300.0, mark), "--out", str(runs)],
         cwd=HERE,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         start_new_session=True,
         stderr=subprocess.PIPE,
         text=True,
     )
-    until = time.monotonic() + 30.0
-    while not (runs.exists() and list(runs.iterdir())) and time.monotonic() < until:
-        time.sleep(0.02)
-    time.sleep(0.5)
+    wait_for_file(mark)
     os.killpg(process.pid, signal.SIGINT)
     for line in process.stderr:
         if line.startswith("waiting for the step to end"):
             break
     assert process.poll() is None
     process.send_signal(signal.SIGINT)  # to the parent alone
-    assert process.wait(timeout=10) == crash_guard.INTERRUPTED
+    assert process.wait(timeout=PATIENCE) == crash_guard.INTERRUPTED
     process.stderr.close()
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, 0)
@@ -285,7 +293,7 @@ def test_ctrl_c_leaves_nothing(road, tmp_path):
         ),
         (
             ["run", "straight", "--set", "traffic={models: {Crauss: 1}}"],
-            'traffic: models: "Crauss" is none of Krauss',
+            'traffic: models: "Crauss" is unknown; allowed: Krauss',
         ),
         (["run", "straight", "--set", "ego.goal_m"], "allowed: key.path=value"),
         (["run", "straight", "--out", "/dev/null/runs"], "/dev/null"),

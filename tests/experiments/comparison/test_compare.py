@@ -14,7 +14,7 @@ from experiments.comparison import results
 from experiments.comparison.compare import compare
 from experiments.comparison.table import as_csv, as_latex, as_markdown, export
 from experiments.errors import ConfigError, ResultsError
-from experiments.metrics.columns import ALL_COLUMNS
+from experiments.metrics.catalogue import ALL_COLUMNS
 from experiments.metrics.row import row_without_episode
 from experiments.sweep.folder import run_folder
 
@@ -68,7 +68,7 @@ def test_new_runs_are_found_without_asking(sweep):
 
 def test_damaged_run_is_named(sweep):
     (run_folder(sweep, "fast00") / "metrics.json").write_text("{")
-    with pytest.raises(ResultsError, match=r"fast00/metrics\.json: is damaged"):
+    with pytest.raises(ResultsError, match=r"fast00/metrics\.json: cannot be read"):
         results.rebuild(sweep)
 
 
@@ -191,7 +191,9 @@ def test_exports(sweep, tmp_path):
     for name in ("t.csv", "t.md", "t.tex"):
         export(lines, tmp_path / name)
         assert (tmp_path / name).read_text()
-    with pytest.raises(ConfigError, match=r"allowed endings: \.csv, \.md, \.tex"):
+    with pytest.raises(
+        ConfigError, match=r"unknown suffix; allowed: \.csv, \.md, \.tex"
+    ):
         export(lines, tmp_path / "t.xlsx")
 
 

@@ -19,7 +19,8 @@ from experiments.config.scenario_file import (
 from experiments.episode.run import make_scenario_planner
 from experiments.errors import ConfigError
 from experiments.world_setup.layout import make_layout
-from experiments.world_setup.world import make_demand
+from experiments.world_setup.traffic import make_demand
+from sumo_nets.net_reader import read_net
 
 SCENARIO = """\
 name: test
@@ -54,7 +55,8 @@ def test_shipped_scenarios_start_no_faster_than_they_want(name):
     start, network = scenario.ego.depart_speed_mps, make_layout(scenario).network
     if start == "max":
         assert network is not None
-        start = network.speed_limit
+        edge = read_net(network.net_file).edges[network.route[0]]
+        start = edge.lanes[network.lane].speed
     assert start <= scenario.ego.target_speed_mps + 0.02
 
 

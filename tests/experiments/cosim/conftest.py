@@ -7,14 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.cosim.sumo.settings import SumoSettings
+from experiments.cosim.road import EgoTask, Road, Start
+from experiments.cosim.sumo import settings
+from experiments.cosim.sumo import world as sumo_world
+from experiments.cosim.sumo.ghost_vehicle import Ghost
 from experiments.cosim.sumo.world import SumoWorld
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import line
-from planner.scene import RoadBounds
+from planner.scene import Obstacles, RoadBounds
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
 from sumo_nets.catalogue import network
+from sumo_nets.route_path import StopLine
 
 # Background cars here obey to the letter: no lane changes of their own, no dawdling.
 CALM = (
@@ -56,7 +60,7 @@ def route_file(tmp_path: Path) -> Callable[[str], Path]:
 
 @pytest.fixture
 def straight(
-    route_file: Callable[..., Path],
+    route_file: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[Callable[..., SumoWorld]]:
     """Make SUMO worlds on the straight three-lane road; they are closed afterwards.
 
@@ -64,21 +68,47 @@ def straight(
     """
     worlds: list[SumoWorld] = []
 
-    def make(vehicles: str = "", car: str = 'speedFactor="1"', **changes) -> SumoWorld:
+    def make(
+        vehicles: str = "",
+        car: str = 'speedFactor="1"',
+        *,
+        path: ReferencePath | None = None,
+        start_s: float = 60.0,
+        start_offset: float = 0.0,
+        start_speed: float | None = 12.0,
+        vehicle: Vehicle | None = None,
+        stop_lines: tuple[StopLine, ...] = (),
+        obstacles: Obstacles | None = None,
+        view_radius: float | None = None,
+        ghost: bool = True,
+        lane_change_duration: float | None = None,
+        **changes,
+    ) -> SumoWorld:
         net = network("straight")
-        path = ReferencePath.from_segments([line(500.0)], (-100.0, 0.0, 0.0))
+        if path is None:
+            path = ReferencePath.from_segments([line(500.0)], (-100.0, 0.0, 0.0))
+        bounds = RoadBounds(np.array([0.0]), np.array([5.0]), np.array([-5.0]))
+        start = Start(start_s, start_offset, start_speed)
         given = {
             "net_file": net.net_file,
             "route_file": route_file(vehicles, car=car),
             "route": net.route,
-            "path": path,
-            "road": RoadBounds(np.array([0.0]), np.array([5.0]), np.array([-5.0])),
-            "vehicle": Vehicle(),
-            "start_s": 60.0,
-            "start_speed": 12.0,
+            "road": Road(
+                path,
+                bounds,
+                stop_lines=stop_lines,
+                obstacles=obstacles or Obstacles.none(),
+            ),
+            "task": EgoTask(vehicle or Vehicle(), path.length, 13.0, start),
             "warm_up": 0.0,
         }
-        world = SumoWorld(SumoSettings(**(given | changes)))
+        if view_radius is not None:
+            monkeypatch.setattr(sumo_world, "VIEW_RADIUS", view_radius)
+        if lane_change_duration is not None:
+            monkeypatch.setattr(settings, "LANE_CHANGE_DURATION", lane_change_duration)
+        if not ghost:
+            monkeypatch.setattr(Ghost, "update", lambda *_: None)
+        world = SumoWorld(settings.SumoSettings(**(given | changes)))
         worlds.append(world)
         return world
 

@@ -1,29 +1,24 @@
-import numpy as np
-
-from experiments.cosim.blockage import Standstill
+from experiments.cosim.blockage import BlockageDetector
 from experiments.cosim.records import TrafficState
 from planner.interface import PlanStats
+from tests.experiments.road_users import road_users
 
 STEP = 0.5
 NAMED = PlanStats("every way ahead is taken", blocker="wall")
 
 
 def traffic(time: float, **speeds: float) -> TrafficState:
-    n = len(speeds)
-    zero = np.zeros(n)
-    speed = np.array(list(speeds.values()))
-    return TrafficState(
-        time, tuple(speeds), zero, zero, zero, speed, zero, zero + 4.0, zero + 2.0
-    )
+    cars = [(name, 0.0, 0.0, 0.0, speed) for name, speed in speeds.items()]
+    return TrafficState(time, road_users(*cars))
 
 
 def first_blocked(at, patience: float = 5.0, until: float = 30.0) -> float | None:
     """Stand at s = 10 m; `at(t)` gives (speed, traffic, stop lines, stats)."""
-    standstill = Standstill(patience, front_reach=3.8)
+    detector = BlockageDetector(patience, front_reach=3.8)
     for k in range(int(until / STEP)):
         time = k * STEP
         speed, others, lines, stats = at(time)
-        if standstill.blocked(10.0, speed, others, lines, stats):
+        if detector.update(10.0, speed, others, lines, stats):
             return time
     return None
 

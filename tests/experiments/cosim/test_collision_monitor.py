@@ -6,22 +6,27 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from experiments.cosim.collision_monitor import Truth
-from experiments.cosim.kinematic_world import constant_road
-from experiments.cosim.records import TrafficState
+from experiments.cosim.collision_monitor import CollisionMonitor
+from experiments.cosim.kinematic_world import constant_bounds
+from experiments.cosim.road import Road
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, line
 from planner.scene import Obstacles
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
+from tests.experiments.road_users import road_users
 
 CAR = Vehicle()
 PATH = ReferencePath.from_segments([line(300.0)])
 
 
-def truth(obstacles: Obstacles | None = None, path=PATH, half_width=5.0) -> Truth:
-    road = constant_road(path, half_width)
-    return Truth(CAR, path, road, obstacles or Obstacles.none())
+def monitor(
+    obstacles: Obstacles | None = None, path=PATH, half_width=5.0
+) -> CollisionMonitor:
+    bounds = constant_bounds(path, half_width)
+    return CollisionMonitor(
+        Road(path, bounds, obstacles=obstacles or Obstacles.none()), CAR
+    )
 
 
 def ego(x: float, y: float, heading: float = 0.0) -> CartesianState:
@@ -30,15 +35,6 @@ def ego(x: float, y: float, heading: float = 0.0) -> CartesianState:
     return CartesianState(
         x - back * math.cos(heading), y - back * math.sin(heading), heading, 0, 9, 0
     )
-
-
-def traffic(*cars: tuple[str, float, float, float]) -> TrafficState:
-    """Make cars of 4.6 x 1.8 m from (id, x, y, heading)."""
-    n = len(cars)
-    x, y, heading = (np.array([car[k] for car in cars], float) for k in (1, 2, 3))
-    zero = np.zeros(n)
-    ids = tuple(car[0] for car in cars)
-    return TrafficState(0.0, ids, x, y, heading, zero, zero, zero + 4.6, zero + 1.8)
 
 
 def body_points(x, y, heading, length, width, n=41):
@@ -70,11 +66,11 @@ places = st.tuples(
 @settings(max_examples=200)
 def test_contact_is_overlap(place, heading):
     x, y, other = place
-    verdict = truth().judge(ego(0, 0, heading), traffic(("car", x, y, other)), 0.0)
+    found = monitor().check(ego(0, 0, heading), road_users(("car", x, y, other)), 0.0)
     points = body_points(0, 0, heading, CAR.length, CAR.width)
     depth = depth_inside(*points, x, y, other, 4.6, 1.8)
     assume(abs(depth) > 0.15)  # finer than the samples can tell
-    assert verdict.contacts == (("car",) if depth > 0 else ())
+    assert found.contacts == (("car",) if depth > 0 else ())
 
 
 @given(places, places, st.floats(-0.2, 0.2), st.floats(0.0, 3.0))
@@ -82,10 +78,10 @@ def test_contact_is_overlap(place, heading):
 def test_sweep_sees_what_happens_between_two_steps(start, end, turn, driven):
     x0, y0, h0 = start
     x1, y1 = end[0], end[1]
-    judge = truth()
-    first = judge.judge(ego(0, 0), traffic(("car", x0, y0, h0)), 0.0)
+    watching = monitor()
+    first = watching.check(ego(0, 0), road_users(("car", x0, y0, h0)), 0.0)
     after = ego(driven, 0, turn)
-    second = judge.judge(after, traffic(("car", x1, y1, h0)), 0.0)
+    second = watching.check(after, road_users(("car", x1, y1, h0)), 0.0)
     deepest = -math.inf
     for share in np.linspace(0.0, 1.0, 60):
         points = body_points(driven * share, 0.0, turn * share, CAR.length, CAR.width)
@@ -96,48 +92,49 @@ def test_sweep_sees_what_happens_between_two_steps(start, end, turn, driven):
 
 
 def test_nothing_passes_through_anything():
-    judge = truth()
-    before = judge.judge(ego(0, 0), traffic(("car", 20.0, 0.0, 0.0)), 0.0)
-    after = judge.judge(ego(0.5, 0), traffic(("car", -20.0, 0.0, 0.0)), 0.0)
+    watching = monitor()
+    before = watching.check(ego(0, 0), road_users(("car", 20.0, 0.0, 0.0)), 0.0)
+    after = watching.check(ego(0.5, 0), road_users(("car", -20.0, 0.0, 0.0)), 0.0)
     assert before.contacts == ()
     assert after.contacts == ("car",)
     assert after.clearance == pytest.approx(20.5 - (CAR.length + 4.6) / 2)
 
 
 def test_vehicles_are_matched_by_id_and_newcomers_are_not_swept():
-    judge = truth()
-    judge.judge(ego(0, 0), traffic(("b", 20.0, 0.0, 0.0), ("a", 0.0, 9.0, 0.0)), 0.0)
+    watching = monitor()
+    first = road_users(("b", 20.0, 0.0, 0.0), ("a", 0.0, 9.0, 0.0))
+    watching.check(ego(0, 0), first, 0.0)
     # b leaves, c appears on the other side: nobody has driven through the ego.
-    moved = traffic(("a", 1.0, 9.0, 0.0), ("c", -20.0, 0.0, 0.0))
-    assert judge.judge(ego(0.5, 0), moved, 0.0).contacts == ()
-    swapped = traffic(("c", 20.0, 0.0, 0.0), ("a", 1.0, 9.0, 0.0))
-    assert judge.judge(ego(0.5, 0), swapped, 0.0).contacts == ("c",)
+    moved = road_users(("a", 1.0, 9.0, 0.0), ("c", -20.0, 0.0, 0.0))
+    assert watching.check(ego(0.5, 0), moved, 0.0).contacts == ()
+    swapped = road_users(("c", 20.0, 0.0, 0.0), ("a", 1.0, 9.0, 0.0))
+    assert watching.check(ego(0.5, 0), swapped, 0.0).contacts == ("c",)
 
 
 def test_clearance_and_nearest_are_those_of_the_closest_body():
     obstacles = Obstacles(
         ("disc", "box"), [12.0, 0.0], [0.0, 4.0], [0, 0.3], [0, 2.0], [0, 1.0], [1.0, 0]
     )
-    cars = traffic(("far", 40.0, 0.0, 0.0), ("near", -6.0, 0.0, 0.0))
-    verdict = truth(obstacles).judge(ego(0, 0), cars, 0.0)
-    assert verdict.nearest == "near"
-    assert verdict.clearance == pytest.approx(6.0 - (CAR.length + 4.6) / 2)
-    alone = truth(obstacles).judge(ego(7.0, 0), traffic(), 0.0)
+    cars = road_users(("far", 40.0, 0.0, 0.0), ("near", -6.0, 0.0, 0.0))
+    found = monitor(obstacles).check(ego(0, 0), cars, 0.0)
+    assert found.nearest == "near"
+    assert found.clearance == pytest.approx(6.0 - (CAR.length + 4.6) / 2)
+    alone = monitor(obstacles).check(ego(7.0, 0), road_users(), 0.0)
     assert alone.nearest == "disc"
     assert alone.clearance == pytest.approx(5.0 - 1.0 - CAR.length / 2)
 
 
 def test_an_empty_world_has_no_nearest():
-    verdict = truth().judge(ego(0, 0), traffic(), 0.0)
-    assert (verdict.contacts, verdict.nearest) == ((), None)
-    assert verdict.clearance == math.inf
+    found = monitor().check(ego(0, 0), road_users(), 0.0)
+    assert (found.contacts, found.nearest) == ((), None)
+    assert found.clearance == math.inf
 
 
 def test_a_static_body_is_touched_by_its_margin():
     obstacles = Obstacles(("disc",), [10.0], [0.0], [0.0], [0.0], [0.0], [1.0])
     gap = 10.0 - 1.0 - CAR.length / 2
-    assert truth(obstacles).judge(ego(gap - 0.01, 0), traffic(), 0).contacts == ()
-    assert truth(obstacles).judge(ego(gap + 0.01, 0), traffic(), 0).contacts == (
+    assert monitor(obstacles).check(ego(gap - 0.01, 0), road_users(), 0).contacts == ()
+    assert monitor(obstacles).check(ego(gap + 0.01, 0), road_users(), 0).contacts == (
         "disc",
     )
 
@@ -145,8 +142,8 @@ def test_a_static_body_is_touched_by_its_margin():
 @given(st.floats(-5.0, 5.0), st.floats(-1.5, 1.5))
 def test_off_road_depth_on_a_straight_road(l, heading):
     reach = abs(CAR.length / 2 * math.sin(heading)) + CAR.width / 2 * math.cos(heading)
-    verdict = truth().judge(ego(100.0, l, heading), traffic(), 100.0)
-    assert verdict.off_road == pytest.approx(max(abs(l) + reach - 5.0, 0.0), abs=1e-9)
+    found = monitor().check(ego(100.0, l, heading), road_users(), 100.0)
+    assert found.off_road == pytest.approx(max(abs(l) + reach - 5.0, 0.0), abs=1e-9)
 
 
 def test_off_road_depth_inside_a_bend_is_that_of_the_side_s_middle():
@@ -154,9 +151,9 @@ def test_off_road_depth_inside_a_bend_is_that_of_the_side_s_middle():
     path = ReferencePath.from_segments([arc(60.0, 1.0 / radius)])
     centre, turn = radius - 2.5, 30.0 / radius
     state = ego(centre * math.sin(turn), radius - centre * math.cos(turn), turn)
-    verdict = truth(None, path, half_width).judge(state, traffic(), 30.0)
+    found = monitor(None, path, half_width).check(state, road_users(), 30.0)
     inner = centre - CAR.width / 2
-    assert verdict.off_road == pytest.approx(radius - half_width - inner, abs=1e-6)
+    assert found.off_road == pytest.approx(radius - half_width - inner, abs=1e-6)
 
 
 @pytest.mark.sumo
@@ -168,7 +165,7 @@ def test_off_road_depth_inside_a_bend_is_that_of_the_side_s_middle():
         (1.9, 0.0, False),  # 5 cm of air
     ],
 )
-def test_sumo_misses_what_truth_sees(straight, offset, heading, touches):
+def test_sumo_misses_what_the_monitor_sees(straight, offset, heading, touches):
     stopped = (
         '<vehicle id="stopped" type="car" route="own" depart="0" departLane="2" '
         'departPos="200" departSpeed="0"><stop lane="own_2" endPos="200.5" '
@@ -176,13 +173,13 @@ def test_sumo_misses_what_truth_sees(straight, offset, heading, touches):
     )
     world = straight(stopped, ghost=False)
     world.enter()
-    judge = Truth(CAR, world.path, world.road, world.obstacles)
+    watching = CollisionMonitor(world.road, CAR)
     seen = set()
     for _ in range(20):
         traffic_now = world.observe()
-        x, y = float(traffic_now.x[0]), float(traffic_now.y[0])
+        x, y = float(traffic_now.vehicles.x[0]), float(traffic_now.vehicles.y[0])
         beside = replace(ego(x, y - offset, heading), speed=0.0)
-        seen.update(judge.judge(beside, traffic_now, x + 100.0).contacts)
+        seen.update(watching.check(beside, traffic_now.vehicles, x + 100.0).contacts)
         world.advance(beside)
     assert seen == ({"stopped"} if touches else set())
     assert world.reported_collisions == 0

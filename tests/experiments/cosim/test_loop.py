@@ -8,17 +8,21 @@ import numpy as np
 import pytest
 
 from experiments.cosim.kinematic_world import (
-    KinematicSettings,
     KinematicWorld,
-    ScriptedSignal,
     ScriptedVehicle,
-    constant_road,
+    constant_bounds,
 )
-from experiments.cosim.loop import LoopSettings, run_loop
+from experiments.cosim.loop import EpisodeOptions, run_loop
 from experiments.cosim.plant import PerfectTracking
-from experiments.cosim.records import EpisodeStatus, StepRecord
-from experiments.cosim.sumo.obstacle_vehicles import PlacedBody, obstacles_on_path
+from experiments.cosim.records import (
+    EpisodeStatus,
+    Signal,
+    StepRecord,
+    TrafficState,
+)
+from experiments.cosim.road import EgoTask, Road, Start
 from experiments.errors import SimulationError
+from experiments.world_setup.bodies_on_road import PlacedBody, obstacles_on_path
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import line
@@ -70,22 +74,49 @@ class Scripted:
         return PlanResult(PlanStatus.OK, trajectory, len(self.scenes), self.stats)
 
 
-def world(**changes) -> KinematicWorld:
-    path = changes.pop("path", PATH)
-    given = {"path": path, "road": constant_road(path, 5.0), "start_speed": 8.0}
-    return KinematicWorld(KinematicSettings(**(given | changes)))
+def world(*vehicles: ScriptedVehicle, l: float = 0.0, obstacles=None, kind=None):
+    return (kind or KinematicWorld)(road(obstacles), task(l=l), vehicles)
 
 
-def run(a_world, planner, **changes):
-    given = {"vehicle": CAR, "target_speed": 8.0, "goal_s": 60.0, "duration": 30.0}
+def road(obstacles=None) -> Road:
+    bounds = constant_bounds(PATH, 5.0)
+    return Road(PATH, bounds, obstacles=obstacles or Obstacles.none())
+
+
+def task(goal: float = 60.0, l: float = 0.0) -> EgoTask:
+    return EgoTask(CAR, goal, 8.0, Start(l=l))
+
+
+def run(a_world, planner, *, goal: float = 60.0, **changes):
     records: list[StepRecord] = []
-    settings = LoopSettings(**(given | changes))
-    ending = run_loop(a_world, planner, PerfectTracking(), settings, records.append)
+    options = EpisodeOptions(**({"duration": 30.0} | changes))
+    ending = run_loop(
+        a_world, planner, PerfectTracking(), task(goal), options, records.append
+    )
     return ending, records
 
 
+class AtRed(KinematicWorld):
+    """A light at 40 m: green for 1 s, yellow for 1 s, red for 15 s, and again."""
+
+    def observe(self) -> TrafficState:
+        now = super().observe()
+        phase = math.fmod(now.time, 17.0)
+        letter = "G" if phase < 1.0 else "y" if phase < 2.0 else "r"
+        return replace(now, signals=(Signal("light", 40.0, letter),))
+
+
+class Jumps(KinematicWorld):
+    """Its vehicles jump back by 90 m after 1 s."""
+
+    def advance(self, ego):
+        if self._steps == 10:
+            self._s = self._s - 90.0
+        return super().advance(ego)
+
+
 def test_arrives_and_records_every_step():
-    ending, records = run(world(), Scripted(), goal_s=59.9)
+    ending, records = run(world(), Scripted(), goal=59.9)
     assert ending.status is EpisodeStatus.ARRIVED
     steps = math.ceil(59.9 / 0.8)
     assert [r.index for r in records] == list(range(steps + 1))
@@ -99,9 +130,9 @@ def test_arrives_and_records_every_step():
 
 def test_memory_and_scene_go_to_the_planner():
     planner = Scripted()
-    cars = (ScriptedVehicle("car", 90.0, 3.0, 4.0),)
+    car = ScriptedVehicle("car", 90.0, 3.0, 4.0)
     bodies = obstacles_on_path(PATH, [PlacedBody("disc", 120.0, -4.0, radius=0.5)])
-    run(world(vehicles=cars, obstacles=bodies), planner, horizon=3.0)
+    run(world(car, obstacles=bodies), planner, horizon=3.0)
     assert planner.memories == [None, *range(1, len(planner.memories))]
     scene = planner.scenes[10]
     assert scene.time == pytest.approx(1.0)
@@ -113,8 +144,7 @@ def test_memory_and_scene_go_to_the_planner():
 
 
 def test_a_collision_ends_the_episode_and_names_the_body():
-    cars = (ScriptedVehicle("car", 40.0, 0.0, 0.0),)
-    ending, records = run(world(vehicles=cars), Scripted())
+    ending, records = run(world(ScriptedVehicle("car", 40.0, 0.0, 0.0)), Scripted())
     assert ending.status is EpisodeStatus.COLLISION
     assert "car" in ending.reason
     assert records[-1].contacts == ("car",)
@@ -125,20 +155,21 @@ def test_a_collision_ends_the_episode_and_names_the_body():
 
 
 def test_a_car_that_jumps_through_the_ego_is_a_collision():
-    cars = (ScriptedVehicle("car", 60.0, 0.0, 0.0, speed_changes=((1.0, -900.0),)),)
-    ending, _ = run(world(vehicles=cars), Scripted(speed=0.0))
+    car = ScriptedVehicle("car", 60.0, 0.0, 0.0)
+    ending, records = run(world(car, kind=Jumps), Scripted(speed=0.0))
     assert ending.status is EpisodeStatus.COLLISION
+    assert records[-1].clearance > 10.0
 
 
 def test_a_body_over_the_road_s_edge_costs_the_arrival():
     start = 5.0 - CAR.width / 2.0
     drifting = Scripted(drift=0.05)
-    ending, records = run(world(start_offset=start - 0.2), drifting)
+    ending, records = run(world(l=start - 0.2), drifting)
     assert ending.status is EpisodeStatus.OFF_ROAD
     over = [r for r in records if r.off_road > 0.01]
     assert len(records) > len(over) > 10
     assert f"in {len(over)} steps" in ending.reason
-    inside, _ = run(world(start_offset=start - 0.05), Scripted())
+    inside, _ = run(world(l=start - 0.05), Scripted())
     assert inside.status is EpisodeStatus.ARRIVED
 
 
@@ -183,14 +214,12 @@ def test_a_stuck_ego_is_blocked_with_its_reason():
 
 
 def test_waiting_at_a_red_light_is_not_being_blocked():
-    light = ScriptedSignal("light", 40.0, ((1.0, "G"), (1.0, "y"), (15.0, "r")))
-
     def obey(scene: Scene) -> float:
         lines = [s for s in scene.stop_lines if s - scene.ego_frenet.s < 8.0]
         return 0.0 if lines else 8.0
 
     planner = Scripted(obey, stats=PlanStats("waits"))
-    ending, records = run(world(signals=(light,)), planner, blocked_after=5.0)
+    ending, records = run(world(kind=AtRed), planner, blocked_after=5.0)
     assert ending.status is EpisodeStatus.ARRIVED
     assert sum(r.ego.speed < 0.1 for r in records) > 80
     assert {r.stop_lines for r in records} == {(), (40.0,)}
@@ -282,9 +311,7 @@ class FailingWorld(KinematicWorld):
 
 @pytest.mark.parametrize(("where", "n"), [("enter", 0), ("observe", 3), ("advance", 4)])
 def test_a_failed_simulator_is_an_ending(where, n):
-    failing = FailingWorld(
-        KinematicSettings(PATH, constant_road(PATH, 5.0), start_speed=8.0)
-    )
+    failing = FailingWorld(road(), task())
     failing.failing = where
     ending, records = run(failing, Scripted())
     assert ending.status is EpisodeStatus.SIMULATOR_FAILED
@@ -297,9 +324,8 @@ def test_bugs_of_our_own_come_out():
         def observe(self):
             raise KeyError("ours")
 
-    buggy = Buggy(KinematicSettings(PATH, constant_road(PATH, 5.0), start_speed=8.0))
     with pytest.raises(KeyError, match="ours"):
-        run(buggy, Scripted())
+        run(world(kind=Buggy), Scripted())
 
 
 def test_the_loop_does_not_touch_what_it_was_given():
@@ -316,9 +342,8 @@ def digest(records: list[StepRecord]) -> str:
     for r in records:
         hashed.update(repr((r.ego, r.ego_frenet, r.stop_lines, r.contacts)).encode())
         hashed.update(repr((r.clearance, r.nearest, r.off_road)).encode())
-        hashed.update(json.dumps(r.traffic.ids).encode())
-        for name in ("x", "y", "heading", "speed", "acceleration"):
-            hashed.update(getattr(r.traffic, name).tobytes())
+        hashed.update(json.dumps(r.traffic.vehicles.ids).encode())
+        hashed.update(r.traffic.vehicles.table.tobytes())
         hashed.update(repr(r.traffic.ghost).encode())
     return hashed.hexdigest()
 
@@ -346,13 +371,13 @@ def test_a_sumo_episode_is_repeatable_and_its_rear_car_reacts(straight):
     runs = []
     for _ in range(2):
         sumo = straight(rear, start_s=70.0, start_speed=9.0)
-        ending, records = run(sumo, ChangesLanes(), goal_s=250.0)
+        ending, records = run(sumo, ChangesLanes(), goal=250.0)
         sumo.close()
         runs.append((ending, digest(records), sumo.reported_collisions))
     assert runs[0] == runs[1]
     assert runs[0][0].status is EpisodeStatus.ARRIVED
     assert runs[0][2] == 0
-    speeds = [float(r.traffic.speed[0]) for r in records]
+    speeds = [float(r.traffic.vehicles.speed[0]) for r in records]
     assert max(speeds) > 12.0
     assert speeds[-1] < 9.5
     assert any(r.traffic.ghost is not None for r in records)
@@ -360,5 +385,5 @@ def test_a_sumo_episode_is_repeatable_and_its_rear_car_reacts(straight):
 
 
 def test_settings_are_values():
-    settings = LoopSettings(CAR, 8.0, 60.0)
-    assert replace(settings, goal_s=60.0) == settings
+    assert replace(task(), goal=60.0) == task()
+    assert replace(EpisodeOptions(), duration=90.0) == EpisodeOptions()

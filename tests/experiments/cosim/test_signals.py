@@ -7,13 +7,10 @@ from experiments.cosim.signals import OVERSHOOT, closed_stop_lines
 from planner.vehicle import VehicleLimits
 
 LIMITS = VehicleLimits(emergency_deceleration=8.0)
-COMFORTABLE = 3.0
 
 
 def closed(state: str, stop_s: float, front_s: float, speed: float) -> bool:
-    lines = closed_stop_lines(
-        [Signal("light", stop_s, state)], front_s, speed, LIMITS, COMFORTABLE
-    )
+    lines = closed_stop_lines([Signal("light", stop_s, state)], front_s, speed, LIMITS)
     assert lines in ((), (stop_s,))
     return bool(lines)
 
@@ -59,4 +56,4 @@ def test_red_holds_whenever_yellow_does(front_s, speed):
 
 def test_lines_come_in_the_order_of_travel():
     lights = [Signal("b", 80.0, "r"), Signal("a", 40.0, "y"), Signal("c", 60.0, "G")]
-    assert closed_stop_lines(lights, 0.0, 5.0, LIMITS, COMFORTABLE) == (40.0, 80.0)
+    assert closed_stop_lines(lights, 0.0, 5.0, LIMITS) == (40.0, 80.0)

@@ -12,8 +12,9 @@ import pytest
 
 from experiments.config.scenario import Simulation
 from experiments.config.scenario_file import load_scenario
-from experiments.episode.run import PREDICTORS, run_episode
+from experiments.episode.run import run_episode
 from experiments.world_setup.layout import make_layout
+from planner.prediction import PREDICTORS
 
 DONE = {"light": 0.98, "medium": 0.95, "dense": 0.85}  # least share of arrivals
 HARD = 3.0  # braking that nobody likes to be made to do [m/s²]
@@ -149,13 +150,13 @@ def test_a_kinematic_road_has_the_lanes_that_it_says(tmp_path):
         "road:\n  segments: [[line, 100]]\n  half_width_m: 6\n"
         "  lanes: {count: 3, width_m: 3.5}\n"
     )
-    lanes = make_layout(load_scenario(str(file))).lanes
+    lanes = make_layout(load_scenario(str(file))).road.lanes
     for s in (0.0, 60.0):
         centres, widths = lanes.at(s)
         assert centres.tolist() == [-3.5, 0.0, 3.5]
         assert widths.tolist() == [3.5, 3.5, 3.5]
     bare = load_scenario(str(file), overrides=("road.lanes=null",))
-    assert make_layout(bare).lanes.at(0.0)[0].size == 0
+    assert make_layout(bare).road.lanes.at(0.0)[0].size == 0
 
 
 def test_a_lane_change_in_the_kinematic_world(tmp_path):
@@ -185,7 +186,7 @@ def test_a_lane_change_in_the_kinematic_world(tmp_path):
     ],
 )
 def test_the_scene_knows_the_lanes(name, centres):
-    lanes = make_layout(load_scenario(name)).lanes
+    lanes = make_layout(load_scenario(name)).road.lanes
     for s in (10.0, 150.0, 290.0):
         found, widths = lanes.at(s)
         assert found == pytest.approx(centres, abs=0.15)

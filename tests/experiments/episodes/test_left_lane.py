@@ -6,12 +6,13 @@ from dataclasses import replace
 import pytest
 
 from experiments.config.scenario_file import load_scenario
-from experiments.cosim.scene_builder import state_on_path
+from experiments.cosim.road import EgoTask, Start
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo import ghost_vehicle as ghost
 from experiments.cosim.sumo.settings import SumoSettings
 from experiments.cosim.sumo.world import SumoWorld
 from experiments.world_setup.layout import make_layout
+from planner.reference_path.frenet import state_on_path
 from planner.vehicle import Vehicle
 from tests.experiments.cosim.conftest import CALM, EGO, quintic
 
@@ -34,9 +35,9 @@ def hardest_braking(world: SumoWorld, states) -> float:
     for state in states:
         world.advance(state)
         traffic = world.observe()
-        assert traffic.ids == ("passed",)
-        hardest = min(hardest, float(traffic.acceleration[0]))
-        dx, dy = traffic.x[0] - state.x, traffic.y[0] - state.y
+        assert traffic.vehicles.ids == ("passed",)
+        hardest = min(hardest, float(traffic.vehicles.acceleration[0]))
+        dx, dy = traffic.vehicles.x[0] - state.x, traffic.vehicles.y[0] - state.y
         ahead.append(dx * math.cos(state.heading) + dy * math.sin(state.heading))
     world.close()
     assert ahead[0] > 20.0  # it was ahead and has been passed
@@ -56,7 +57,7 @@ def test_a_car_in_the_left_lane_is_passed_in_peace(
             start_speed=13.0,
             start_s=50.0,
         )
-        start = state_on_path(world.path, 50.0, 0.0, 13.0)
+        start = state_on_path(world.road.path, 50.0, 0.0, 13.0)
         return hardest_braking(
             world, (lane_change(start, 0.1 * k, duration=duration) for k in range(180))
         )
@@ -87,7 +88,7 @@ def test_the_car_behind_and_the_ego_itself_notice_nothing(
             front = frames.front_from_rear_axle(state, CAR)[:2]
             assert libsumo.vehicle.getPosition("ego") == pytest.approx(front, abs=1e-9)
             assert libsumo.vehicle.getSpeed("ego") == 11.0
-            seen.append(float(world.observe().speed[0]))
+            seen.append(float(world.observe().vehicles.speed[0]))
         world.close()
         return seen
 
@@ -115,11 +116,8 @@ def bend(tmp_path):
             net.network.net_file,
             file,
             net.network.route,
-            net.path,
             net.road,
-            CAR,
-            start_s=380.0,
-            start_speed=13.0,
+            EgoTask(CAR, net.road.path.length, 13.0, Start(380.0, 0.0, 13.0)),
             warm_up=0.0,
         )
     )
@@ -134,7 +132,7 @@ def test_an_edge_may_end_while_the_ego_is_over_the_line(bend, share):
     def state(t: float):
         begin = crossing - share * duration
         l, later = (3.5 * quintic(t + h, begin, duration) for h in (0.0, 1e-4))
-        place = state_on_path(bend.path, 380.0 + speed * t, l, speed)
+        place = state_on_path(bend.road.path, 380.0 + speed * t, l, speed)
         turn = math.atan2(later - l, speed * 1e-4)
         return replace(place, heading=place.heading + turn)
 

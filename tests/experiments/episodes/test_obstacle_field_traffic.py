@@ -6,7 +6,7 @@ from experiments.config.scenario_file import load_scenario
 from experiments.cosim.sumo.lanes import all_lanes
 from experiments.cosim.sumo.obstacle_vehicles import ID_PREFIX, place, twins
 from experiments.world_setup.layout import make_layout
-from experiments.world_setup.world import make_demand
+from experiments.world_setup.traffic import make_demand
 from sumo_nets.demand import write_demand
 
 libsumo = pytest.importorskip("libsumo")
@@ -30,7 +30,7 @@ def through(tmp_path, *overrides):
     command += ["--step-length", "0.1", "--time-to-teleport", "-1", "--no-step-log"]
     libsumo.start([*map(str, command), "--lanechange.duration", "2.5", "--no-warnings"])
     try:
-        place(libsumo, twins(layout.obstacles, all_lanes(libsumo)), "ego")
+        place(libsumo, twins(layout.road.obstacles, all_lanes(libsumo)), "ego")
         arrived = []
         for _ in range(4000):
             libsumo.simulationStep()

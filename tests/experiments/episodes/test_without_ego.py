@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from experiments.config.scenario_file import load_scenario
-from experiments.cosim.records import TrafficState
 from experiments.episode.run import WITHOUT_EGO_FILE, run_episode
 from experiments.metrics.without_ego import Cost, costs
 from experiments.trace.files import read_trace
 from experiments.trace.recording import vehicle_table
 from experiments.trace.schema import Table, Trace, trace_hash
 from planner.states import CartesianState
-from tests.experiments.traces import STEP, STRAIGHT, record, trace_of
+from tests.experiments.traces import STEP, STRAIGHT, record, trace_of, traffic
 
 N = 101  # 10 s
 FREE = 100.0 + 20.0 * STEP * np.arange(N)  # places of a free car [m]
@@ -36,10 +35,7 @@ def trace(ways) -> Trace:
 def table(ways) -> Table:
     moments = []
     for k, cars in enumerate(zip(*ways, strict=True)):
-        rows = np.array([one[1:] for one in cars], float).reshape(-1, 5).T
-        size = np.ones(len(cars))
-        ids = tuple(one[0] for one in cars)
-        moments.append((k, TrafficState(k * STEP, ids, *rows, 4 * size, 2 * size)))
+        moments.append((k, traffic(k * STEP, cars)))
     return vehicle_table(STRAIGHT, moments)
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from experiments.cosim.sumo.obstacle_vehicles import PlacedBody, obstacles_on_path
 from experiments.metrics.lane_change import (
     blockage,
     changed_before_blockage,
@@ -11,6 +10,7 @@ from experiments.metrics.lane_change import (
     lane_change_time,
 )
 from experiments.trace.schema import Trace
+from experiments.world_setup.bodies_on_road import PlacedBody, obstacles_on_path
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc
 from planner.states import CartesianState

@@ -1,6 +1,7 @@
 """The contract of a user's planner."""
 
 import math
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,14 @@ from experiments.planners.contract_check import (
     PlannerContractError,
     checked,
 )
-from planner.interface import KEPT, Alternative, PlanResult, PlanStats, PlanStatus
+from planner.interface import (
+    KEPT,
+    Alternative,
+    PlanResult,
+    PlanStats,
+    PlanStatus,
+    SpeedGraph,
+)
 
 OK = PlanStatus.OK
 
@@ -69,6 +77,53 @@ def test_a_mistake_in_the_alternatives_costs_only_the_picture(give, caplog):
     passed = checked(PlanResult(OK, None, None, alternatives=give))
     assert passed.alternatives() == ()
     assert "cannot be drawn" in caplog.text
+
+
+GRAPH = SpeedGraph([0, 1, 2], [0, 5, 10], ("car",), ["before"], [[1, 2, 3]], [[4] * 3])
+
+
+def test_every_field_of_a_result_survives():
+    given = PlanResult(OK, None, "memory", PlanStats("a"), tuple, lambda: GRAPH)
+    passed = checked(given)
+    empty = [f.name for f in fields(passed) if getattr(passed, f.name) is None]
+    assert empty == ["trajectory"]
+
+
+def test_an_s_t_graph_is_made_plain_when_it_is_asked_for():
+    asked = []
+
+    def give():
+        asked.append(1)
+        return GRAPH
+
+    passed = checked(PlanResult(OK, None, None, speed_graph=give))
+    assert asked == []
+    graph = passed.speed_graph()
+    assert (graph.ids, graph.sides) == (("car",), ("before",))
+    assert graph.distance.tolist() == [0.0, 5.0, 10.0]
+    assert graph.lower.shape == graph.upper.shape == (1, 3)
+    assert graph.t.dtype == graph.upper.dtype == float
+
+
+@pytest.mark.parametrize(
+    "give",
+    [
+        lambda: 1 / 0,
+        lambda: "no graph",
+        lambda: replace(GRAPH, t=[0.0], distance=[0.0]),
+        lambda: replace(GRAPH, distance=[0.0]),
+        lambda: replace(GRAPH, lower=[1, 2, 3]),
+        lambda: replace(GRAPH, sides=()),
+    ],
+)
+def test_a_mistake_in_the_s_t_graph_costs_only_the_picture(give, caplog):
+    assert checked(PlanResult(OK, None, None, speed_graph=give)).speed_graph() is None
+    assert "cannot be drawn" in caplog.text
+
+
+def test_the_s_t_graph_must_be_a_function():
+    with pytest.raises(PlannerContractError, match="speed_graph is SpeedGraph"):
+        checked(PlanResult(OK, None, None, speed_graph=GRAPH))
 
 
 def test_alternatives_must_be_a_function():

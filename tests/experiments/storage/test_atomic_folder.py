@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from experiments.errors import ResultsError
-from experiments.storage.atomic_folder import remove_unfinished, whole_folder
+from experiments.storage.atomic_folder import atomic_folder, remove_unfinished
 
 
 def names(folder: Path) -> list[str]:
@@ -14,7 +14,7 @@ def names(folder: Path) -> list[str]:
 
 def test_complete_or_not_at_all(tmp_path):
     target = tmp_path / "runs" / "one"
-    with whole_folder(target) as folder:
+    with atomic_folder(target) as folder:
         (folder / "a").write_text("1")
         assert not target.exists()
         assert folder.parent == target.parent, "rename must not cross file systems"
@@ -25,7 +25,7 @@ def test_complete_or_not_at_all(tmp_path):
 def test_replaced_as_a_whole(tmp_path):
     target = tmp_path / "one"
     for name in ("old", "new"):
-        with whole_folder(target) as folder:
+        with atomic_folder(target) as folder:
             (folder / name).touch()
     assert names(target) == ["new"]
     assert names(tmp_path) == ["one"]
@@ -36,10 +36,10 @@ def test_replaced_as_a_whole(tmp_path):
 )
 def test_failure_leaves_the_old_and_nothing_new(tmp_path, error):
     target = tmp_path / "one"
-    with whole_folder(target) as folder:
+    with atomic_folder(target) as folder:
         (folder / "old").touch()
     kinds = (type(error), ResultsError)
-    with pytest.raises(kinds), whole_folder(target) as folder:  # noqa: PT012
+    with pytest.raises(kinds), atomic_folder(target) as folder:  # noqa: PT012
         (folder / "new").touch()
         raise error
     assert names(target) == ["old"]
@@ -48,7 +48,7 @@ def test_failure_leaves_the_old_and_nothing_new(tmp_path, error):
 
 def test_failed_rename_brings_the_old_back(tmp_path, monkeypatch):
     target = tmp_path / "one"
-    with whole_folder(target) as folder:
+    with atomic_folder(target) as folder:
         (folder / "old").touch()
     rename = Path.rename
 
@@ -60,7 +60,7 @@ def test_failed_rename_brings_the_old_back(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "rename", failing)
     with (
         pytest.raises(ResultsError, match="No space left"),
-        whole_folder(target) as new,
+        atomic_folder(target) as new,
     ):
         (new / "new").touch()
     assert names(target) == ["old"]
@@ -71,7 +71,7 @@ def test_no_place(tmp_path):
     (tmp_path / "file").touch()
     with (
         pytest.raises(ResultsError, match="file"),
-        whole_folder(tmp_path / "file" / "a"),
+        atomic_folder(tmp_path / "file" / "a"),
     ):
         pytest.fail("must not come here")
 
@@ -88,7 +88,7 @@ def test_what_a_dead_process_left_is_removed(tmp_path):
 def test_full_disk(tiny_disk):
     with (
         pytest.raises(ResultsError, match="No space left on device"),
-        whole_folder(tiny_disk / "run") as folder,
+        atomic_folder(tiny_disk / "run") as folder,
     ):
         (folder / "big").write_bytes(bytes(200_000))
     assert names(tiny_disk) == []
@@ -99,6 +99,6 @@ def test_a_file_in_the_place_of_the_parent_is_named(tmp_path, inner):
     file = tmp_path / "README.md"
     file.write_text("kept")
     words = r"README\.md: is a file; allowed: a folder$"
-    with pytest.raises(ResultsError, match=words), whole_folder(file / inner):
+    with pytest.raises(ResultsError, match=words), atomic_folder(file / inner):
         pass
     assert file.read_text() == "kept"

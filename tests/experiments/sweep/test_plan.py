@@ -22,6 +22,7 @@ from experiments.episode.identity import run_hashes
 from experiments.errors import ConfigError
 from experiments.sweep.plan import Plan, axis_points
 
+REFERENCE = Path(__file__).parents[3] / "docs/reference/sweep_files.md"
 SWEEP = """\
 name: small
 scenarios: [thesis_straight]
@@ -141,7 +142,7 @@ def test_scenario_files_are_relative_to_the_sweep(tmp_path):
         ("axes: {grid: {ego.goal_m: [many]}}", "ego.goal_m: is the text 'many'"),
         ("axes: {grid: {simulation.seed: [1]}}", "is not for axes; allowed: seeds"),
         ("axes: {grid: {planner.name: [sumo]}}", "is not for axes; allowed: seeds"),
-        ("axes: {grid: {'a..b': [1]}}", "is no key; allowed: key.path"),
+        ("axes: {grid: {'a..b': [1]}}", "is not a key; allowed: key.path"),
         (
             "axes: {grid: {planner.settings.margn: [1.0]}}",
             "planner.settings.margn: unknown key; did you mean margin",
@@ -217,8 +218,8 @@ def test_shipped_sweeps_make_runs(name):
     assert isinstance(sweep, Sweep)
 
 
-def test_example_of_the_readme_makes_runs(tmp_path):
-    text = (SWEEP_FOLDER.parent / "README.md").read_text(encoding="utf-8")
+def test_example_of_the_reference_makes_runs(tmp_path):
+    text = REFERENCE.read_text(encoding="utf-8")
     (example,) = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     file = write(tmp_path, example.replace("my_road.yaml", "lane_change_three"))
     sweep, document = load_sweep(file)
@@ -229,7 +230,7 @@ def test_example_of_the_readme_makes_runs(tmp_path):
 
 
 def test_table_of_shipped_sweeps_counts_their_runs():
-    text = (SWEEP_FOLDER.parent / "README.md").read_text(encoding="utf-8")
+    text = REFERENCE.read_text(encoding="utf-8")
     found = dict(re.findall(r"^\| `(\w+)` \| (\d+) \|", text, re.MULTILINE))
     assert found == {name: str(load_sweep(name)[0].count) for name in sweep_names()}
 

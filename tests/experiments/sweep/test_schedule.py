@@ -16,12 +16,13 @@ import pytest
 import yaml
 
 from experiments.cli.app import app
-from experiments.comparison.results import UNSTEADY_COLUMNS, rebuild, rows
+from experiments.comparison.results import ATTEMPTS, WALL, rebuild, rows
 from experiments.config.scenario_file import CONFIG_FILE, config_text
 from experiments.config.sweep_file import load_sweep
 from experiments.errors import ResultsError
+from experiments.metrics.catalogue import TIMING_COLUMNS
 from experiments.metrics.row import row_without_episode
-from experiments.sweep.execute import drive
+from experiments.sweep.execute import execute_run
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.sequential import SequentialExecutor
 from experiments.sweep.folder import (
@@ -34,9 +35,11 @@ from experiments.sweep.plan import Plan
 from experiments.sweep.schedule import drive_missing, task_of
 from experiments.sweep.task import Failure
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]  # where faulty_planner is
 ROOT = HERE.parent.parent
-TIMEOUT = 15  # of a run that takes 0.1 s: other jobs may have the machine [s]
+UNSTEADY = (*TIMING_COLUMNS, WALL, ATTEMPTS)  # wall clock and retries
+TIMEOUT = 30  # of a run that takes 0.1 s: other jobs may have the machine [s]
+PATIENCE = 300.0  # with whole commands [s]
 ROAD = """\
 name: empty_road
 world: kinematic
@@ -108,7 +111,7 @@ def interruptible():
 
 def rearview(*arguments: object) -> subprocess.CompletedProcess:
     process = start(*arguments)
-    out, err = process.communicate(timeout=180)
+    out, err = process.communicate(timeout=2 * PATIENCE)
     return subprocess.CompletedProcess(arguments, process.returncode, out, err)
 
 
@@ -123,7 +126,7 @@ def last_words(stderr: str) -> str:
 def steady(folder: Path) -> list[dict]:
     """Give the rows without what differs from call to call."""
     return [
-        {key: value for key, value in row.items() if key not in UNSTEADY_COLUMNS}
+        {key: value for key, value in row.items() if key not in UNSTEADY}
         for row in rows(folder)
     ]
 
@@ -136,7 +139,7 @@ def test_sweep_resume_rerun(tmp_path):
     assert "light: 5 runs\n" in done.stdout
     assert len(finished(out)) == 2
     done = rearview("sweep", sweep, "--out", out, "--workers", "2")
-    assert "5 runs, 2 of them are there" in done.stdout
+    assert "5 runs, 2 of them finished" in done.stdout
     assert "2 arrived, 1 planner_failed" in done.stdout
     found = rows(out)
     assert [row["status"] for row in found] == [
@@ -209,7 +212,7 @@ def test_two_sweeps_in_one_folder(tmp_path, refusal):
         lock.flush()
         fcntl.flock(lock, fcntl.LOCK_EX)
         message = refusal("sweep", write_sweep(tmp_path, 2), "--out", out)
-    assert "another sweep is at work in it (process 7 on there)" in message
+    assert "in use by another sweep (process 7 on there)" in message
     assert list(run_folders(out)) == []
 
 
@@ -261,9 +264,9 @@ def test_other_code_and_other_sweep_are_refused(tmp_path, refusal):
     [
         (("sweep", "smok"), "smok: no such sweep; did you mean smoke?"),
         (("sweep", "smoke", "--workers", "2", "--cluster", "tcp://x:1"), "--workers"),
-        (("results", "nowhere"), "nowhere: is no folder of a sweep"),
-        (("compare", "nowhere", "--baseline", "a"), "is no folder of a sweep"),
-        (("rerun", "nowhere", "a"), "is no folder of a sweep"),
+        (("results", "nowhere"), "nowhere: is not the folder of a sweep"),
+        (("compare", "nowhere", "--baseline", "a"), "is not the folder of a sweep"),
+        (("rerun", "nowhere", "a"), "is not the folder of a sweep"),
     ],
 )
 def test_bad_words_are_one_line(arguments, message, refusal):
@@ -284,9 +287,9 @@ def test_faults_cost_one_run_each(tmp_path):
     assert "SIGSEGV" in failed["segfault"]["reason"]
     assert failed["segfault"]["exit_code"] == -signal.SIGSEGV
     assert failed["hang"]["failure"] == "wall_clock"
-    assert failed["hang"]["reason"] == f"took longer than {TIMEOUT} s of wall clock"
+    assert failed["hang"]["reason"] == f"exceeded {TIMEOUT} s of wall clock"
     assert failed["memory"]["failure"] == "memory"
-    assert failed["memory"]["reason"] == "took more than 900 MB of memory"
+    assert failed["memory"]["reason"] == "exceeded 900 MB of memory"
     assert failed["raise"]["failure"] is None
     assert failed["raise"]["status"] == "planner_failed"
     assert failed["hang"]["collisions"] is None  # unknown, not 0
@@ -295,7 +298,7 @@ def test_faults_cost_one_run_each(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ["segfault", "hang", "raise", "memory", "leave"])
 def test_fault_in_the_very_first_run(tmp_path, fault):
-    """The run that the estimate is made of: it costs its row, not the sweep."""
+    """A fault of the run that the estimate is made of costs its row, not the sweep."""
     sweep = write_sweep(tmp_path, 3, {0: fault}, memory_mb=700)
     out = tmp_path / "out"
     done = rearview("sweep", sweep, "--out", out, "--workers", "1")
@@ -351,10 +354,10 @@ def test_interrupt_stops_cleanly_and_says_how_to_go_on(tmp_path, number, workers
     process = start("sweep", sweep, "--out", out, "--workers", workers)
     wait_for(out, 10, process)
     os.killpg(process.pid, number)  # as a terminal does
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     again = f"rearview sweep {tmp_path}/light.yaml --out {out} --workers {workers}"
-    assert last_words(err).endswith(f"go on with: {again}")
+    assert last_words(err).endswith(f"resume with: {again}")
     assert len(rows(out)) == len(finished(out)) >= 10
     assert all(row["arrived"] for row in rows(out))
     assert not list((out / "runs").glob("*/.unfinished-*"))
@@ -369,7 +372,7 @@ def test_full_disk_is_a_clear_stop(tmp_path, tiny_disk):
     assert done.returncode == 2
     message = last_words(done.stderr)
     assert "No space left on device" in message
-    assert message.endswith("the same command goes on")
+    assert message.endswith("the same command resumes")
     there = list(run_folders(out))
     assert 0 < len(there) < 200
     for run in there:
@@ -398,10 +401,8 @@ def test_invalid_run_is_a_row(tmp_path):
 @pytest.mark.slow
 def test_shipped_smoke_sweep(tmp_path):
     """What continuous integration has of the real planners and of SUMO in sweeps."""
-    began = time.monotonic()
     done = rearview("sweep", "smoke", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    assert time.monotonic() - began < 120.0
     found = rows(tmp_path / "out")
     assert len(found) == 24
     assert all(row["arrived"] for row in found), found
@@ -417,17 +418,17 @@ def test_interrupt_and_lost_dask_worker_cost_no_run(tmp_path):
         process = start("sweep", sweep, "--out", out, "--cluster", address)
         wait_for(out, 10, process)
         process.terminate()  # the workers must be free again afterwards
-        process.communicate(timeout=30)
+        process.communicate(timeout=PATIENCE)
         assert process.returncode == 130
         process = start("sweep", sweep, "--out", out, "--cluster", address)
         wait_for(out, 40, process)
         workers = [p for p in psutil.Process(cluster.pid).children() if is_worker(p)]
         workers[0].kill()
-        _, err = process.communicate(timeout=120)
+        _, err = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0, err
     finally:
         cluster.terminate()
-        cluster.communicate(timeout=30)
+        cluster.communicate(timeout=PATIENCE)
     assert [row["status"] for row in rows(out)] == ["arrived"] * 150
 
 
@@ -442,11 +443,11 @@ def test_lost_scheduler_is_a_clear_stop(tmp_path):
         wait_for(out, 10, process)
     finally:
         os.killpg(cluster.pid, signal.SIGKILL)
-        cluster.communicate(timeout=30)
-    _, err = process.communicate(timeout=120)
+        cluster.communicate(timeout=PATIENCE)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 2
     assert err.splitlines()[-1].endswith(
-        "the scheduler is lost; the same command goes on with what is missing"
+        "the scheduler is lost; the same command resumes the sweep"
     )
     assert len(rows(out)) == len(finished(out)) >= 10
 
@@ -467,7 +468,7 @@ def test_dask_gives_the_same_rows(tmp_path):
         assert done.returncode == 0, done.stderr
     finally:
         cluster.terminate()
-        cluster.communicate(timeout=30)
+        cluster.communicate(timeout=PATIENCE)
     assert rearview("sweep", sweep, "--out", tmp_path / "p").returncode == 0
     assert steady(tmp_path / "d") == steady(tmp_path / "p")
 
@@ -478,9 +479,9 @@ def test_dask_gives_the_same_rows(tmp_path):
     [
         ("tcp://127.0.0.1:1", "no dask scheduler answers there"),
         ("tcp://no.such.host:8786", "no dask scheduler answers there"),
-        ("nonsense", "is no address"),
-        ("tcp://", "is no address"),
-        ("tcp://127.0.0.1:99999", "is no address"),
+        ("nonsense", "is not an address"),
+        ("tcp://", "is not an address"),
+        ("tcp://127.0.0.1:99999", "is not an address"),
     ],
 )
 def test_wrong_cluster_address_is_one_line(tmp_path, address, words):
@@ -520,9 +521,9 @@ def test_trace_does_not_depend_on_what_ran_before(tmp_path):
 
 @pytest.mark.slow
 def test_nothing_to_do_is_quick(tmp_path, monkeypatch):
-    """A thousand finished runs: under 2 s, here of processor time.
+    """A thousand finished runs take about 2 s of processor time.
 
-    Half a second more is for a machine that others work on too: it computes slower.
+    Twice that is allowed: a machine with other jobs computes slower.
     """
     monkeypatch.chdir(HERE)
     out = tmp_path / "out"
@@ -530,7 +531,7 @@ def test_nothing_to_do_is_quick(tmp_path, monkeypatch):
     pretend(sweep, out)
     done = rearview("sweep", sweep, "--out", out)  # compiles byte code, draws the page
     assert done.returncode == 0, done.stderr
-    assert "light: 1000 runs, 1000 of them are there" in done.stdout
+    assert "light: 1000 runs, 1000 of them finished" in done.stdout
     taken = []
     for _ in range(3):
         before = os.times()
@@ -538,7 +539,7 @@ def test_nothing_to_do_is_quick(tmp_path, monkeypatch):
         after = os.times()
         user = after.children_user - before.children_user
         taken.append(user + after.children_system - before.children_system)
-    assert min(taken) < 2.5
+    assert min(taken) < 4.0
 
 
 def test_stale_results_are_gathered_though_nothing_is_missing(tmp_path, monkeypatch):
@@ -563,7 +564,7 @@ def test_runs_that_are_not_asked_for_are_said(tmp_path, monkeypatch, capsys):
     pretend(write_sweep(tmp_path, 3), out)
     sweep = write_sweep(tmp_path, 2)
     app(["sweep", sweep, "--out", str(out)], standalone_mode=False)
-    words = "light: 2 runs, 2 of them are there; 1 others stay in its results"
+    words = "light: 2 runs, 2 of them finished; 1 other runs stay in its results"
     assert words in capsys.readouterr().out
 
 
@@ -573,7 +574,7 @@ def test_worker_with_other_code_ends_the_sweep(tmp_path, monkeypatch):
     plan = Plan(asked, document)
     task = task_of(next(iter(plan)), asked, tmp_path)
     other = replace(task, facts={**task.facts, "code_hash": "0" * 64})
-    report = drive(other)
+    report = execute_run(other)
     assert (report.failure, report.ends_sweep) == (Failure.OTHER_CODE, True)
     assert not task.folder.exists()
 
@@ -617,7 +618,7 @@ def test_results_are_rebuilt_from_the_run_folders(tmp_path):
 
 def wait_for(out: Path, count: float, process: subprocess.Popen) -> None:
     """Wait until so many runs are there."""
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + PATIENCE
     while len(finished(out)) < count:
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline

@@ -7,7 +7,9 @@ from experiments.cli.app import app
 from experiments.thesis import chapters
 from experiments.thesis.chapters import chapter_data, inputs_hash, kept_chapter
 from experiments.thesis.claims import Chapter
-from experiments.thesis.effort import FULL, QUICK, AtOnce
+from experiments.thesis.effort import FULL, QUICK
+
+NO_WORK = None  # the made-up chapter computes nothing
 
 
 @pytest.fixture
@@ -24,9 +26,9 @@ def calls(monkeypatch):
 
 
 def test_a_finished_chapter_is_not_computed_again(tmp_path, calls):
-    first, new = chapter_data("dense", QUICK, AtOnce(), tmp_path)
+    first, new = chapter_data("dense", QUICK, NO_WORK, tmp_path)
     assert new
-    again, new = chapter_data("dense", QUICK, AtOnce(), tmp_path)
+    again, new = chapter_data("dense", QUICK, NO_WORK, tmp_path)
     assert not new
     assert again == first
     assert len(calls) == 1
@@ -36,7 +38,7 @@ def test_a_finished_chapter_is_not_computed_again(tmp_path, calls):
 def test_a_chapter_of_something_else_is_computed_anew(
     tmp_path, calls, monkeypatch, what
 ):
-    chapter_data("dense", QUICK, AtOnce(), tmp_path)
+    chapter_data("dense", QUICK, NO_WORK, tmp_path)
     effort = QUICK
     if what == "code_hash":
         monkeypatch.setattr(chapters, "code_hash", lambda: "other")
@@ -48,7 +50,7 @@ def test_a_chapter_of_something_else_is_computed_anew(
         file = tmp_path / chapters.FOLDER / "dense.json"
         file.write_text(file.read_text()[:-20])
     assert kept_chapter("dense", effort, tmp_path) is None
-    _, new = chapter_data("dense", effort, AtOnce(), tmp_path)
+    _, new = chapter_data("dense", effort, NO_WORK, tmp_path)
     assert new
     assert len(calls) == 2
 
@@ -71,7 +73,7 @@ def test_what_is_interrupted_leaves_no_half_chapter(tmp_path, monkeypatch):
 
     monkeypatch.setattr(chapters, "CHAPTERS", {"dense": interrupted})
     with pytest.raises(KeyboardInterrupt):
-        chapter_data("dense", QUICK, AtOnce(), tmp_path)
+        chapter_data("dense", QUICK, NO_WORK, tmp_path)
     assert kept_chapter("dense", QUICK, tmp_path) is None
     assert list(tmp_path.rglob("*.json")) == []
 

@@ -13,7 +13,7 @@ from experiments.thesis.cruise.drives import (
     farthest_return,
 )
 from experiments.thesis.cruise.moving_obstacles import moving
-from experiments.thesis.dense.study import Layout, passed_left, study
+from experiments.thesis.dense.study import RandomLayout, passed_left, study
 from experiments.thesis.lane_change import solver_times as speed_times
 from experiments.thesis.lane_change.claims import candidate_paths
 from experiments.thesis.lane_change.random_scenes import (
@@ -67,7 +67,7 @@ def test_moving_vehicles_come_from_their_seed():
 
 
 def test_a_layout_is_studied_with_every_method():
-    found = study(Layout(2, 5, same_size=True))
+    found = study(RandomLayout(2, 5, same_size=True))
     assert set(found.methods) >= {"uniform", "adaptive", "sides"}
     assert found.waypoints["uniform"] == 105
     assert found.methods["uniform"].edges == 1365

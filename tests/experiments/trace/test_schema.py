@@ -107,10 +107,10 @@ def test_hash_tells_null_from_zero_and_empty():
 
 
 def test_another_schema_version_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("experiments.trace.files.SCHEMA_VERSION", 3)
+    monkeypatch.setattr("experiments.trace.files.SCHEMA_VERSION", 2)
     write_trace(some_trace(), tmp_path)
     monkeypatch.undo()
-    with pytest.raises(ResultsError, match="schema version 3; allowed: 2"):
+    with pytest.raises(ResultsError, match="schema version 2; allowed: 3"):
         read_trace(tmp_path)
 
 

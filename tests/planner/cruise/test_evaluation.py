@@ -13,7 +13,7 @@ import pytest
 from planner import cruise
 from planner.bodies import bodies_of, leader_of
 from planner.cruise.costs import convolve, safety_kernel, speed_deviation
-from planner.cruise.feasibility import road_excess
+from planner.cruise.feasibility import RoadBody, road_excess
 from planner.cruise.headway import MIN_REAR_GAP, STRIDE
 from planner.cruise.sampling.lateral import terminal_offsets
 from planner.cruise.sampling.longitudinal import longitudinal_profiles
@@ -152,8 +152,8 @@ def step_gaps(settings, vehicle, bodies, b, x, y, heading):
         discs, radius = [0.0], settings.single_disc_radius
     else:
         discs, radius = vehicle.disc_offsets, vehicle.disc_radius
-    half_length, half_width, round_off = bodies.extents[b]
-    px, py, cos, sin = bodies.poses[b, :, : x.size]
+    half_length, half_width, round_off = bodies.table.extents[b]
+    px, py, cos, sin = bodies.table.poses[b, :, : x.size]
     gaps = []
     for disc in discs:
         dx, dy = x + disc * np.cos(heading) - px, y + disc * np.sin(heading) - py
@@ -287,11 +287,11 @@ class SlowPlanner:
         ahead_left, ahead_right = scene.road.at(s + scene.vehicle.front_reach)
         left, right = np.minimum(left, ahead_left), np.maximum(right, ahead_right)
         here_left, here_right = scene.road.at(s[:1])
-        body = self.front, self.rear, self.half_width
+        body = RoadBody(self.front, self.rear, self.half_width)
 
         def excess(i, left, right):
             cos, sin = math.cos(error[i]), math.sin(error[i])
-            return road_excess(l[i], cos, sin, curvature[i], left, right, *body)
+            return road_excess(l[i], cos, sin, curvature[i], left, right, body)
 
         allowed = max(excess(0, here_left[0], here_right[0]), 0.0)
         limits = scene.vehicle.limits
@@ -317,27 +317,30 @@ class SlowPlanner:
         radius = self.scene.vehicle.disc_radius
         if settings.cover_discs == 1:
             radius = settings.single_disc_radius
-        return radius + settings.margin + self.bodies.extents[b, 1:].sum()
+        return radius + settings.margin + self.bodies.table.extents[b, 1:].sum()
 
     def _headway(self, s, s_dot, l):
         settings, bodies, vehicle = self.settings, self.bodies, self.scene.vehicle
         total = 0.0
-        for b in range(bodies.n_static, len(bodies.ids)):
-            if bodies.follower[b]:
+        for b in range(bodies.table.n_static, len(bodies.ids)):
+            if bodies.table.follower[b]:
                 continue
-            half_length = bodies.extents[b, 0]
+            half_length = bodies.table.extents[b, 0]
             for i in range(STRIDE, s.size, STRIDE):
-                if abs(bodies.l[b, i] - l[i]) >= self._corridor(b):
+                if abs(bodies.table.l[b, i] - l[i]) >= self._corridor(b):
                     continue
-                apart = bodies.s[b, i] - s[i]
-                if apart > 0.0 and bodies.speed[b] <= STANDING:
+                apart = bodies.table.s[b, i] - s[i]
+                if apart > 0.0 and bodies.table.speed[b] <= STANDING:
                     continue
                 if apart > 0.0:
                     gap = apart - half_length - vehicle.front_reach
                     needed = settings.standstill_gap + settings.time_headway * s_dot[i]
                 else:
                     gap = -apart - half_length - vehicle.rear_overhang
-                    needed = settings.rear_time_headway * bodies.speed[b] + MIN_REAR_GAP
+                    needed = (
+                        settings.rear_time_headway * bodies.table.speed[b]
+                        + MIN_REAR_GAP
+                    )
                 if gap < needed:
                     total += (1.0 - max(gap, 0.0) / needed) ** 2
         return total * STRIDE / self.tracks.rows.shape[2]
@@ -346,11 +349,13 @@ class SlowPlanner:
         settings, bodies, vehicle = self.settings, self.bodies, self.scene.vehicle
         stopping = s_dot[-1] ** 2 / (2.0 * vehicle.limits.max_deceleration)
         worst, i = 0.0, s.size - 1
-        for b in np.flatnonzero(~bodies.follower & (bodies.speed <= STANDING)):
-            beyond = bodies.s[b, i] - s[-1]
-            if beyond <= 0.0 or abs(bodies.l[b, i] - l[-1]) > self._corridor(b):
+        for b in np.flatnonzero(
+            ~bodies.table.follower & (bodies.table.speed <= STANDING)
+        ):
+            beyond = bodies.table.s[b, i] - s[-1]
+            if beyond <= 0.0 or abs(bodies.table.l[b, i] - l[-1]) > self._corridor(b):
                 continue
-            half_length, _, radius = bodies.extents[b]
+            half_length, _, radius = bodies.table.extents[b]
             gap = max(beyond - half_length - radius - vehicle.front_reach, 0.0)
             worst = max(worst, 1.0 - gap / (settings.obstacle_gap + stopping))
         return worst
@@ -359,9 +364,9 @@ class SlowPlanner:
         settings, bodies, safety = self.settings, self.bodies, 0.0
         reach, first_hit = settings.scales.clearance, math.inf
         n = plane.x.size
-        for b in np.flatnonzero(~bodies.follower):
-            px, py = bodies.poses[b, :2, :n]
-            away = np.hypot(plane.x - px, plane.y - py) - bodies.size[b]
+        for b in np.flatnonzero(~bodies.table.follower):
+            px, py = bodies.table.poses[b, :2, :n]
+            away = np.hypot(plane.x - px, plane.y - py) - bodies.table.size[b]
             if away.min() > 10.0:
                 continue
             gaps = step_gaps(
@@ -376,13 +381,13 @@ class SlowPlanner:
             gap = float(gaps.min())
             if gap < self.threshold[b]:
                 found.verdict = "collision"
-                found.hit_size = max(found.hit_size, float(bodies.size[b]))
+                found.hit_size = max(found.hit_size, float(bodies.table.size[b]))
                 step = int(np.flatnonzero(gaps < self.threshold[b])[0])
                 if step < first_hit:
                     first_hit, found.blocker = step, bodies.ids[b]
                 gap = 0.0
             if gap < reach:
-                safety += bodies.size[b] * (1.0 - max(gap, 0.0) / reach) ** 2
+                safety += bodies.table.size[b] * (1.0 - max(gap, 0.0) / reach) ** 2
         found.terms["safety"] = safety
 
 

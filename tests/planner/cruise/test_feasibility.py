@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from planner.cruise.feasibility import (
+    RoadBody,
     lateral_at,
     lateral_over_distance,
     lateral_over_time,
@@ -137,9 +138,7 @@ def excess(l, error, curvature, left, right):
         curvature,
         left,
         right,
-        FRONT,
-        REAR,
-        HALF_WIDTH,
+        RoadBody(FRONT, REAR, HALF_WIDTH),
     )
 
 

@@ -8,7 +8,7 @@ from scipy.interpolate import BSpline
 
 from planner.lane_change.b_spline import LANE_CHANGE_KNOTS
 from planner.lane_change.change_shapes import BASIS, control_points, prices, sample
-from planner.lane_change.path import best_change, lane_keeping_path
+from planner.lane_change.path import ChangeTarget, best_change, lane_keeping_path
 from planner.lane_change.settings import PathSettings
 from planner.reference_path.path import ReferencePath
 from planner.states import Path
@@ -45,7 +45,9 @@ def check_geometry(path: Path) -> None:
 @pytest.mark.parametrize(("offset", "error"), [(0.0, 0.0), (0.8, 0.05), (-0.5, -0.04)])
 def test_a_change_starts_as_the_ego_drives_and_ends_along_the_lane(road, offset, error):
     scene = on_lanes(path=road, s=30.0, speed=6.0, offset=offset, error=error)
-    found, _ = best_change(road, scene.ego_frenet, 1.75, 0.0, 90.0, CAR, SETTINGS)
+    found, _ = best_change(
+        road, scene.ego_frenet, ChangeTarget(1.75, 0.0, 90.0), CAR, SETTINGS
+    )
     assert found is not None
     path, ego = found.path, scene.ego
     assert (path.x[0], path.y[0]) == pytest.approx((ego.x, ego.y), abs=1e-9)
@@ -98,7 +100,7 @@ def test_the_price_is_the_integral_of_squared_curvature_and_the_length():
 def test_a_later_change_keeps_the_offset_first():
     scene = on_lanes(speed=12.0)
     found, _ = best_change(
-        scene.path, scene.ego_frenet, 1.75, 30.0, 150.0, CAR, SETTINGS
+        scene.path, scene.ego_frenet, ChangeTarget(1.75, 30.0, 150.0), CAR, SETTINGS
     )
     assert found is not None
     before = found.path.distance <= found.begin
@@ -110,12 +112,14 @@ def test_limits_refuse_and_say_why():
     scene = on_lanes(speed=16.0)
     lazy = PathSettings(change_times=(1.0,), min_lengths=(5.0,))
     found, refused = best_change(
-        scene.path, scene.ego_frenet, 1.75, 0.0, 200.0, CAR, lazy
+        scene.path, scene.ego_frenet, ChangeTarget(1.75, 0.0, 200.0), CAR, lazy
     )
     assert found is None
     assert refused == {"lateral acceleration": 3}
     slow = on_lanes(speed=1.0)
-    found, refused = best_change(slow.path, slow.ego_frenet, 1.75, 0.0, 60.0, CAR, lazy)
+    found, refused = best_change(
+        slow.path, slow.ego_frenet, ChangeTarget(1.75, 0.0, 60.0), CAR, lazy
+    )
     assert found is None
     assert refused == {"curvature": 3}
 
@@ -124,7 +128,7 @@ def test_a_found_change_keeps_the_limits_it_was_given():
     for speed in (0.0, 3.0, 8.0, 16.0):
         scene = on_lanes(speed=speed)
         found, _ = best_change(
-            scene.path, scene.ego_frenet, 1.75, 0.0, 200.0, CAR, SETTINGS
+            scene.path, scene.ego_frenet, ChangeTarget(1.75, 0.0, 200.0), CAR, SETTINGS
         )
         assert found is not None
         peak = np.abs(found.path.curvature).max()
@@ -162,7 +166,9 @@ def test_no_path_swings_out_from_a_steep_start(speed, error):
     assert path is not None
     assert low - 1.0 < path.l.min() <= path.l.max() < high + 1.5
     for begin in (0.0, 40.0):
-        found, _ = best_change(scene.path, state, 1.75, begin, 150.0, CAR, SETTINGS)
+        found, _ = best_change(
+            scene.path, state, ChangeTarget(1.75, begin, 150.0), CAR, SETTINGS
+        )
         if found is not None:
             assert found.path.l.min() > -0.75 - 0.31
             assert found.path.l.max() < 1.75 + 0.31

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from planner.piecewise_jerk.active_set import (
+    ABOVE_CUTOFF,
     INFEASIBLE,
     SOLVED,
-    TOO_DEAR,
-    least_without_bounds,
-    no_responses,
+    ActiveSet,
+    ActiveSetOptions,
+    Progress,
+    dual_active_set,
+    empty_response_cache,
     riccati_gains,
-    take_in_bounds,
+    unconstrained_minimum,
 )
 from planner.piecewise_jerk.solve import QpStatus, solve
 from tests.planner.piecewise_jerk.programs import path_program
@@ -30,42 +33,32 @@ def without_jerk_bounds(problem):
 class Run:
     """One program on its way; `tighten` goes on from where it stands."""
 
-    def __init__(self, problem, row=None):
-        self.problem = problem
-        self.row = problem.row if row is None else row
-        self.gain = riccati_gains(problem.step, problem.weight, problem.jerk_weight)
-        self.state, self.cost = least_without_bounds(
-            problem.step,
-            problem.start,
-            problem.weight,
-            problem.reference,
-            problem.jerk_weight,
-            self.gain,
+    def __init__(self, problem):
+        self.program = problem.as_program()
+        self.gain = riccati_gains(self.program)
+        state, cost = unconstrained_minimum(self.program, self.gain)
+        self.active = ActiveSet(
+            state,
+            *np.zeros((3, CAPACITY), dtype=np.int64),
+            np.zeros(CAPACITY),
+            np.zeros((CAPACITY, CAPACITY)),
         )
-        self.active = np.zeros((CAPACITY, 3), dtype=np.int64)
-        self.dual, self.gram = np.zeros(CAPACITY), np.zeros((CAPACITY, CAPACITY))
-        self.count = self.steps = 0
-        n, m = self.row.shape[:2]
-        self.place, self.pool = no_responses(n, 3 + m)
+        self.at, self.steps = Progress(cost, 0), 0
+        self.cache = empty_response_cache(*self.program.lower.shape)
 
-    def tighten(self, lower, upper, ceiling=np.inf):
-        verdict, self.cost, self.count, self.steps = take_in_bounds(
-            self.problem.step,
+    state = property(lambda self: self.active.state)
+    dual = property(lambda self: self.active.dual)
+    cost = property(lambda self: self.at.cost)
+    count = property(lambda self: self.at.n_active)
+
+    def tighten(self, lower, upper, cutoff=np.inf):
+        verdict, self.at, self.steps = dual_active_set(
+            self.program._replace(lower=lower, upper=upper),
             self.gain,
-            self.row,
-            lower,
-            upper,
-            self.place,
-            self.pool,
-            self.state,
-            self.cost,
+            self.cache,
             self.active,
-            self.dual,
-            self.gram,
-            self.count,
-            ceiling,
-            500,
-            1e-9,
+            self.at,
+            ActiveSetOptions(cutoff, 500, 1e-9),
         )
         return verdict
 
@@ -94,7 +87,7 @@ def test_verdict_and_objective_are_those_of_the_interior_point():
     assert set(seen) == {SOLVED, INFEASIBLE}
 
 
-def test_the_least_without_bounds_has_no_slope():
+def test_the_unconstrained_minimum_has_no_slope():
     problem = path_program(np.random.default_rng(3))
     wish = np.random.default_rng(4).uniform(-1.0, 1.0, (120, 3))
     free = replace(problem, reference=wish, lower=-1e20 * np.ones((120, 3)))
@@ -148,7 +141,7 @@ def test_rows_bind_as_states_do():
     assert np.max(run.state[:, 0] + 2.5 * run.state[:, 1]) == pytest.approx(2.6)
 
 
-def test_it_stops_where_it_is_known_to_be_too_dear():
+def test_it_stops_where_it_is_known_to_exceed_the_cutoff():
     rng = np.random.default_rng(14)
     for _ in range(20):
         problem = without_jerk_bounds(path_program(rng))
@@ -157,7 +150,7 @@ def test_it_stops_where_it_is_known_to_be_too_dear():
             continue
         first = Run(problem).cost
         early = Run(problem)
-        ceiling = first + 0.3 * (full.cost - first)
-        assert early.tighten(*columns(problem), ceiling) == TOO_DEAR
-        assert ceiling <= early.cost <= full.cost * (1.0 + 1e-9)
+        cutoff = first + 0.3 * (full.cost - first)
+        assert early.tighten(*columns(problem), cutoff) == ABOVE_CUTOFF
+        assert cutoff <= early.cost <= full.cost * (1.0 + 1e-9)
         assert early.steps < full.steps

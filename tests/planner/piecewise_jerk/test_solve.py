@@ -10,14 +10,13 @@ from scipy import sparse
 
 from planner.errors import InvalidInputError
 from planner.piecewise_jerk.interior_point import (
+    ABOVE_CUTOFF,
     INFEASIBLE,
     SOLVED,
-    TOO_DEAR,
-    cheaper_than,
+    solve_with_cutoff,
 )
 from planner.piecewise_jerk.solve import (
-    MAX_ITERATIONS,
-    TOLERANCE,
+    OPTIONS,
     PiecewiseJerkProblem,
     QpStatus,
     judge,
@@ -228,24 +227,10 @@ def test_the_number_of_knots_does_not_change_the_answer():
     assert coarse.objective == pytest.approx(fine.objective, rel=0.03)
 
 
-def against(problem: PiecewiseJerkProblem, cost_to_beat: float):
+def against(problem: PiecewiseJerkProblem, cutoff: float):
     """Give (objective, verdict) of the solver that gives up what costs too much."""
-    _, _, objective, verdict, _ = cheaper_than(
-        cost_to_beat,
-        problem.step,
-        problem.start,
-        problem.weight,
-        problem.reference,
-        problem.jerk_weight,
-        np.concatenate([problem.lower, problem.row_lower], axis=1),
-        np.concatenate([problem.upper, problem.row_upper], axis=1),
-        problem.row,
-        problem.jerk_lower,
-        problem.jerk_upper,
-        MAX_ITERATIONS,
-        TOLERANCE,
-    )
-    return objective, verdict
+    found = solve_with_cutoff(problem.as_program(), cutoff, OPTIONS)
+    return found.objective, found.verdict
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -255,16 +240,16 @@ def test_only_what_costs_too_much_is_given_up(kind):
         problem = KINDS[kind](rng)
         exact = solve(problem)
         if exact.status is QpStatus.INFEASIBLE:
-            assert against(problem, 1e3)[1] in (INFEASIBLE, TOO_DEAR)
+            assert against(problem, 1e3)[1] in (INFEASIBLE, ABOVE_CUTOFF)
             continue
         objective, verdict = against(problem, 1.001 * exact.objective + 1e-3)
         assert verdict == SOLVED
         assert objective == pytest.approx(exact.objective, rel=CLOSE, abs=CLOSE)
         for share in (0.3, 0.9, 0.99):
             bound, verdict = against(problem, share * exact.objective)
-            assert verdict in (SOLVED, TOO_DEAR)
+            assert verdict in (SOLVED, ABOVE_CUTOFF)
             assert bound <= exact.objective * (1.0 + CLOSE) + CLOSE
-            given_up += verdict == TOO_DEAR
+            given_up += verdict == ABOVE_CUTOFF
     assert given_up > 30  # unless the free motion is the answer, nearly all
 
 

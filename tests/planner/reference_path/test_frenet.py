@@ -11,6 +11,7 @@ from planner.reference_path.frenet import (
     cartesian_to_frenet_one,
     frenet_to_cartesian,
     frenet_to_cartesian_one,
+    state_on_path,
 )
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, clothoid, line
@@ -283,3 +284,16 @@ def test_heading_across_the_path_is_outside_the_domain(error):
     batch = CartesianStates(*(np.array([getattr(state, c)]) for c in CARTESIAN))
     with pytest.raises(OutsidePathDomainError, match=r"s = 20.*heading error"):
         cartesian_to_frenet(path, batch)
+
+
+PARALLEL = ReferencePath.from_segments([line(100.0), arc(60.0, 0.05)])
+
+
+@pytest.mark.parametrize(("s", "l"), [(30.0, 2.0), (130.0, -3.0), (130.0, 3.0)])
+def test_state_on_path_has_the_frenet_state_of_a_parallel(s, l):
+    ego = state_on_path(PARALLEL, s, l, 7.0)
+    frenet = cartesian_to_frenet_one(PARALLEL, ego)
+    assert (frenet.s, frenet.l) == pytest.approx((s, l), abs=1e-9)
+    assert frenet.l_prime == pytest.approx(0.0, abs=1e-9)
+    assert frenet.l_second == pytest.approx(0.0, abs=1e-9)
+    assert -math.pi < ego.heading <= math.pi

@@ -129,7 +129,6 @@ def test_knots_describe_the_path():
     np.testing.assert_allclose(points.x, path.x, atol=1e-12)
     np.testing.assert_allclose(points.heading, path.heading, atol=1e-12)
     assert path.length == pytest.approx(56.0)
-    assert path.deviation == 0.0
     assert np.diff(path.s).max() <= 0.5 + 1e-12
     with pytest.raises(ValueError, match="read-only"):
         path.x[0] = 1.0

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from planner.shapes.disc_clearance import (
     gaps_to,
     segment_to_rectangle,
-    span_clearance,
 )
 
 coordinate = st.floats(-8.0, 8.0)
@@ -113,43 +112,15 @@ def test_gaps_to_against_fine_time_sampling(seed):
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.4, 3.0))
 @settings(max_examples=60)
-def test_span_clearance_is_exact_below_enough_and_names_hits(seed, enough):
+def test_gaps_are_exact_below_the_cutoff(seed, cutoff_gap):
     rng = np.random.default_rng(seed)
     points, _ = random_motion(rng, 31)
     poses, _, extents = random_bodies(rng, points, 4)
     exact = gaps_to(points, poses, extents, DISCS, RADIUS)
-    for b in range(4):
-        middle = points[:2] + 0.5 * (DISCS[0] + DISCS[-1]) * points[2:4]
-        apart = np.hypot(*(middle - poses[b, :2, :31]))
-        move = np.abs(np.diff(apart)).max() + 1e-9
-        gap, hit = span_clearance(
-            points, poses, extents, b, 1, 30, DISCS, RADIUS, enough, 0.3, move
-        )
-        assert (hit >= 0) == (exact[b] < 0.3)
-        if hit >= 0:  # the search ends there, and no earlier sweep comes as near
-            upto = gaps_to(points[:, : hit + 1], poses, extents, DISCS, RADIUS)[b]
-            assert math.isclose(gap, upto, abs_tol=1e-9)
-            if hit > 1:
-                before = gaps_to(points[:, :hit], poses, extents, DISCS, RADIUS)[b]
-                assert before >= 0.3
-        elif exact[b] < enough:
-            assert math.isclose(gap, exact[b], abs_tol=1e-9)
-        else:
-            assert gap >= enough - 1e-9
-
-
-def test_the_hit_is_the_first_step_whose_sweep_comes_too_near():
-    n = 11
-    points = np.stack([np.arange(n) * 1.0, np.zeros(n), np.ones(n), np.zeros(n)])
-    poses = np.zeros((1, 4, n))
-    poses[0, 0], poses[0, 2] = 7.5, 1.0
-    extents = np.array([[0.0, 0.0, 0.5]])
-    gap, hit = span_clearance(
-        points, poses, extents, 0, 1, n - 1, np.zeros(1), 1.0, 5.0, 0.25, 1.0
-    )
-    # 1.5 + 0.25 m from 7.5 m: reached between x = 5 and x = 6
-    assert hit == 6
-    assert math.isclose(gap, 0.0, abs_tol=1e-12)
+    gaps = gaps_to(points, poses, extents, DISCS, RADIUS, cutoff_gap)
+    near = exact < cutoff_gap
+    np.testing.assert_allclose(gaps[near], exact[near], atol=1e-9)
+    assert np.all(gaps[~near] >= cutoff_gap - 1e-9)
 
 
 def test_a_body_that_jumps_through_the_ego_in_one_step_is_seen():

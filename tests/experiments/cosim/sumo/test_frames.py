@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.cosim.sumo import frames
+from planner.numerics.angles import wrapped
 from planner.states import CartesianState
-from planner.vehicle import Vehicle
+from planner.vehicle import Vehicle, centre_from_rear_axle
 
 coordinates = st.floats(-1e4, 1e4)
 headings = st.floats(-math.pi, math.pi, exclude_min=True)
@@ -37,27 +38,15 @@ def test_angle_stays_below_a_full_turn_at_north(tiny):
     assert 0.0 <= frames.angle_from_heading(math.pi / 2 + tiny) < 360.0
 
 
-@given(st.floats(-50.0, 50.0))
-def test_wrapped_heading_points_the_same_way(heading):
-    wrapped = frames.wrapped(heading)
-    assert -math.pi < wrapped <= math.pi
-    assert math.cos(wrapped) == pytest.approx(math.cos(heading), abs=1e-9)
-    assert math.sin(wrapped) == pytest.approx(math.sin(heading), abs=1e-9)
-
-
-def test_wrapped_keeps_west_positive():
-    assert frames.wrapped(-math.pi) == math.pi
-    assert frames.wrapped(math.pi) == math.pi
-
-
 @given(coordinates, coordinates, headings, lengths)
 def test_centre_round_trip(x, y, heading, length):
-    front_x, front_y, angle = frames.front_from_centre(x, y, heading, length)
-    back = frames.heading_from_angle(angle)
+    front_x = x + length / 2.0 * math.cos(heading)
+    front_y = y + length / 2.0 * math.sin(heading)
+    back = frames.heading_from_angle(frames.angle_from_heading(heading))
     centre = frames.centre_from_front(front_x, front_y, back, length)
     assert centre[0] == pytest.approx(x, abs=1e-9)
     assert centre[1] == pytest.approx(y, abs=1e-9)
-    assert abs(frames.wrapped(float(back) - heading)) < 1e-12
+    assert abs(wrapped(float(back) - heading)) < 1e-12
 
 
 @given(coordinates, coordinates, headings)
@@ -68,7 +57,7 @@ def test_rear_axle_round_trip(x, y, heading):
     back = frames.rear_axle_from_front(*pose, vehicle)
     assert back[0] == pytest.approx(x, abs=1e-9)
     assert back[1] == pytest.approx(y, abs=1e-9)
-    assert abs(frames.wrapped(back[2] - heading)) < 1e-12
+    assert abs(wrapped(back[2] - heading)) < 1e-12
 
 
 @given(coordinates, coordinates, headings)
@@ -78,7 +67,7 @@ def test_centre_lies_between_the_bumpers(x, y, heading):
     front_x, front_y, _ = frames.front_from_rear_axle(ego, vehicle)
     rear_x = x - vehicle.rear_overhang * math.cos(heading)
     rear_y = y - vehicle.rear_overhang * math.sin(heading)
-    centre = frames.centre_from_rear_axle(ego, vehicle)
+    centre = centre_from_rear_axle(ego, vehicle)
     assert centre[0] == pytest.approx((front_x + rear_x) / 2, abs=1e-9)
     assert centre[1] == pytest.approx((front_y + rear_y) / 2, abs=1e-9)
 
@@ -94,9 +83,3 @@ def test_a_batch_is_a_loop_of_singles():
             x[i], y[i], frames.heading_from_angle(angle[i]), length[i]
         )
         assert (batch[0][i], batch[1][i]) == pytest.approx(one, abs=1e-12)
-
-
-def test_many_headings_are_wrapped_as_one_is():
-    headings = np.array([0.0, 1.0, -3.0, math.pi, -math.pi, 4.0, 12.0, -9.5])
-    one_by_one = [frames.wrapped(float(heading)) for heading in headings]
-    np.testing.assert_allclose(frames.wrapped_all(headings), one_by_one, atol=1e-12)

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.cosim.collision_monitor import Truth
-from experiments.cosim.scene_builder import state_on_path
+from experiments.cosim.collision_monitor import CollisionMonitor
 from experiments.cosim.sumo.ghost_vehicle import corners, ghost_pose, lane_of
 from experiments.cosim.sumo.lanes import Lane
+from planner.reference_path.frenet import state_on_path
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, line
 from planner.states import CartesianState
@@ -121,14 +121,14 @@ def test_ghost_is_where_a_corner_is_and_the_bumper_is_not(x, y, heading):
 def drive(world, lane_change, steps=100):
     """Change lanes; give the rear car's speeds, overlap steps and ghost sightings."""
     start = world.enter()
-    truth = Truth(CAR, world.path, world.road, world.obstacles)
+    monitor = CollisionMonitor(world.road, CAR)
     speeds, overlaps, ghosts = [], 0, []
     for k in range(steps):
         traffic = world.observe()
         state = lane_change(start, k * world.step)
-        verdict = truth.judge(state, traffic, state.x + 100.0)
+        verdict = monitor.check(state, traffic.vehicles, state.x + 100.0)
         overlaps += bool(verdict.contacts)
-        speeds.append(float(traffic.speed[traffic.ids.index("rear")]))
+        speeds.append(float(traffic.vehicles.speed[traffic.vehicles.ids.index("rear")]))
         if traffic.ghost is not None:
             ghosts.append((k, traffic.ghost.y))
         world.advance(lane_change(start, (k + 1) * world.step))
@@ -181,7 +181,7 @@ def test_the_ghost_is_no_traffic_and_no_collision(straight, lane_change):
     seen = 0
     for k in range(80):
         traffic = world.observe()
-        assert traffic.ids == ()
+        assert traffic.vehicles.ids == ()
         seen += traffic.ghost is not None
         world.advance(lane_change(start, (k + 1) * world.step))
     assert seen > 10
@@ -192,20 +192,20 @@ def turn_left_and_change(world, seconds: float = 5.0):
     """Change one lane over inside the junction; give speeds, clearance, ghost lanes."""
     libsumo = pytest.importorskip("libsumo")
     world.enter()
-    truth = Truth(CAR, world.path, world.road, world.obstacles)
+    monitor = CollisionMonitor(world.road, CAR)
     speeds, clearance, lanes = [], math.inf, {}
     for k in range(round(seconds / world.step)):
         s = 118.0 + 6.0 * k * world.step
         share = min(max((s - 126.0) / 24.0, 0.0), 1.0)
         l = 10.0 / 3.0 * (3.0 - 2.0 * share) * share**2
         slope = 20.0 / 24.0 * (share - share**2)
-        state = state_on_path(world.path, s, l, 6.0)
+        state = state_on_path(world.road.path, s, l, 6.0)
         state = replace(state, heading=state.heading + math.atan(slope))
         if k:
             world.advance(state)
         traffic = world.observe()
-        clearance = min(clearance, truth.judge(state, traffic, s).clearance)
-        speeds.append(float(traffic.speed[0]))
+        clearance = min(clearance, monitor.check(state, traffic.vehicles, s).clearance)
+        speeds.append(float(traffic.vehicles.speed[0]))
         if traffic.ghost is not None:
             lane = libsumo.vehicle.getLaneID("ghost@ego")
             assert libsumo.vehicle.getLaneID("ego") != lane

@@ -1,33 +1,22 @@
 import numpy as np
 import pytest
 
-from experiments.cosim.records import TrafficState
 from experiments.cosim.sumo.lane_change_guard import (
     NO_LANE_CHANGES,
     OWN_LANE_CHANGES,
-    LaneChangeHold,
+    LaneChangeGuard,
     abreast,
 )
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
+from tests.experiments.road_users import road_users
 
 EGO = CartesianState(0.0, 0.0, 0.0, 0.0, 8.0, 0.0)
 CENTRE = Vehicle().centre_offset
 
 
 def car(x, y, heading=0.0):
-    one = np.ones(1)
-    return TrafficState(
-        0.0,
-        ("car",),
-        x * one,
-        y * one,
-        heading * one,
-        8.0 * one,
-        0.0 * one,
-        4.6 * one,
-        1.8 * one,
-    )
+    return road_users(("car", x, y, heading, 8.0))
 
 
 @pytest.mark.parametrize(
@@ -61,11 +50,11 @@ class Recorder:
 
 def test_a_hold_is_set_once_and_taken_back_once():
     sumo = Recorder()
-    hold = LaneChangeHold(sumo)
-    hold.update({"a", "b"}, {"a", "b"})
-    hold.update({"a", "b"}, {"a", "b"})
-    hold.update({"b"}, {"a", "b"})
-    hold.update(set(), {"a"})  # b has left the road
+    guard = LaneChangeGuard(sumo)
+    guard.update({"a", "b"}, {"a", "b"})
+    guard.update({"a", "b"}, {"a", "b"})
+    guard.update({"b"}, {"a", "b"})
+    guard.update(set(), {"a"})  # b has left the road
     assert sumo.calls == [
         ("a", NO_LANE_CHANGES),
         ("b", NO_LANE_CHANGES),

@@ -7,11 +7,10 @@ from experiments.cosim.sumo.lanes import Lane
 from experiments.cosim.sumo.obstacle_vehicles import (
     SAMPLING,
     TRAFFIC_WIDTH,
-    PlacedBody,
     blocked_stretches,
-    obstacles_on_path,
     twins,
 )
+from experiments.world_setup.bodies_on_road import PlacedBody, obstacles_on_path
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, line
 
@@ -113,9 +112,9 @@ def test_traffic_stops_before_an_obstacle_and_never_touches_it(straight):
     reached = {}
     for _ in range(900):
         traffic = world.observe()
-        assert all(name.startswith("car.") for name in traffic.ids)
-        front = traffic.x + 0.5 * traffic.length
-        for name, x in zip(traffic.ids, front, strict=True):
+        assert all(name.startswith("car.") for name in traffic.vehicles.ids)
+        front = traffic.vehicles.x + 0.5 * traffic.vehicles.length
+        for name, x in zip(traffic.vehicles.ids, front, strict=True):
             reached[name] = float(x)
         world.advance(start)
     assert len(reached) == 9
@@ -123,7 +122,7 @@ def test_traffic_stops_before_an_obstacle_and_never_touches_it(straight):
     nearest = 150.0 - (1.0 + 4.4 * math.tan(0.2)) / math.cos(0.2) - 0.2
     assert max(reached.values()) < nearest + 4.4 * math.tan(0.2) * 2
     assert min(reached.values()) > 60.0
-    assert float(traffic.speed.max()) < 0.1
+    assert float(traffic.vehicles.speed.max()) < 0.1
 
 
 @pytest.mark.sumo

@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.cosim.scene_builder import state_on_path
+from experiments.cosim.road import EgoTask, Road, Start
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo.settings import SlowLeader, SumoSettings
 from experiments.cosim.sumo.world import SumoWorld
 from experiments.errors import SimulationError
+from planner.reference_path.frenet import state_on_path
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import line
 from planner.scene import RoadBounds
@@ -34,9 +35,9 @@ def drive_straight(world: SumoWorld, steps: int = 80) -> str:
     digest = hashlib.sha256()
     for k in range(steps):
         traffic = world.observe()
-        digest.update(repr((traffic.ids, traffic.time)).encode())
+        digest.update(repr((traffic.vehicles.ids, traffic.time)).encode())
         for name in ("x", "y", "heading", "speed", "acceleration"):
-            digest.update(getattr(traffic, name).tobytes())
+            digest.update(getattr(traffic.vehicles, name).tobytes())
         moved = start.x + start.speed * (k + 1) * world.step
         world.advance(replace(start, x=moved))
     world.close()
@@ -59,9 +60,10 @@ def busy(folder: Path, seed: int = 5) -> SumoWorld:
     write_demand(net, demand, seed, 0.0, 200.0, route_file, ego)
     path = ReferencePath.from_segments([line(500.0)], (-100.0, 0.0, 0.0))
     road = RoadBounds(np.array([0.0]), np.array([5.0]), np.array([-5.0]))
+    task = EgoTask(CAR, path.length, 13.0, Start(100.0))
     return SumoWorld(
         SumoSettings(
-            net.net_file, route_file, net.route, path, road, CAR, 100.0, warm_up=30.0
+            net.net_file, route_file, net.route, Road(path, road), task, warm_up=30.0
         )
     )
 
@@ -94,7 +96,7 @@ def test_the_ego_waits_for_a_gap(straight):
     world = straight(parked, start_speed=None)
     ego = world.enter()
     assert world.observe().time == 0.0
-    ahead = float(world.observe().x[0]) - 2.3 - (ego.x + CAR.front_reach)
+    ahead = float(world.observe().vehicles.x[0]) - 2.3 - (ego.x + CAR.front_reach)
     assert ahead > ego.speed**2 / 9.0 - 1.0  # it can stop behind the parked car
     assert ego.speed < 13.89
 
@@ -126,18 +128,18 @@ def test_a_slow_leader_enters_ahead_in_the_same_step(straight, gap, start_speed)
     world = straight(leader_type(6.0), start_speed=start_speed, leader=leader)
     ego = world.enter()
     traffic = world.observe()
-    assert traffic.ids == ("leader",)
+    assert traffic.vehicles.ids == ("leader",)
     front = ego.x + CAR.front_reach
-    assert traffic.x[0] - 5.0 - front == pytest.approx(gap, abs=0.01)
-    assert traffic.y[0] == pytest.approx(ego.y, abs=0.01)
+    assert traffic.vehicles.x[0] - 5.0 - front == pytest.approx(gap, abs=0.01)
+    assert traffic.vehicles.y[0] == pytest.approx(ego.y, abs=0.01)
     # the ego comes no faster than it can stay behind the leader
-    room = gap + traffic.speed[0] ** 2 / 9.0
+    room = gap + traffic.vehicles.speed[0] ** 2 / 9.0
     assert ego.speed**2 / 9.0 < room
     for k in range(1, 100):
         moved = ego.x + 6.0 * world.step * k
         world.advance(replace(ego, x=moved, speed=6.0))
-        assert world.observe().speed[0] <= 6.0 + 1e-9
-    assert world.observe().speed[0] == pytest.approx(6.0)
+        assert world.observe().vehicles.speed[0] <= 6.0 + 1e-9
+    assert world.observe().vehicles.speed[0] == pytest.approx(6.0)
 
 
 @pytest.mark.sumo
@@ -153,7 +155,8 @@ def test_ego_and_leader_enter_together_or_not_at_all(straight):
     ego = world.enter()
     assert world.entry_steps > 30
     traffic = world.observe()
-    there = traffic.x[traffic.ids.index("leader")] - 5.0 - (ego.x + CAR.front_reach)
+    others = traffic.vehicles
+    there = others.x[others.ids.index("leader")] - 5.0 - (ego.x + CAR.front_reach)
     assert there == pytest.approx(55.0, abs=0.01)
 
 
@@ -172,7 +175,7 @@ def test_the_ego_is_exactly_where_it_was_put(straight, l):
     world = straight()
     world.enter()
     for k in range(20):
-        ego = state_on_path(world.path, 60.0 + 1.1 * k, l, 11.0)
+        ego = state_on_path(world.road.path, 60.0 + 1.1 * k, l, 11.0)
         ego = replace(ego, heading=0.05)
         world.advance(ego)
         x, y = libsumo.vehicle.getPosition("ego")
@@ -195,15 +198,16 @@ def test_observed_centres_lie_half_a_length_behind_the_bumper(straight):
     world = straight(cars, view_radius=1e3)
     world.enter()
     traffic = world.observe()
-    assert traffic.ids == ("ours", "theirs")
+    assert traffic.vehicles.ids == ("ours", "theirs")
+    others = traffic.vehicles
     for name, x, y, way in zip(
-        traffic.ids, traffic.x, traffic.y, (1.0, -1.0), strict=True
+        others.ids, others.x, others.y, (1.0, -1.0), strict=True
     ):
         front_x, front_y = libsumo.vehicle.getPosition(name)
         assert (x, y) == pytest.approx((front_x - way * 2.3, front_y), abs=1e-6)
-    assert np.cos(traffic.heading) == pytest.approx([1.0, -1.0])
-    assert traffic.length == pytest.approx([4.6, 4.6])
-    assert traffic.width == pytest.approx([1.8, 1.8])
+    assert np.cos(traffic.vehicles.heading) == pytest.approx([1.0, -1.0])
+    assert traffic.vehicles.length == pytest.approx([4.6, 4.6])
+    assert traffic.vehicles.width == pytest.approx([1.8, 1.8])
 
 
 @pytest.mark.sumo
@@ -214,7 +218,7 @@ def test_vehicles_out_of_view_are_not_reported(straight):
     )
     world = straight(car, view_radius=100.0)
     world.enter()
-    assert world.observe().ids == ()
+    assert world.observe().vehicles.ids == ()
 
 
 @pytest.mark.sumo
@@ -232,7 +236,7 @@ def test_cars_change_lanes_smoothly(straight):
     lateral = []
     for _ in range(80):
         traffic = world.observe()
-        lateral.append(float(traffic.y[traffic.ids.index("car")]))
+        lateral.append(float(traffic.vehicles.y[traffic.vehicles.ids.index("car")]))
         world.advance(replace(ego, speed=0.0))
     assert abs(lateral[-1] - lateral[0]) == pytest.approx(10.0 / 3.0, abs=1e-3)
     assert np.abs(np.diff(lateral)).max() < 0.25
@@ -248,7 +252,7 @@ def test_same_seed_same_traffic_in_this_process_and_another(tmp_path):
         "m = importlib.util.module_from_spec(spec); spec.loader.exec_module(m);"
         f"print(json.dumps(m.drive_straight(m.busy(pathlib.Path({str(tmp_path)!r})))))"
     )
-    root = Path(__file__).parents[3]
+    root = Path(__file__).parents[4]
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=root,
@@ -266,7 +270,6 @@ def test_same_seed_same_traffic_in_this_process_and_another(tmp_path):
     ("changes", "message"),
     [
         ({"route": ("own", "nowhere")}, "Edge 'nowhere' is not known"),
-        ({"ego_type": "tank"}, "Vehicle type 'tank' is not known"),
         ({"route_file": Path("missing.rou.xml")}, "missing.rou.xml"),
         ({"net_file": Path("missing.net.xml")}, "no such network file"),
         ({"vehicle": Vehicle(length=5.0)}, "measures 4.8 x 1.9 m, the ego 5 x 1.9"),
@@ -283,6 +286,14 @@ def test_what_does_not_fit_is_one_line_and_leaves_the_process_usable(
     assert "\n" not in str(caught.value)
     world.close()
     assert straight().enter().speed == 12.0
+
+
+@pytest.mark.sumo
+def test_a_route_file_without_the_ego_s_type_is_named(straight, tmp_path):
+    file = tmp_path / "empty.rou.xml"
+    file.write_text("<routes/>")
+    with pytest.raises(SimulationError, match="Vehicle type 'ego' is not known"):
+        straight(route_file=file).enter()
 
 
 @pytest.mark.sumo
@@ -309,7 +320,7 @@ def test_one_simulation_per_process(straight):
     first.enter()
     with pytest.raises(SimulationError, match="already runs"):
         straight().enter()
-    assert first.observe().ids == ()
+    assert first.observe().vehicles.ids == ()
 
 
 @pytest.mark.sumo
@@ -346,8 +357,8 @@ def test_a_missing_system_library_is_named(monkeypatch, straight, kind):
     with pytest.raises(SimulationError) as caught:
         straight().enter()
     message = str(caught.value)
-    assert "libGL.so.1" in message
-    assert "apt-get install libgl1" in message
+    assert "libGL is missing" in message
+    assert "libgl1" in message
     assert "\n" not in message
 
 
@@ -366,13 +377,9 @@ def test_signals_follow_the_program_of_the_light(tmp_path):
             net.net_file,
             route_file,
             net.route,
-            path,
-            road,
-            CAR,
-            start_s=50.0,
-            start_speed=0.0,
+            Road(path, road, stop_lines=found.stop_lines),
+            EgoTask(CAR, path.length, 13.0, Start(50.0, 0.0, 0.0)),
             warm_up=0.0,
-            stop_lines=found.stop_lines,
         )
     )
     try:

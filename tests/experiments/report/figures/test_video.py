@@ -66,14 +66,14 @@ def test_mistakes_are_one_line(run, tmp_path, capsys, monkeypatch):
     assert "allowed: .mp4, .gif" in refusal(capsys, run, "-o", tmp_path / "a.avi")
     bad_speed = refusal(capsys, run, "-o", tmp_path / "a.gif", "--speed", "0")
     assert "--speed: is 0; allowed: above 0" in bad_speed
-    assert "is no run folder" in refusal(capsys, tmp_path, "-o", tmp_path / "a.gif")
+    assert "is not a run folder" in refusal(capsys, tmp_path, "-o", tmp_path / "a.gif")
     nowhere = tmp_path / "nowhere" / "a.gif"
     assert "cannot be written" in refusal(capsys, run, "-o", nowhere)
     monkeypatch.setattr(shutil, "which", lambda _: None)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     line = refusal(capsys, run, "-o", tmp_path / "a.mp4")
     assert "an .mp4 needs ffmpeg" in line
-    assert 'pip install "rearview[video]"' in line
+    assert "pip install imageio-ffmpeg" in line
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ResultsError, match="rearview video needs matplotlib"):
         film.save_film(run, tmp_path / "a.gif")

@@ -5,7 +5,13 @@ import pytest
 
 from experiments.metrics.comfort import rms_jerk
 from experiments.metrics.safety import min_time_to_collision
-from experiments.report.run.curves import Curve, Series, curves, jerk, time_to_collision
+from experiments.report.run.curves import (
+    TimeCurve,
+    TimeSeries,
+    curves,
+    jerk,
+    time_to_collision,
+)
 from planner.states import CartesianState
 from tests.experiments.report.run_folders import driven_trace
 from tests.experiments.traces import record, trace_of
@@ -68,9 +74,9 @@ def test_a_run_of_one_step_has_curves():
 def test_words_say_what_the_chart_shows():
     values = np.array([1.0, np.nan, 3.0, 2.0])
     time = np.array([0.0, 0.1, 0.2, 0.3])
-    words = Curve("speed", "m/s", 1, (Series("v", values),)).words(time)
+    words = TimeCurve("speed", "m/s", 1, (TimeSeries("v", values),)).words(time)
     assert words == "least 1.0 m/s at 0.0 s, largest 3.0 m/s at 0.2 s, mean 2.0 m/s"
-    nothing = Curve("speed", "m/s", 1, (Series("v", values * np.nan),))
+    nothing = TimeCurve("speed", "m/s", 1, (TimeSeries("v", values * np.nan),))
     assert nothing.words(time) == "no value in this run"
 
 
@@ -82,4 +88,4 @@ def test_one_cycle_that_compiles_does_not_flatten_the_others():
     object.__setattr__(trace, "timing", slow)
     curve = curves(trace)[-1]
     assert curve.high < 10.0
-    assert curve.note == "late: 1, first aside"
+    assert curve.note == "deadline misses: 1"

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from experiments.report.run.packing import pack, pack_counts, pack_exact, unpack
+from experiments.report.run.packing import pack, pack_counts, pack_exact
+from tests.experiments.report.unpacking import unpack
 
 NUMBERS = hnp.arrays(
     np.float64,

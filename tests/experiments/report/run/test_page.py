@@ -13,8 +13,8 @@ import pytest
 from experiments.cli.app import app
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.records import EpisodeStatus
-from experiments.episode.run import RunFolder, record_crash, run_episode
-from experiments.report.run.packing import unpack
+from experiments.episode.run import record_crash, run_episode
+from experiments.episode.run_folder import OutputOptions
 from experiments.report.run.page import run_page, save_run_page
 from experiments.report.run_reader import numbers
 from experiments.trace.candidates import CandidateLog, write_candidates
@@ -22,6 +22,7 @@ from experiments.trace.files import read_trace
 from planner.interface import KEPT, Alternative, PlanStats
 from planner.scene import Obstacles
 from tests.experiments.report.run_folders import HOSTILE, driven_trace, write_run
+from tests.experiments.report.unpacking import unpack
 from tests.experiments.traces import trace_of
 
 MEGABYTE = 1e6
@@ -77,7 +78,7 @@ def test_page_shows_outcome_metrics_versions_and_the_command(run):
         "made_up",
         "seed 3",
         "at t = 9.0 s",
-        "least clearance",
+        "min clearance",
         "rearview run runs/made_up/config.yaml --out runs",
         "3.11",
         "0123abc, changed",
@@ -201,15 +202,15 @@ def other_schema(folder):
     ("damage", "message"),
     [
         (cut_short, "plans.parquet: cannot be read"),
-        (other_schema, "has trace schema version 0; allowed: 2"),
+        (other_schema, "has trace schema version 0; allowed: 3"),
         (lambda f: (f / "vehicles.parquet").unlink(), "vehicles.parquet: cannot be"),
         (lambda f: (f / "map.json").unlink(), "map.json: is missing"),
         (lambda f: (f / "metrics.json").write_text("{"), "metrics.json: cannot be"),
         (lambda f: (f / "metrics.json").write_text("[]"), "metrics.json: is damaged"),
-        (lambda f: (f / "manifest.json").unlink(), "is no run folder and no folder"),
+        (lambda f: (f / "manifest.json").unlink(), "is neither a run folder nor"),
         (
             lambda f: (f / "manifest.json").write_text('{"seed": 3}'),
-            "manifest.json: is damaged: does not say scenario, planner, status",
+            "manifest.json: is damaged: missing scenario, planner, status",
         ),
         (lambda f: (f / "config.yaml").unlink(), "config.yaml: cannot be read"),
     ],
@@ -222,16 +223,16 @@ def test_damaged_runs_are_one_line(tmp_path, capsys, damage, message):
 
 
 def test_other_mistakes_are_one_line(run, tmp_path, capsys):
-    assert "is no run folder" in refusal(capsys, tmp_path)
-    assert "is no run folder" in refusal(capsys, tmp_path / "nowhere")
+    assert "is neither a run folder" in refusal(capsys, tmp_path)
+    assert "is neither a run folder" in refusal(capsys, tmp_path / "nowhere")
     nowhere = tmp_path / "nowhere" / "a.html"
     assert "cannot be written" in refusal(capsys, run, "-o", nowhere)
 
 
 def test_candidates_of_a_driven_run_are_on_its_page(tmp_path):
     scenario = load_scenario("thesis_straight", overrides=["simulation.duration_s=1"])
-    choice = RunFolder(keeps_candidates=True)
-    outcome = run_episode(scenario, out=tmp_path, choice=choice)
+    output = OutputOptions(keeps_candidates=True)
+    outcome = run_episode(scenario, out=tmp_path, output=output)
     plain = run_episode(scenario, out=tmp_path / "plain")
     assert outcome.trace_hash == plain.trace_hash
     assert not (plain.folder / "candidates.parquet").exists()

@@ -8,7 +8,8 @@ import pytest
 from PIL import Image
 
 from experiments.config.scenario_file import load_scenario
-from experiments.episode.run import RunFolder, run_episode
+from experiments.episode.run import run_episode
+from experiments.episode.run_folder import OutputOptions
 from experiments.report.run.page import save_run_page
 from experiments.report.run_reader import numbers
 from experiments.trace.files import read_trace
@@ -349,8 +350,8 @@ def test_axe_finds_nothing_serious(run, show, size, scheme):
 )
 def test_pages_of_runs_on_each_road(tmp_path, show, name):
     scenario = load_scenario(name, overrides=["simulation.duration_s=12"])
-    choice = RunFolder(keeps_candidates=True)
-    folder = run_episode(scenario, out=tmp_path, choice=choice).folder
+    output = OutputOptions(keeps_candidates=True)
+    folder = run_episode(scenario, out=tmp_path, output=output).folder
     page = show(save_run_page(folder)).page
     page.locator("#time").fill("60")
     if page.locator("#candidates").count():

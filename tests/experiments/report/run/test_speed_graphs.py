@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from experiments.report.run.packing import unpack
 from experiments.report.run.page import run_page
 from experiments.report.run.speed_graphs import packed_graphs
 from experiments.trace.speed_graphs import read_graphs, write_graphs
 from planner.interface import SpeedGraph
 from tests.experiments.report.run.test_page import Tags, data_of
 from tests.experiments.report.run_folders import HOSTILE, driven_trace, write_run
+from tests.experiments.report.unpacking import unpack
 
 T = 0.1 * np.arange(41)
 

@@ -93,7 +93,7 @@ def test_what_is_chosen_is_drawn(sweep, show):
     assert "curved · old median" in label
     page.locator("#distribution-metric").select_option("min_clearance_m")
     label = page.locator("#distribution").get_attribute("aria-label")
-    assert "least clearance [m]" in label
+    assert "min clearance [m]" in label
     page.locator("#heat-x").select_option(label="ego.target_speed_mps")
     page.locator("#heat-y").select_option(label="planner")
     page.locator("#heat-metric").select_option("arrived")

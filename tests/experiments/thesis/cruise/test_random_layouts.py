@@ -11,14 +11,15 @@ from experiments.thesis.cruise.random_layouts import (
     RADII,
     RANDOM,
     ROADS,
-    Drive,
+    RandomDrive,
     drive,
     growing,
     growing_table,
     largest_drop,
     layouts_table,
 )
-from experiments.world_setup.layout import listed_obstacles, make_layout
+from experiments.world_setup.layout import make_layout
+from experiments.world_setup.obstacles import listed_obstacles
 
 
 @pytest.mark.parametrize("road", ROADS)
@@ -57,9 +58,9 @@ def test_the_largest_drop_is_seen_from_the_highest_before():
 
 def test_the_tables_count_what_happened():
     drives = [
-        Drive(EpisodeStatus.ARRIVED, 0.8, 0, 0),
-        Drive(EpisodeStatus.COLLISION, 0.0, 3, 2),
-        Drive(EpisodeStatus.BLOCKED, 0.5, 1, 0),
+        RandomDrive(EpisodeStatus.ARRIVED, 0.8, 0, 0),
+        RandomDrive(EpisodeStatus.COLLISION, 0.0, 3, 2),
+        RandomDrive(EpisodeStatus.BLOCKED, 0.5, 1, 0),
     ]
     console = Console(width=120, record=True, file=io.StringIO())
     console.print(layouts_table("cruise", [("curved", drives)]))

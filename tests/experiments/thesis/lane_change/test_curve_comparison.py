@@ -16,13 +16,13 @@ from experiments.thesis.lane_change.curve_comparison import (
     lane_change_curves,
 )
 from experiments.thesis.lane_change.path_costs import (
-    PathWeights,
+    PathCostWeights,
     bending_cost,
     printed_cost,
     turning_cost,
 )
 
-WEIGHTS = PathWeights()
+WEIGHTS = PathCostWeights()
 
 
 def held(comparison) -> dict[str, bool]:
@@ -73,7 +73,7 @@ def test_costs_of_an_arc_in_closed_form():
     t = np.linspace(0.0, angle, 2001)
     x, y, distance = radius * np.sin(t), radius * (1 - np.cos(t)), radius * t
     length = radius * angle
-    weights = PathWeights(bending=3.0, turning=2.0, length=0.5)
+    weights = PathCostWeights(bending=3.0, turning=2.0, length=0.5)
     bent = bending_cost(distance, np.full_like(t, 1 / radius), weights)
     assert bent == pytest.approx(3.0 * length / radius**2 + 0.5 * length)
     assert turning_cost(x, y, weights) == pytest.approx(
@@ -85,7 +85,7 @@ def test_without_ds_the_cost_grows_with_the_number_of_points():
     coarse, fine = (
         lane_change_curves(LaneShift(spacing=h))[SPLINE] for h in (0.5, 0.05)
     )
-    lengthless = PathWeights(length=0.0)
+    lengthless = PathCostWeights(length=0.0)
     assert printed_cost(fine.x, fine.y, lengthless) > 9.0 * printed_cost(
         coarse.x, coarse.y, lengthless
     )

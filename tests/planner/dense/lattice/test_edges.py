@@ -3,15 +3,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.dense.field import disc_centre, path_curvature, squared_distance
+from planner.dense.field import (
+    Discs,
+    ObstacleColumns,
+    RoadColumns,
+    disc_centre,
+    path_curvature,
+    squared_distance,
+)
 from planner.dense.lattice.edge_check import (
     COLLISION,
     FREE,
     OFF_ROAD,
     TOO_SHARP,
+    EdgeLimits,
+    EdgePoints,
+    LateralSpan,
+    edge_scratch,
     edge_verdict,
     obstacle_windows,
-    road_table,
+    road_along,
 )
 from planner.dense.lattice.edges import (
     blend_price,
@@ -26,7 +37,8 @@ from planner.dense.lattice.edges import (
 from planner.numerics.polynomials import quintic_coefficients
 
 OFFSETS = np.array([-0.2, 1.4, 3.0])
-BODY = 1.242, 0.8, 0.95
+DISCS = Discs(OFFSETS, 1.242, 0.8, 0.95)
+EVERYWHERE = LateralSpan(-np.inf, np.inf)
 
 
 @given(l0=st.floats(-5.0, 5.0), l1=st.floats(-5.0, 5.0), length=st.floats(2.0, 20.0))
@@ -77,7 +89,11 @@ def test_span_holds_all_discs():
         assert max(places) <= high
 
 
-def naive_verdict(shape, s, road_of, obstacles, body, clearance, max_curvature):
+def columns(rows) -> ObstacleColumns:
+    return ObstacleColumns(*np.ascontiguousarray(np.array(rows).T))
+
+
+def naive_verdict(shape, s, road_of, obstacles, max_curvature):
     """The same check, written point by point from the definitions."""
     collided, outside, sharp = False, False, False
     for j in range(s.size):
@@ -85,51 +101,51 @@ def naive_verdict(shape, s, road_of, obstacles, body, clearance, max_curvature):
         left, right, curvature, rate = road_of(s[j])
         sharp |= abs(path_curvature(l, slope, second, curvature, rate)) > max_curvature
         heading = np.arctan2(slope, 1.0 - curvature * l)
-        need = body[1] * abs(np.sin(heading)) + body[2] * np.cos(heading)
-        need += abs(curvature) * body[1] ** 2 / 2.0  # sagitta of the road's edge
+        need = DISCS.half_length * abs(np.sin(heading))
+        need += DISCS.half_width * np.cos(heading)
+        need += abs(curvature) * DISCS.half_length**2 / 2.0  # sagitta of the edge
         for offset in OFFSETS:
             at_s, at_l = disc_centre(s[j], l, slope, offset, curvature)
             outside |= at_l + need > left or at_l - need < right
             for o in obstacles:
                 between = 0.5 * (curvature + o[3])
                 away2 = squared_distance(at_s, at_l, o[0], o[1], between)
-                collided |= away2 < (o[2] + body[0]) ** 2
+                collided |= away2 < (o[2] + DISCS.radius) ** 2
     return COLLISION if collided else OFF_ROAD if outside else TOO_SHARP if sharp else 0
+
+
+def checked(edge, s, road, rows, limits):
+    """Check one edge among obstacles in rows."""
+    obstacles = columns(rows)
+    reach = DISCS.radius + limits.clearance
+    windows = obstacle_windows(s, road.curvature, obstacles, OFFSETS, reach)
+    points = EdgePoints(s, road, windows)
+    return edge_verdict(edge, points, EVERYWHERE, obstacles, DISCS, limits)
 
 
 @pytest.mark.parametrize("curvature", [0.0, 0.03, -0.05])
 def test_verdicts_agree_with_the_definitions(curvature):
     random = np.random.default_rng(5)
     s = 20.0 + 12.0 * np.arange(25) / 24
-    roads = np.array([[0.0, 5.0, -5.0, curvature], [60.0, 5.0, -5.0, curvature]])
-    road = road_table(s, roads, OFFSETS)
+    both = np.ones(2)
+    samples = RoadColumns(
+        np.array([0.0, 60.0]), 5.0 * both, -5.0 * both, curvature * both
+    )
+    road = road_along(s, samples, OFFSETS)
     seen = set()
     for _ in range(300):
-        shape = np.empty((3, s.size))
+        edge = edge_scratch(s.size, OFFSETS.size)
         ends = random.uniform(-4.5, 4.5, 2)
-        fill_blend(shape, blend_table(24), *ends, 12.0)
+        fill_blend(edge.shape, blend_table(24), *ends, 12.0)
         places = np.column_stack(
             [random.uniform(10.0, 42.0, 2), random.uniform(-5.0, 5.0, 2)]
         )
-        obstacles = np.column_stack(
+        rows = np.column_stack(
             [places, random.uniform(0.3, 2.0, 2), np.full(2, curvature)]
         )
-        windows = obstacle_windows(s, road[0], obstacles, OFFSETS, BODY[0] + 1.5)
-        verdict, price = edge_verdict(
-            shape,
-            s,
-            road,
-            obstacles,
-            windows,
-            OFFSETS,
-            BODY,
-            1.5,
-            0.15,
-            (-np.inf, np.inf),
-            np.empty((7, s.size)),
-        )
+        verdict, price = checked(edge, s, road, rows, EdgeLimits(1.5, 0.15))
         want = naive_verdict(
-            shape, s, lambda _: (5.0, -5.0, curvature, 0.0), obstacles, BODY, 1.5, 0.15
+            edge.shape, s, lambda _: (5.0, -5.0, curvature, 0.0), rows, 0.15
         )
         assert verdict == want
         assert price >= 0.0
@@ -138,32 +154,25 @@ def test_verdicts_agree_with_the_definitions(curvature):
 
 
 def test_clearance_costs_more_the_nearer_the_edge():
-    s = np.linspace(0.0, 20.0, 41)
-    roads = np.array([[0.0, 9.0, -9.0, 0.0], [60.0, 9.0, -9.0, 0.0]])
-    road = road_table(s, roads, OFFSETS)
-    prices = []
+    s, both = np.linspace(0.0, 20.0, 41), np.ones(2)
+    samples = RoadColumns(np.array([0.0, 60.0]), 9.0 * both, -9.0 * both, 0.0 * both)
+    road = road_along(s, samples, OFFSETS)
+    found = []
     for l in (2.6, 3.0, 3.5, 4.4):
-        obstacles = np.array([[10.0, 0.0, 1.0, 0.0]])
-        shape = np.zeros((3, s.size))
-        shape[0] = l
-        windows = obstacle_windows(s, road[0], obstacles, OFFSETS, BODY[0] + 1.5)
-        work = np.empty((7, s.size))
-        everywhere = (-np.inf, np.inf)
-        prices.append(
-            edge_verdict(
-                shape, s, road, obstacles, windows, OFFSETS, BODY, 1.5, 0.2,
-                everywhere, work,
-            )
-        )  # fmt: skip
-    assert [verdict for verdict, _ in prices] == [FREE] * 4
-    values = [price for _, price in prices]
+        edge = edge_scratch(s.size, OFFSETS.size)
+        edge.shape[:] = 0.0
+        edge.shape[0] = l
+        rows = [[10.0, 0.0, 1.0, 0.0]]
+        found.append(checked(edge, s, road, rows, EdgeLimits(1.5, 0.2)))
+    assert [verdict for verdict, _ in found] == [FREE] * 4
+    values = [price for _, price in found]
     assert values[0] > values[1] > values[2] > 0.0
     assert values[3] == 0.0
 
 
 def test_printed_safety_is_equation_5_22():
     shape = np.zeros((3, 11))
-    obstacles = np.array([[300.0, 2.0, 1.5, 0.0]])  # s does not matter
+    obstacles = columns([[300.0, 2.0, 1.5, 0.0]])  # s does not matter
     assert printed_safety(shape, 10.0, obstacles) == pytest.approx(1.5 / 20.0)
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from experiments.thesis.dense.layouts import random_layout
 from planner.dense.field import Cover, straight_field
+from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice.edges import blend_price, quintic_price
 from planner.dense.lattice.search import search_lattice
 from planner.dense.lattice.waypoints import (
@@ -19,7 +20,8 @@ from planner.vehicle import Vehicle
 
 COVER = Cover.single(2.66)
 NARROW = Cover.single(2.0)
-START = (0.0, 0.3, 0.05, 0.01)
+START = PathStart(0.0, 0.3, 0.05, 0.01)
+STILL = PathStart(0.0, 0.0, 0.0, 0.0)
 
 
 def small_lattice(seed):
@@ -102,7 +104,9 @@ def test_a_blocked_road_is_driven_as_far_as_it_goes():
     wall = np.array([[40.0, l, 2.0] for l in (-4.0, 0.0, 4.0)])
     field = straight_field(wall, 5.0, 60.0)
     points = uniform_waypoints(field, COVER, 0.0, 60.0, LatticeSettings())
-    search = search_lattice(field, COVER, (0.0,) * 4, points, LatticeSettings())
+    search = search_lattice(
+        field, COVER, PathStart(0.0, 0.0, 0.0, 0.0), points, LatticeSettings()
+    )
     assert not search.complete
     assert search.path.s[-1] == pytest.approx(60.0 / 7.0 * 4)
     assert search.collision_edges > 0
@@ -112,7 +116,7 @@ def test_an_ego_among_obstacles_has_no_free_edge():
     field = straight_field(np.array([[0.5, 0.0, 1.0]]), 5.0, 60.0)
     points = uniform_waypoints(field, COVER, 0.0, 60.0, LatticeSettings())
     every = LatticeSettings(edge_checks=EdgeChecks.ALL)
-    search = search_lattice(field, COVER, (0.0,) * 4, points, every)
+    search = search_lattice(field, COVER, STILL, points, every)
     assert search.path is None
     assert search.effectiveness == pytest.approx(1.0 - 15 / 1365)
 

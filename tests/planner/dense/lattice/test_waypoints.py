@@ -31,7 +31,9 @@ def test_map_is_the_printed_one():
     s, l, radius = np.array([10.0, 20.0]), np.array([-1.0, 2.0]), (1.5, 0.7)
     influence = np.array(
         [
-            obstacle_influence((s[i], l[i], radius[i]), (2.0, 0.5), 2.66, 1.0, 0.04)
+            obstacle_influence(
+                math.dist((s[i], l[i]), (2.0, 0.5)), radius[i], 2.66, 1.0, 0.04
+            )
             for i in range(2)
         ]
     )
@@ -43,7 +45,7 @@ def test_map_is_the_printed_one():
 
 
 def test_map_is_finite_where_the_ego_stands_on_an_obstacle():
-    assert math.isfinite(obstacle_influence((1.0, 0.0, 1.0), (1.0, 0.0), 2.66, 1, 0.04))
+    assert math.isfinite(obstacle_influence(0.0, 1.0, 2.66, 1.0, 0.04))
 
 
 def test_uniform_waypoints_make_1365_edges():

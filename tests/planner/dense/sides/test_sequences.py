@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from experiments.thesis.dense.layouts import EGO_RADIUS, random_layout
 from planner.dense.field import Cover, straight_field
+from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice_methods import plan_adaptive
 from planner.dense.settings import (
     LatticeSettings,
@@ -19,8 +20,8 @@ from planner.dense.settings import (
 )
 from planner.dense.sides.sequences import (
     SideStatus,
-    leaves,
     plan_sides,
+    search_leaves,
     side_task,
 )
 from planner.dense.tube.program import tube_program
@@ -35,7 +36,7 @@ from tests.planner.dense.tube.test_smoothing import (
 
 DISC = Cover.single(EGO_RADIUS)
 BODY = Cover.of(Vehicle())
-STILL = (0.0, 0.0, 0.0, 0.0)
+STILL = PathStart(0.0, 0.0, 0.0, 0.0)
 SMALL = SideSettings(max_curvature=0.18, margin=0.2)
 
 
@@ -75,10 +76,10 @@ def test_the_winner_is_that_of_brute_force(n, cover):
         limits = replace(SMALL if cover is BODY else SideSettings(), alternatives=2)
         task = side_task(field, cover, STILL, 60.0, limits)
         expected = sorted(all_sequences(task).items(), key=lambda pair: pair[1])
-        costs, sides, _, counts = leaves(task, np.zeros(n), np.inf)
+        (costs, sides, _), counts = search_leaves(task, np.zeros(n), np.inf)
         wanted = [cost for _, cost in expected[:3]] + [np.inf] * (3 - len(expected))
         np.testing.assert_allclose(costs, wanted[:3], rtol=1e-6)
-        assert counts[3] == 0  # everything was decided
+        assert counts.undecided == 0  # everything was decided
         if np.isfinite(costs[0]):
             open_roads += 1
             first, second = expected[0], expected[min(1, len(expected) - 1)]
@@ -130,11 +131,11 @@ def test_the_next_best_is_another_way():
 def test_given_sides_are_kept_and_a_ceiling_holds():
     field = straight_field([[30.0, 0.1, 1.0]], 5.0, 60.0)
     task = side_task(field, BODY, STILL, 60.0, replace(SMALL, alternatives=0))
-    cheap, _, _, _ = leaves(task, np.zeros(1), np.inf)
-    dear, sides, _, _ = leaves(task, np.ones(1), np.inf)
+    (cheap, _, _), _ = search_leaves(task, np.zeros(1), np.inf)
+    (dear, sides, _), _ = search_leaves(task, np.ones(1), np.inf)
     assert sides.tolist() == [[1.0]]
     assert dear[0] > cheap[0]
-    none, _, _, _ = leaves(task, np.zeros(1), float(cheap[0]))
+    (none, _, _), _ = search_leaves(task, np.zeros(1), float(cheap[0]))
     assert np.isinf(none[0])
 
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from experiments.thesis.dense.layouts import EGO_RADIUS, random_layout
 from planner.dense.field import Cover, ObstacleField, path_curvature, straight_field
 from planner.dense.frenet_path import FrenetPath, check_path
+from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice_methods import (
     LatticeStatus,
     plan_adaptive,
@@ -26,7 +27,7 @@ from planner.vehicle import Vehicle
 DISC = Cover.single(EGO_RADIUS)
 VEHICLE = Vehicle()
 BODY = Cover.of(VEHICLE)
-STILL = (0.0, 0.0, 0.0, 0.0)
+STILL = PathStart(0.0, 0.0, 0.0, 0.0)
 METHODS = {"uniform": plan_uniform, "adaptive": plan_adaptive}
 
 
@@ -135,9 +136,8 @@ def test_knot_spacing_does_not_change_the_answer():
 
 
 def test_smoothing_costs_less_than_the_coarse_path_where_nothing_binds():
-    planned = plan(
-        "adaptive", straight_field(np.empty((0, 3)), 5.0, 60.0), start=(0, 2.0, 0, 0)
-    )
+    start = PathStart(0.0, 2.0, 0.0, 0.0)
+    planned = plan("adaptive", straight_field(np.empty((0, 3)), 5.0, 60.0), start=start)
     s = planned.path.s
     coarse = planned.search.path.at(s)
 
@@ -156,7 +156,7 @@ def test_smoothing_costs_less_than_the_coarse_path_where_nothing_binds():
 
 
 def test_the_start_is_kept():
-    start = (0.0, 1.0, 0.1, 0.02)
+    start = PathStart(0.0, 1.0, 0.1, 0.02)
     field = straight_field(np.array([[30.0, 0.0, 1.0]]), 5.0, 60.0)
     path = plan("adaptive", field, start=start).path
     first = [path.l[0], path.slope[0], path.second[0]]
@@ -206,10 +206,10 @@ BAD = {
 }
 STARTS = [
     STILL,
-    (0.0, 4.9, 0.0, 0.0),
-    (0.0, -7.0, 0.0, 0.0),
-    (0.0, 1.0, 1.5, 0.0),
-    (0.0, 0.0, 0.0, 0.6),
+    PathStart(0.0, 4.9, 0.0, 0.0),
+    PathStart(0.0, -7.0, 0.0, 0.0),
+    PathStart(0.0, 1.0, 1.5, 0.0),
+    PathStart(0.0, 0.0, 0.0, 0.6),
 ]
 
 

@@ -7,8 +7,8 @@ from scipy.integrate import quad
 from planner.lane_change import conventional, proposed, thesis
 from planner.lane_change.settings import OrderRule
 from planner.lane_change.speed.area_rule import area_above, area_below
-from planner.lane_change.speed.dynamic_programming import search
-from planner.lane_change.speed.passing_orders import Side
+from planner.lane_change.speed.dynamic_programming import CourseWeights, search
+from planner.lane_change.speed.passing_orders import DriveLimits, Side
 from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes
 from tests.planner.lane_change.speed.test_plan import (
@@ -20,6 +20,7 @@ from tests.planner.lane_change.speed.test_plan import (
 )
 from tests.planner.scenes import Car
 
+LIMITS, WEIGHTS = DriveLimits(-4.5, 3.0, 20.0), CourseWeights(0.05, 1.0, 2.0)
 AREA = replace(SETTINGS, order_rule=OrderRule.AREA)
 SEARCH = replace(SETTINGS, order_rule=OrderRule.DYNAMIC_PROGRAMMING)
 
@@ -74,11 +75,11 @@ def test_the_search_keeps_free_of_what_is_covered():
     free = np.ones((17, 321), np.bool_)
     free[4:, 100:140] = False
     free[12:, 140:] = False
-    course = search(times, places, free, 10.0, -4.5, 3.0, 20.0, 12.0, 0.05, 1.0, 2.0)
+    course = search(times, places, free, 10.0, LIMITS, 12.0, WEIGHTS)
     assert all(free[k, i] for k, i in enumerate(course))
     assert (np.diff(course) >= 0).all()
     free[8] = False
-    closed = search(times, places, free, 10.0, -4.5, 3.0, 20.0, 12.0, 0.05, 1.0, 2.0)
+    closed = search(times, places, free, 10.0, LIMITS, 12.0, WEIGHTS)
     assert closed[-1] == -1
 
 

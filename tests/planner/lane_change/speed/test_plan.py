@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.lane_change.path import best_change, lane_keeping_path
+from planner.lane_change.path import ChangeTarget, best_change, lane_keeping_path
 from planner.lane_change.settings import PathSettings, SpeedSettings
 from planner.lane_change.speed.passing_orders import (
+    DriveLimits,
     Order,
     Side,
     demands,
@@ -25,7 +26,7 @@ from planner.lane_change.speed.program import (
 from planner.lane_change.speed.st_graph import UsersInTime, in_time, st_graph
 from planner.piecewise_jerk.solve import QpStatus, solve
 from planner.scene import Scene
-from planner.shapes.rectangles import Rectangle, overlap
+from planner.shapes.rectangles import Rectangle, distance
 from planner.states import Path
 from planner.vehicle import Vehicle, VehicleLimits
 from tests.planner.lane_change.roads import on_lanes
@@ -43,6 +44,7 @@ SHAPE = PathSettings(
     change_times=(0.1,), min_lengths=(60.0,), c_ratios=(0.2,), lateral_acceleration=9.0
 )
 CAR = Vehicle()
+LIMITS = DriveLimits(-4.5, 3.0, 20.0)
 
 
 def moving(scene: Scene) -> UsersInTime:
@@ -50,7 +52,9 @@ def moving(scene: Scene) -> UsersInTime:
 
 
 def change_path(scene: Scene) -> Path:
-    found, _ = best_change(scene.path, scene.ego_frenet, 1.75, 0.0, 220.0, CAR, SHAPE)
+    found, _ = best_change(
+        scene.path, scene.ego_frenet, ChangeTarget(1.75, 0.0, 220.0), CAR, SHAPE
+    )
     assert found is not None
     return found.path
 
@@ -134,7 +138,7 @@ def brute_force(scene: Scene, wish: float) -> float:
     graph = st_graph(path, CAR, moving(scene), everyone, 1.0, 0.3)
     task = SpeedTask(scene.ego.speed, scene.ego.acceleration, wish)
     start = start_state(task, CAR, SETTINGS)
-    bounds = demands(graph, SETTINGS, start[1], times)
+    bounds = demands(graph, SETTINGS, start.speed, times)
     caps = speed_caps(path, CAR, task, times)
     best = math.inf
     for sides in itertools.product((Side.BEFORE, Side.AFTER), repeat=len(graph.ids)):
@@ -183,8 +187,8 @@ def test_an_order_that_was_given_up_costs_at_least_what_is_said():
         graph = st_graph(path, CAR, moving(scene), everyone, 1.0, 0.3)
         task = SpeedTask(scene.ego.speed, scene.ego.acceleration, 13.9)
         start = start_state(task, CAR, SETTINGS)
-        bounds = demands(graph, SETTINGS, start[1], times)
-        reach = reachable(start[1], start[2], (-4.5, 3.0, 20.0), 5.0, times)
+        bounds = demands(graph, SETTINGS, start.speed, times)
+        reach = reachable(start.speed, start.acceleration, LIMITS, 5.0, times)
         caps = speed_caps(path, CAR, task, times)
         said = {a.sides: a for a in plan.alternatives}
         orders, _ = possible_orders(graph, bounds, reach, path.distance[-1], 64)
@@ -238,17 +242,16 @@ def test_what_is_planned_touches_nobody():
                     4.8,
                     1.9,
                 )
-                assert not overlap(body, other), (seed, k, v)
+                assert distance(body, other) > 0.0, (seed, k, v)
 
 
 def test_the_extreme_motions_bound_every_program():
     rng = np.random.default_rng(4)
     times = knot_times(SETTINGS)
-    limits = (-4.5, 3.0, 20.0)
     for _ in range(20):
         v0, a0 = rng.uniform(0.0, 19.0), rng.uniform(-2.0, 2.0)
         a0 = max(a0, -math.sqrt(10.0 * v0))
-        least, greatest = reachable(v0, a0, limits, 5.0, times)
+        least, greatest = reachable(v0, a0, LIMITS, 5.0, times)
         a, v, s = a0, v0, 0.0
         for k in range(1, 101):
             jerk = rng.uniform(-5.0, 5.0)
@@ -321,7 +324,7 @@ def test_orders_come_out_as_possible_ones():
         everyone = np.ones(4, np.bool_)
         graph = st_graph(change_path(scene), CAR, moving(scene), everyone, 1.0, 0.3)
         bounds = demands(graph, SETTINGS, scene.ego.speed, times)
-        reach = reachable(scene.ego.speed, 0.0, (-4.5, 3.0, 20.0), 5.0, times)
+        reach = reachable(scene.ego.speed, 0.0, LIMITS, 5.0, times)
         orders, nodes = possible_orders(graph, bounds, reach, 220.0, 64)
         assert len(orders) <= nodes < 2 ** (len(graph.ids) + 1)
         for order in orders:

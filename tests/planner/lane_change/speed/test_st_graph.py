@@ -4,12 +4,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.lane_change.path import best_change, lane_keeping_path
+from planner.lane_change.path import ChangeTarget, best_change, lane_keeping_path
 from planner.lane_change.settings import PathSettings, SpeedSettings
 from planner.lane_change.speed.program import knot_times
 from planner.lane_change.speed.st_graph import in_time, st_graph
 from planner.scene import Scene
-from planner.shapes.rectangles import Rectangle, overlap
+from planner.shapes.rectangles import Rectangle, distance
 from planner.states import Path
 from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes
@@ -22,7 +22,11 @@ TIMES = knot_times(SpeedSettings())
 
 def changing(scene: Scene) -> Path:
     found, _ = best_change(
-        scene.path, scene.ego_frenet, 1.75, 0.0, 200.0, CAR, PathSettings()
+        scene.path,
+        scene.ego_frenet,
+        ChangeTarget(1.75, 0.0, 200.0),
+        CAR,
+        PathSettings(),
     )
     assert found is not None
     return found.path
@@ -54,7 +58,7 @@ def touching(scene: Scene, path: Path, v: int, k: int) -> np.ndarray:
             CAR.length + 2 * ALONG,
             CAR.width + 2 * ACROSS,
         )
-        if overlap(body, other):
+        if distance(body, other) <= 0.0:
             hits.append(i)
     return np.array(hits)
 

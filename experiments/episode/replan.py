@@ -1,0 +1,239 @@
+"""Plans a recorded cycle again, from its run folder alone.
+
+The scene of a cycle is rebuilt from the trace (road, signals, vehicles, ego) and from
+the run's configuration (vehicle, predictor, planner). A planner's memory is not
+recorded: it is whatever the planner likes. So all cycles from the first one on are
+planned again in order, each with the memory of the one before; `Planner.plan` is a
+function of scene and memory, so that the plans must be those of the run, bit by bit.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.config import Scenario
+from experiments.config.scenario_file import CONFIG_FILE, load_scenario
+from experiments.cosim.records import Signal, TrafficState
+from experiments.cosim.road import EgoTask, Road
+from experiments.cosim.scene_builder import Outlook, build_scene
+from experiments.cosim.signals import closed_stop_lines
+from experiments.episode.run import make_scenario_planner
+from experiments.errors import ConfigError
+from experiments.trace.files import read_trace
+from experiments.trace.recording import PLAN_COLUMNS, plan_cells
+from experiments.trace.schema import Column, Table, Trace
+from experiments.world_setup.ego_vehicle import ego_task
+from planner.interface import PlanResult
+from planner.prediction import PREDICTORS
+from planner.reference_path.path import ReferencePath
+from planner.scene import Lanes, Obstacles, RoadBounds, RoadUsers, Scene
+from planner.states import CartesianState, FloatArray, FrenetState
+
+_EGO_COLUMNS = (
+    "x_m",
+    "y_m",
+    "heading_rad",
+    "curvature_1pm",
+    "speed_mps",
+    "acceleration_mps2",
+)
+_FRENET_COLUMNS = (
+    "s_m",
+    "s_dot_mps",
+    "s_ddot_mps2",
+    "l_m",
+    "l_dot_mps",
+    "l_ddot_mps2",
+    "l_prime",
+    "l_second_1pm",
+)
+_VEHICLE_COLUMNS = (  # in the order of the table of road users
+    "x_m",
+    "y_m",
+    "heading_rad",
+    "speed_mps",
+    "acceleration_mps2",
+    "lateral_speed_mps",
+    "length_m",
+    "width_m",
+)
+# of the steps, about a plan, in the order of `plan_cells`
+_CELLS = (
+    "plan_status",
+    "reason",
+    "candidates",
+    "survivors",
+    "removed",
+    "costs",
+    "blocker",
+    "explanation",
+)
+
+
+def replan(folder: Path, step: int) -> tuple[str, ...]:
+    """Plan a recorded cycle again and compare the plans.
+
+    Args:
+        folder: Of a run with its trace.
+        step: Index of the step.
+
+    Returns:
+        One line for each column that differs; empty if the plans are the same.
+
+    Raises:
+        ConfigError: If nothing was planned in that step, or the run's planner or
+            configuration cannot be read.
+        ResultsError: If the trace is missing, damaged or of another schema version.
+    """
+    recorded = Recorded.read(folder)
+    recorded.check_planned(step)
+    planner = make_scenario_planner(recorded.scenario)
+    plan: PlanResult | None = None
+    for scene in recorded.scenes(step):
+        plan = planner.plan(scene, None if plan is None else plan.memory)
+    return recorded.differences(step, plan)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recorded:
+    """A recorded run, with the scenes that its planner got."""
+
+    scenario: Scenario
+    trace: Trace
+    road: Road
+    task: EgoTask
+    outlook: Outlook
+
+    @classmethod
+    def read(cls, folder: Path) -> "Recorded":
+        """Read the run of a folder.
+
+        Raises:
+            ConfigError: If its configuration cannot be read.
+            ResultsError: If its trace is missing, damaged or of another version.
+        """
+        trace = read_trace(folder)
+        scenario = load_scenario(str(folder / CONFIG_FILE))
+        simulation = scenario.simulation
+        predictor = PREDICTORS[simulation.predictor]
+        outlook = Outlook(simulation.step_s, simulation.horizon_s, predictor)
+        return cls(scenario, trace, _road(trace), ego_task(scenario.ego), outlook)
+
+    def check_planned(self, step: int) -> None:
+        """Raise a ConfigError unless a plan was recorded in a step."""
+        planned = np.flatnonzero(~np.ma.getmaskarray(self.trace.steps["plan_status"]))
+        if step not in planned:
+            allowed = f"0 to {planned[-1]}" if planned.size else "nothing was planned"
+            raise ConfigError(f"--step: is {step}; allowed: {allowed}")
+
+    def scenes(self, last: int) -> Iterator[Scene]:
+        """Yield the scenes of all cycles from the first one to `last`."""
+        steps, vehicles, signals = (
+            self.trace.steps,
+            self.trace.vehicles,
+            self.trace.signals,
+        )
+        ego, places = (
+            np.column_stack([_numbers(steps, name) for name in names]).tolist()
+            for names in (_EGO_COLUMNS, _FRENET_COLUMNS)
+        )
+        times = steps["time_s"].tolist()
+        table = np.array([_numbers(vehicles, name) for name in _VEHICLE_COLUMNS])
+        for k in range(last + 1):
+            rows = _rows_of(vehicles, k)
+            ids = tuple(vehicles["id"][rows].tolist())
+            users = RoadUsers.from_table(ids, table[:, rows].copy())
+            lights = _signals(signals, _rows_of(signals, k))
+            state, place = CartesianState(*ego[k]), FrenetState(*places[k])
+            yield build_scene(
+                self.road,
+                self.task,
+                self.outlook,
+                TrafficState(times[k], users, lights),
+                state,
+                place,
+                closed_stop_lines(
+                    lights,
+                    place.s + self.task.vehicle.front_reach,
+                    state.speed,
+                    self.task.vehicle.limits,
+                ),
+            )
+
+    def differences(self, step: int, plan: PlanResult | None) -> tuple[str, ...]:
+        """Compare a plan with the recorded one; one line for each difference."""
+        if plan is None or plan.trajectory is None:
+            return ("there is no trajectory",)
+        found = [
+            f"{name} was {was!r}, is {now!r}"
+            for name, now in zip(_CELLS, plan_cells(plan), strict=True)
+            if (was := _cell(self.trace.steps[name], step)) != now
+        ]
+        plans = self.trace.plans
+        rows = _rows_of(plans, step)
+        for name, field in PLAN_COLUMNS.items():
+            was, now = _numbers(plans, name)[rows], getattr(plan.trajectory, field)
+            if was.shape != now.shape:
+                found.append(f"{name} had {was.size} points, has {now.size}")
+            elif not np.array_equal(was, now):
+                found.append(f"{name} differs by up to {np.abs(was - now).max():.3g}")
+        return tuple(found)
+
+
+def _road(trace: Trace) -> Road:
+    """Restore the road; the stop lines are those of the signals of each step."""
+    path, bounds, lanes, bodies = trace.path, trace.bounds, trace.lanes, trace.obstacles
+    return Road(
+        ReferencePath(
+            _numbers(path, "s_m"),
+            _numbers(path, "x_m"),
+            _numbers(path, "y_m"),
+            _numbers(path, "heading_rad"),
+            _numbers(path, "curvature_1pm"),
+            _numbers(path, "curvature_rate_1pm2"),
+        ),
+        RoadBounds(*(_numbers(bounds, name) for name in bounds)),
+        _lanes(lanes),
+        obstacles=Obstacles(
+            tuple(bodies["id"].tolist()),
+            *(_numbers(bodies, name) for name in bodies if name != "id"),
+        ),
+    )
+
+
+def _lanes(table: Table) -> Lanes:
+    """Restore the lanes."""
+    if not table["lane"].size:
+        return Lanes.none()
+    n_lanes = int(table["lane"].max()) + 1
+    s, centre, width = (
+        _numbers(table, name).reshape(n_lanes, -1)
+        for name in ("s_m", "centre_m", "width_m")
+    )
+    return Lanes(s[0], centre, width)
+
+
+def _signals(table: Table, rows: slice) -> tuple[Signal, ...]:
+    """Restore the signals of one step."""
+    columns = (table[name][rows].tolist() for name in ("id", "stop_m", "state"))
+    return tuple(Signal(*row) for row in zip(*columns, strict=True))
+
+
+def _rows_of(table: Mapping[str, Column], step: int) -> slice:
+    """Return the rows of a step in a table that is sorted by step."""
+    first, last = np.searchsorted(table["index"], (step, step + 1))
+    return slice(int(first), int(last))
+
+
+def _numbers(table: Table, name: str) -> FloatArray:
+    """Return a column of numbers; null is NaN."""
+    numbers: FloatArray = np.ma.filled(table[name], np.nan)
+    return numbers
+
+
+def _cell(values: Column, row: int) -> Any:
+    """Return a cell as a plain value; null is None."""
+    return None if np.ma.getmaskarray(values)[row] else values[row]

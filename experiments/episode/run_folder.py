@@ -1,0 +1,125 @@
+"""The run folder of an episode: its name, and what is written into it."""
+
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from experiments.config import Scenario
+from experiments.config.scenario_file import CONFIG_FILE, config_text
+from experiments.cosim.records import Ending
+from experiments.episode.newest_run import ENDED
+from experiments.metrics.row import Cell, metric_row
+from experiments.storage.run_files import MANIFEST, METRICS, write_json
+from experiments.trace.files import write_trace
+from experiments.trace.schema import SCHEMA_VERSION, Table, Trace, trace_hash
+from experiments.world_setup.traffic import TRAFFIC_FILE
+
+ID_LENGTH = 8  # characters of the run's hash in the folder's name
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """The results of an episode."""
+
+    ending: Ending
+    row: dict[str, Cell]
+    trace: Trace
+    trace_hash: str
+    folder: Path
+
+
+@dataclass(frozen=True, slots=True)
+class OutputOptions:
+    """Place and content of a run folder."""
+
+    target: Path | None = None  # instead of the usual name
+    keeps_trace: Callable[[Ending], bool] = lambda _: True
+    facts: Mapping[str, Any] = field(default_factory=dict)  # for the manifest
+    keeps_candidates: bool = False  # of the cycles, and s-T graphs, with the trace
+
+
+@dataclass(frozen=True, slots=True)
+class RunOutput:
+    """A run folder that is being filled."""
+
+    aside: Path  # where it is filled
+    target: Path  # where it will be
+    options: OutputOptions
+    started: float  # of the run, by perf_counter [s]
+
+
+def folder_name(scenario: Scenario, run_hash: str) -> str:
+    """Return the name of a run folder: `<scenario>-<planner>-<seed>-<hash>`."""
+    planner = "".join(
+        c if c.isalnum() or c in "_." else "_" for c in scenario.planner.name
+    )
+    seed = scenario.simulation.seed
+    return f"{scenario.name}-{planner}-{seed}-{run_hash[:ID_LENGTH]}"
+
+
+def write_run(
+    scenario: Scenario,
+    identity: Mapping[str, Any],
+    ending: Ending,
+    trace: Trace,
+    output: RunOutput,
+    without_ego: Table | None = None,
+) -> Outcome:
+    """Compute the metrics of an episode and write its files.
+
+    Args:
+        scenario: Checked.
+        identity: See `run_identity`.
+        ending: How the episode ended.
+        trace: Of the episode.
+        output: The folder.
+        without_ego: Vehicles in the same traffic without the ego, if that was run.
+
+    Returns:
+        The outcome.
+    """
+    row = metric_row(trace, without_ego)
+    hashed = trace_hash(trace)
+    kept = output.options.keeps_trace(ending)
+    if kept:
+        write_trace(trace, output.aside)
+    else:
+        (output.aside / TRAFFIC_FILE).unlink(missing_ok=True)
+    command = ["rearview", "run", f"{output.target}/{CONFIG_FILE}"]
+    manifest = {
+        **identity,
+        "trace_schema": SCHEMA_VERSION,
+        "trace_hash": hashed,
+        "status": str(ending.status),
+        "reason": ending.reason,
+        "trace_kept": kept,
+        "wall_s": perf_counter() - output.started,
+        ENDED: datetime.now(UTC).isoformat(),
+        "command": shlex.join([*command, "--out", str(output.target.parent)]),
+        **output.options.facts,
+    }
+    write_files(output.aside, row, manifest, scenario.resolved())
+    return Outcome(ending, row, trace, hashed, output.target)
+
+
+def write_files(
+    folder: Path,
+    row: Mapping[str, Cell],
+    manifest: Mapping[str, Any],
+    config: Mapping[str, Any],
+) -> None:
+    """Write the files that every run folder has.
+
+    Args:
+        folder: Exists.
+        row: Metrics of the run.
+        manifest: What the run was made from, and how it ended.
+        config: The resolved scenario.
+    """
+    write_json(folder / METRICS, row)
+    write_json(folder / MANIFEST, manifest)
+    (folder / CONFIG_FILE).write_text(config_text(config), encoding="utf-8")

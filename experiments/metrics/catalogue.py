@@ -1,0 +1,474 @@
+"""The metrics of an episode: every column of the results row, in its order.
+
+The row, the tables on the terminal and on pages, the default metrics of a comparison
+and the reference in the documentation are all derived from this list.
+`python -m experiments.metrics.catalogue` prints the reference as Markdown.
+"""
+
+import sys
+from collections.abc import Mapping
+from typing import Final
+
+from experiments.metrics import (
+    columns,
+    comfort,
+    computation,
+    efficiency,
+    followers,
+    lane_change,
+    safety,
+    without_ego,
+)
+from experiments.metrics.metric import Better, Metric
+
+LOWER, HIGHER = Better.LOWER, Better.HIGHER
+
+_IDENTITY = (
+    Metric(
+        column=columns.SCENARIO,
+        label="scenario",
+        compute=lambda e: str(e.trace.fact("scenario")),
+        formula="name of the resolved scenario",
+        identity=True,
+    ),
+    Metric(
+        column=columns.PLANNER,
+        label="planner",
+        compute=lambda e: str(e.trace.fact("planner")),
+        formula="name of the planner",
+        identity=True,
+    ),
+    Metric(
+        column=columns.SEED,
+        label="seed",
+        compute=lambda e: int(e.trace.fact("seed")),
+        formula="seed of traffic and obstacles",
+        identity=True,
+    ),
+    Metric(
+        column=columns.STATUS,
+        label="status",
+        compute=lambda e: str(e.trace.fact("status")),
+        formula="how the episode ended: `arrived`, `blocked`, `timeout`, `collision`, "
+        "`off_road`, `planner_failed`, `simulator_failed` or `crashed`",
+        identity=True,
+    ),
+    Metric(
+        column=columns.ARRIVED,
+        label="arrived",
+        compute=lambda e: efficiency.arrived(e.trace),
+        formula="whether the status is `arrived`",
+        better=HIGHER,
+        identity=True,
+        compared=True,
+        rate="arrived",
+    ),
+)
+_SAFETY = (
+    Metric(
+        column=columns.COLLISIONS,
+        label="collisions",
+        compute=lambda e: len(safety.contacts(e.trace)),
+        formula="number of distinct bodies touched by the ego's rectangle, swept "
+        "between steps",
+        better=LOWER,
+        in_terminal=True,
+        compared=True,
+        rate="collided",
+    ),
+    Metric(
+        column=columns.FIRST_COLLISION_WITH,
+        label="first collision with",
+        compute=lambda e: next(iter(safety.contacts(e.trace)), None),
+        formula="id of the first body touched",
+    ),
+    Metric(
+        column=columns.MIN_CLEARANCE,
+        label="min clearance",
+        compute=lambda e: safety.min_clearance(e.trace),
+        formula="smallest distance between the ego's rectangle and any vehicle or "
+        "obstacle over all steps; 0 after a contact; null without bodies",
+        unit="m",
+        digits=2,
+        better=HIGHER,
+        in_terminal=True,
+        compared=True,
+    ),
+    Metric(
+        column=columns.MIN_TTC,
+        label="min TTC",
+        compute=lambda e: safety.min_time_to_collision(e.trace),
+        formula="smallest time to collision with any vehicle, in the Frenet plane of "
+        "the reference path; null above 10 s",
+        unit="s",
+        digits=1,
+        better=HIGHER,
+        in_terminal=True,
+        compared=True,
+    ),
+    Metric(
+        column=columns.MIN_TIME_HEADWAY,
+        label="min time headway",
+        compute=lambda e: safety.min_time_headway(e.trace),
+        formula="smallest (bumper-to-bumper gap to the leader) / (ego speed) at 1 m/s "
+        "and above; the leader is the nearest vehicle ahead within 100 m that travels "
+        "in the ego's direction and overlaps the ego's width",
+        unit="s",
+        digits=2,
+        better=HIGHER,
+        in_terminal=True,
+    ),
+    Metric(
+        column=columns.OFF_ROAD_STEPS,
+        label="off-road steps",
+        compute=lambda e: safety.off_road_steps(e.trace),
+        formula="steps in which the ego's body extended more than 1 cm beyond the "
+        "road edge",
+        better=LOWER,
+        in_terminal=True,
+        compared=True,
+        rate="off road",
+    ),
+)
+_EFFICIENCY = (
+    Metric(
+        column=columns.TRAVEL_TIME,
+        label="travel time",
+        compute=lambda e: efficiency.travel_time(e.trace),
+        formula="time from entry to arrival; null unless the ego arrived",
+        unit="s",
+        digits=1,
+        better=LOWER,
+        in_terminal=True,
+        compared=True,
+    ),
+    Metric(
+        column=columns.DISTANCE,
+        label="distance",
+        compute=lambda e: efficiency.distance(e.trace),
+        formula="path length of the rear axle, Σ ‖p_(k+1) - p_k‖",
+        unit="m",
+        digits=1,
+        in_terminal=True,
+    ),
+    Metric(
+        column=columns.MEAN_SPEED,
+        label="mean speed",
+        compute=lambda e: efficiency.mean_speed(e.trace),
+        formula="distance over duration",
+        unit="m/s",
+        digits=1,
+        better=HIGHER,
+        in_terminal=True,
+        compared=True,
+    ),
+)
+_COMFORT = (
+    Metric(
+        column=columns.MEAN_J_JERK,
+        label="mean jerk cost",
+        compute=lambda e: comfort.mean_cost(e.trace, comfort.JERK_COST),
+        formula="mean over planning cycles of ∫ jerk² dt of the selected trajectory; "
+        "null unless the planner reports `jerk_integral`",
+        unit="m²/s⁵",
+        digits=3,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.MEAN_J_OFFSET,
+        label="mean offset cost",
+        compute=lambda e: comfort.mean_cost(e.trace, comfort.OFFSET_COST),
+        formula="mean over planning cycles of the mean l² of the selected trajectory; "
+        "null unless the planner reports `mean_offset_squared`",
+        unit="m²",
+        digits=3,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.RMS_JERK,
+        label="RMS jerk",
+        compute=lambda e: comfort.rms_jerk(e.trace),
+        formula="√ mean ‖a_(k+1) - a_k‖² / Δt² with a = (tangential acceleration, "
+        "κv²), as experienced by a passenger",
+        unit="m/s³",
+        digits=2,
+        better=LOWER,
+        in_terminal=True,
+        compared=True,
+    ),
+    Metric(
+        column=columns.MAX_ACCELERATION,
+        label="max abs. acceleration",
+        compute=lambda e: comfort.max_abs_acceleration(e.trace),
+        formula="max |tangential acceleration|",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+        in_terminal=True,
+        compared=True,
+    ),
+    Metric(
+        column=columns.MAX_LATERAL_ACCELERATION,
+        label="max lateral acceleration",
+        compute=lambda e: comfort.max_abs_lateral_acceleration(e.trace),
+        formula="max |κv²|",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+        in_terminal=True,
+    ),
+    Metric(
+        column=columns.MAX_CURVATURE,
+        label="max curvature",
+        compute=lambda e: comfort.max_abs_curvature(e.trace),
+        formula="max |κ| of the driven path",
+        unit="1/m",
+        digits=4,
+    ),
+    Metric(
+        column=columns.MAX_HEADING,
+        label="max heading error",
+        compute=lambda e: comfort.max_heading(e.trace),
+        formula="max |ego heading - path heading|; null if the ego was never projected "
+        "on the path",
+        unit="rad",
+        digits=3,
+    ),
+)
+_COMPUTATION = (
+    Metric(
+        column=columns.FALLBACK_CYCLES,
+        label="fallback cycles",
+        compute=lambda e: computation.fallback_cycles(e.trace),
+        formula="planning cycles without a fresh plan",
+        better=LOWER,
+        in_terminal=True,
+    ),
+    Metric(
+        column=columns.CANDIDATES_MEAN,
+        label="candidates per cycle",
+        compute=lambda e: computation.mean_count(e.trace, "candidates"),
+        formula="mean number of candidates over planning cycles; null without cycles",
+        in_terminal=True,
+    ),
+    Metric(
+        column=columns.FEASIBLE_MEAN,
+        label="feasible candidates",
+        compute=lambda e: computation.mean_count(e.trace, "survivors"),
+        formula="mean number of feasible candidates over planning cycles; null without "
+        "cycles",
+        in_terminal=True,
+    ),
+    Metric(
+        column=columns.PLANNING_P50,
+        label="planning time, median",
+        compute=lambda e: computation.planning_percentile(e.trace, 50),
+        formula="wall-clock time of a planning cycle, median; the first cycle, which "
+        "loads compiled loops, is excluded",
+        unit="ms",
+        digits=2,
+        better=LOWER,
+        in_terminal=True,
+        compared=True,
+        timing=True,
+    ),
+    Metric(
+        column=columns.PLANNING_P95,
+        label="planning time, p95",
+        compute=lambda e: computation.planning_percentile(e.trace, 95),
+        formula="the same, 95th percentile",
+        unit="ms",
+        digits=2,
+        better=LOWER,
+        timing=True,
+    ),
+    Metric(
+        column=columns.PLANNING_P99,
+        label="planning time, p99",
+        compute=lambda e: computation.planning_percentile(e.trace, 99),
+        formula="the same, 99th percentile",
+        unit="ms",
+        digits=2,
+        better=LOWER,
+        in_terminal=True,
+        compared=True,
+        timing=True,
+    ),
+    Metric(
+        column=columns.PLANNING_MAX,
+        label="planning time, max",
+        compute=lambda e: computation.planning_percentile(e.trace, 100),
+        formula="the same, maximum",
+        unit="ms",
+        digits=2,
+        better=LOWER,
+        timing=True,
+    ),
+    Metric(
+        column=columns.DEADLINE_MISSES,
+        label="deadline misses",
+        compute=lambda e: computation.deadline_misses(e.trace),
+        formula="planning cycles, from the second on, whose wall-clock time exceeded "
+        "the step",
+        better=LOWER,
+        timing=True,
+    ),
+    Metric(
+        column=columns.STEPS_PER_SECOND,
+        label="loop rate",
+        compute=lambda e: computation.steps_per_second(e.trace),
+        formula="steps of the closed loop per second of wall clock, planner included, "
+        "from the second step on",
+        unit="steps/s",
+        better=HIGHER,
+        in_terminal=True,
+        timing=True,
+    ),
+)
+_FOLLOWERS = (
+    Metric(
+        column=columns.REAR_MAX_DECELERATION,
+        label="max follower deceleration",
+        compute=lambda e: followers.rear_max_deceleration(e.trace),
+        formula="hardest braking of any follower while following, at least 0; null "
+        "without followers",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+        in_terminal=True,
+        compared=True,
+    ),
+    Metric(
+        column=columns.REAR_SPEED_LOSS,
+        label="max follower speed loss",
+        compute=lambda e: followers.rear_speed_loss(e.trace),
+        formula="largest drop of a follower's speed while following: max (highest "
+        "speed so far - current speed); null without followers",
+        unit="m/s",
+        digits=2,
+        better=LOWER,
+    ),
+)
+_LANE_CHANGE = (
+    Metric(
+        column=columns.LANE_CHANGE_TIME,
+        label="lane-change duration",
+        compute=lambda e: lane_change.lane_change_time(e.trace),
+        formula="duration of the first lane change: from the last step within 0.1 m of "
+        "the initial offset to the first after which the offset, at least 2.5 m away, "
+        "stays within 0.1 m for 2 s; null without one",
+        unit="s",
+        digits=1,
+    ),
+    Metric(
+        column=columns.LANE_CHANGE_DONE,
+        label="lane change completed",
+        compute=lambda e: lane_change.lane_change_done(e.trace),
+        formula="time from entry to the end of that lane change; null without one",
+        unit="s",
+        digits=1,
+    ),
+    Metric(
+        column=columns.BEFORE_BLOCKAGE,
+        label="changed before blockage",
+        compute=lambda e: lane_change.changed_before_blockage(e.trace),
+        formula="whether the ego was at least 2.5 m from its initial offset when its "
+        "front reached the blockage, the near end of the first obstacle ahead that "
+        "covers the ego's full width at that offset; false if the ego never reached "
+        "it; null without a blockage",
+        better=HIGHER,
+    ),
+)
+_WITHOUT_EGO = (
+    Metric(
+        column=columns.BEHIND_COMPARED,
+        label="vehicles compared with no-ego run",
+        compute=lambda e: without_ego.n_compared(e.costs_behind),
+        formula="vehicles behind the ego that are compared with the run without it; "
+        "null, like the next four, without `simulation.without_ego`",
+    ),
+    Metric(
+        column=columns.BEHIND_DELAY_MEAN,
+        label="mean delay vs. no-ego run",
+        compute=lambda e: without_ego.mean_delay(e.costs_behind),
+        formula="mean delay at the last place that both runs reach; negative is a gain",
+        unit="s",
+        digits=2,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.BEHIND_DELAY_MAX,
+        label="max delay vs. no-ego run",
+        compute=lambda e: without_ego.max_delay(e.costs_behind),
+        formula="the same, largest",
+        unit="s",
+        digits=2,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.BEHIND_SPEED_LOSS,
+        label="max speed loss vs. no-ego run",
+        compute=lambda e: without_ego.max_speed_loss(e.costs_behind),
+        formula="largest (speed without the ego - speed with it) at the same place",
+        unit="m/s",
+        digits=2,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.BEHIND_DECELERATION,
+        label="added deceleration vs. no-ego run",
+        compute=lambda e: without_ego.max_added_deceleration(e.costs_behind),
+        formula="largest (hardest braking with the ego - without it) of one vehicle on "
+        "the stretch shared by both runs, at least 0",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+    ),
+)
+
+METRICS: Final[Mapping[str, Metric]] = {
+    metric.column: metric
+    for metric in (
+        *_IDENTITY,
+        *_SAFETY,
+        *_EFFICIENCY,
+        *_COMFORT,
+        *_COMPUTATION,
+        *_FOLLOWERS,
+        *_LANE_CHANGE,
+        *_WITHOUT_EGO,
+    )
+}
+ALL_COLUMNS: Final = tuple(METRICS)
+TIMING_COLUMNS: Final = tuple(m.column for m in METRICS.values() if m.timing)
+IN_TERMINAL: Final = tuple(m for m in METRICS.values() if m.in_terminal)
+# share of runs with a value above zero -> its column
+RATES: Final[Mapping[str, str]] = {m.rate: m.column for m in METRICS.values() if m.rate}
+MEANS: Final = tuple(m.column for m in METRICS.values() if m.compared and not m.rate)
+
+
+def markdown_table() -> str:
+    """Return the reference of all metrics as a Markdown table."""
+    lines = [
+        "| column | label | unit | better | default in | definition |",
+        "|---|---|---|---|---|---|",
+    ]
+    for metric in METRICS.values():
+        shown = [
+            name
+            for name, is_in in (
+                ("run", metric.in_terminal),
+                ("compare", metric.compared),
+            )
+            if is_in
+        ]
+        formula = metric.formula.replace("|", "\\|")
+        lines.append(
+            f"| `{metric.column}` | {metric.label} | {metric.unit or '-'} "
+            f"| {metric.better} | {', '.join(shown) or '-'} | {formula} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(markdown_table())

@@ -1,0 +1,67 @@
+"""One metric of the results row, and the recorded episode it is computed from."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import Any
+
+from experiments.metrics import without_ego
+from experiments.metrics.columns import Cell
+from experiments.trace.schema import Table, Trace
+
+
+@dataclass(frozen=True)
+class MeasuredEpisode:
+    """A recorded episode, and the same seed without the ego if that was driven."""
+
+    trace: Trace
+    vehicles_without_ego: Table | None = None
+
+    @cached_property
+    def costs_behind(self) -> list[without_ego.Cost] | None:
+        """Losses of the vehicles behind the ego; None without the second run."""
+        if self.vehicles_without_ego is None:
+            return None
+        return without_ego.costs(self.trace, self.vehicles_without_ego)
+
+
+class Better(StrEnum):
+    """Direction in which a metric improves."""
+
+    LOWER = "lower"
+    HIGHER = "higher"
+    NEITHER = "-"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Metric:
+    """One column of the results row: how it is computed, named and shown."""
+
+    column: str
+    label: str
+    compute: Callable[[MeasuredEpisode], Cell]  # None where it does not apply
+    formula: str  # definition in words
+    unit: str = ""
+    digits: int = 0  # after the decimal point
+    better: Better = Better.NEITHER
+    identity: bool = False  # names the run or its outcome, measures nothing
+    in_terminal: bool = False  # listed when `rearview run` ends
+    compared: bool = False  # `rearview compare` includes its mean by default
+    rate: str = ""  # name of the share of runs with a value above zero, if compared
+    timing: bool = False  # wall clock: left out when results are compared for identity
+
+    @property
+    def label_with_unit(self) -> str:
+        """Label with the unit in brackets."""
+        return f"{self.label} [{self.unit}]" if self.unit else self.label
+
+    def text(self, value: Any) -> str:
+        """Format a value, `-` where the metric does not apply."""
+        if value is None:
+            return "-"
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        if isinstance(value, int | float):
+            return f"{value:.{self.digits}f}"
+        return str(value)

@@ -1,0 +1,177 @@
+"""The road of a scenario: from its segments, or from a SUMO network."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.config import Scenario
+from experiments.config.road import Road as RoadSection
+from experiments.cosim.kinematic_world import constant_bounds
+from experiments.cosim.road import EgoTask, Road
+from experiments.world_setup.driven_path import DrivenPath, driven_path
+from experiments.world_setup.road_bounds import road_bounds
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import Segment, arc, clothoid, line
+from planner.scene import Lanes, RoadBounds
+from planner.states import FloatArray
+from planner.vehicle import Vehicle
+from sumo_nets import catalogue
+from sumo_nets.catalogue import Network
+from sumo_nets.errors import NetworkError
+from sumo_nets.route_path import RoutePath, StopLine, route_path
+
+# A catalogue's exact line and its built net may differ by so much before it is stale.
+MAX_DEVIATION = 0.25  # [m]
+
+_SEGMENTS: Mapping[str, Callable[..., Segment]] = {
+    "line": line,
+    "arc": arc,
+    "clothoid": clothoid,
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """A road and the ego's task on it, before anything moves."""
+
+    road: Road
+    task: EgoTask
+    network: Network | None = None  # of world sumo
+
+
+def plain_road(scenario: Scenario) -> Road:
+    """Build the road of the kinematic world."""
+    road = scenario.road
+    if road is None:
+        raise scenario.error(("road",), "is missing")
+    segments = [_SEGMENTS[kind](*numbers) for kind, *numbers in road.segments]
+    path = ReferencePath.from_segments(segments)
+    bounds = constant_bounds(path, road.half_width_m)
+    return Road(path, bounds, _plain_lanes(road))
+
+
+def _plain_lanes(road: RoadSection) -> Lanes:
+    """Return the lanes of a kinematic road, side by side about its path."""
+    if road.lanes is None:
+        return Lanes.none()
+    count, width = road.lanes.count, road.lanes.width_m
+    centres = width * (np.arange(count, dtype=np.float64) - (count - 1) / 2.0)
+    return Lanes(np.zeros(1), centres[:, None], np.full((count, 1), width))
+
+
+def scenario_network(scenario: Scenario) -> Network:
+    """Return the network of the scenario.
+
+    Raises:
+        ConfigError: If the scenario has none.
+        NetworkError: If the network, its route or lane does not exist.
+    """
+    choice = scenario.network
+    if choice is None:
+        raise scenario.error(("network",), "is missing")
+    if choice.file is None:
+        return catalogue.network(choice.name or "")
+    route, lane = choice.route or (), choice.lane or 0
+    return Network.from_file(choice.file, route, lane)
+
+
+def sumo_road(network: Network, vehicle: Vehicle) -> Road:
+    """Read the road of a SUMO network.
+
+    Args:
+        network: With the route.
+        vehicle: The ego, whose path it is.
+
+    Raises:
+        NetworkError: If the network, its route or lane does not exist, or the vehicle
+            cannot take one of its bends.
+    """
+    found = route_path(network.net_file, network.route, network.lane)
+    driven = _driven_path(network, found, vehicle)
+    path = driven.path
+    s, l = path.project(found.points[:, 0], found.points[:, 1], near=driven.near)
+    stop_lines = tuple(
+        StopLine(stop.signal, stop.link, float(np.interp(stop.s, found.s, s)))
+        for stop in found.stop_lines
+    )
+    kept = _growing(s)
+    edges = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
+    bounds = road_bounds(found, driven, edges, vehicle)
+    return Road(path, bounds, _lanes(found, s, l), stop_lines)
+
+
+def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
+    """Return the lanes of the route's edges along the reference path.
+
+    Lanes are identified by their place beside the one that the route follows; where
+    one is missing its width is 0. Inside junctions there are no markings: lanes are
+    interpolated from one edge to the next.
+    """
+    spans = [span for span in found.spans if not span.lane.startswith(":")]
+    n_right = max((sum(x < 0.0 for x in span.lines) for span in spans), default=0)
+    n_left = max((sum(x > 0.0 for x in span.lines) for span in spans), default=0)
+    at, centres, widths = [], [], []
+    for k in np.flatnonzero(_growing(s)):
+        span = next((x for x in spans if x.begin <= found.s[k] <= x.end), None)
+        if span is None:
+            continue
+        edges = span.edges_at(float(found.left[k]))
+        own = sum(x < 0.0 for x in span.lines)
+        centre = np.zeros(n_right + 1 + n_left)
+        width = np.zeros(centre.size)
+        first = n_right - own
+        there = slice(first, first + edges.size - 1)
+        centre[there] = 0.5 * (edges[1:] + edges[:-1])
+        width[there] = np.diff(edges)
+        centre[:first] = edges[0] - np.arange(first, 0, -1.0)
+        beyond = centre.size - there.stop
+        centre[there.stop :] = edges[-1] + np.arange(1.0, beyond + 1.0)
+        at.append(s[k])
+        centres.append(centre + l[k])
+        widths.append(width)
+    if not at:
+        return Lanes.none()
+    return Lanes(np.array(at), np.array(centres).T, np.array(widths).T)
+
+
+def _driven_path(network: Network, found: RoutePath, vehicle: Vehicle) -> DrivenPath:
+    """Smooth the points of the route; a road of the catalogue must lie on its line.
+
+    The exact line of a catalogue road itself is not used: its curvature jumps where a
+    line meets an arc, and beside the line a speed would jump with it.
+    """
+    try:
+        driven = driven_path(found, vehicle)
+    except NetworkError as error:
+        raise NetworkError(f"{network.net_file}: {error}") from error
+    if network.segments:
+        first, second = found.points[0], found.points[1]
+        heading = math.atan2(second[1] - first[1], second[0] - first[0])
+        segments = [_exact_segment(segment) for segment in network.segments]
+        exact = ReferencePath.from_segments(
+            segments, (float(first[0]), float(first[1]), heading)
+        )
+        _, l = exact.project(found.points[:, 0], found.points[:, 1], near=found.s)
+        if np.abs(l).max() > MAX_DEVIATION:
+            raise NetworkError(
+                f"{network.net_file}: is {np.abs(l).max():.2f} m off its exact line; "
+                "rebuild it with make nets"
+            )
+    return driven
+
+
+def _exact_segment(segment: tuple[str, float, float, float]) -> Segment:
+    """Turn a segment of the catalogue into one of the planner."""
+    kind, length, begin, end = segment
+    if kind == "line":
+        return line(length)
+    return arc(length, begin) if kind == "arc" else clothoid(length, begin, end)
+
+
+def _growing(s: FloatArray) -> NDArray[np.bool_]:
+    """Mark the values that exceed all before them."""
+    before = np.concatenate(([-np.inf], np.maximum.accumulate(s)[:-1]))
+    return np.asarray(s > before + 1e-6)

@@ -1,0 +1,76 @@
+"""The background traffic of a scenario: its demand and its route file."""
+
+from pathlib import Path
+
+from experiments.config import Scenario
+from experiments.config.traffic import DENSITIES, Traffic
+from experiments.cosim.sumo.settings import ENTRY_PATIENCE, SlowLeader
+from experiments.world_setup.ego_vehicle import ego_type
+from experiments.world_setup.road import Layout
+from planner.scene import Lanes
+from sumo_nets.catalogue import Network
+from sumo_nets.demand import Demand, write_demand
+from sumo_nets.errors import NetworkError
+from sumo_nets.vehicle_types import LEADER, LeaderType
+
+TRAFFIC_FILE = "traffic.rou.xml"  # in the run folder
+
+
+def write_traffic(
+    scenario: Scenario, layout: Layout, network: Network, folder: Path
+) -> Path:
+    """Write the route file of the background traffic into a folder.
+
+    Raises:
+        ConfigError: If the traffic is not possible on this network.
+    """
+    simulation = scenario.simulation
+    file = folder / TRAFFIC_FILE
+    end = simulation.warmup_s + ENTRY_PATIENCE + simulation.duration_s
+    try:
+        ego = ego_type(layout.task.vehicle)
+        demand = make_demand(scenario, layout)
+        write_demand(network, demand, simulation.seed, 0.0, end, file, ego)
+    except NetworkError as error:
+        raise scenario.error(("traffic",), str(error)) from error
+    return file
+
+
+def slow_leader(traffic: Traffic | None) -> SlowLeader | None:
+    """Return the slow leader of the traffic section, None without one."""
+    leader = traffic.slow_leader if traffic is not None else None
+    if leader is None:
+        return None
+    return SlowLeader(LEADER, leader.gap_m, leader.speed_mps)
+
+
+def make_demand(scenario: Scenario, layout: Layout) -> Demand:
+    """Make the demand of the traffic section; no vehicles without one.
+
+    Raises:
+        ConfigError: If the density is of a road without lanes.
+    """
+    traffic = scenario.traffic
+    if traffic is None:
+        return Demand()
+    left_out = {"density", "temper", "slow_leader"}
+    fields = traffic.model_dump(exclude_none=True, exclude=left_out)
+    if "models" in fields:
+        fields["models"] = tuple(fields["models"].items())
+    if traffic.density is not None:
+        n_fed = (
+            1 if traffic.own_lane is not None else _lanes_at_start(layout.road.lanes)
+        )
+        if n_fed == 0:
+            problem = "is of a road without lanes; allowed: own_veh_per_h"
+            raise scenario.error(("traffic", "density"), problem)
+        fields["own_veh_per_h"] = DENSITIES[traffic.density] * n_fed
+    leader = traffic.slow_leader
+    if leader is not None:
+        fields["leader"] = LeaderType(leader.kind, leader.speed_mps)
+    return Demand(**fields)
+
+
+def _lanes_at_start(lanes: Lanes) -> int:
+    """Count the lanes where the road begins."""
+    return int((lanes.at(float(lanes.s[0]))[1] > 0.0).sum())

@@ -1,0 +1,63 @@
+"""From the wish to brake to the deceleration: delay, coasting and jerk."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.errors import InvalidInputError
+from planner.reference_drivers.situation import GRAVITY
+from planner.states import FloatArray
+
+FULL_BRAKING = 0.774 * GRAVITY  # of the competent and careful human [m/s²]
+BRAKING_JERK = 12.65  # 0.774 g within 0.6 s [m/s³]
+EMERGENCY_BRAKING = 0.85 * GRAVITY  # of the emergency braking system [m/s²]
+EMERGENCY_JERK = EMERGENCY_BRAKING / 0.6  # [m/s³]
+
+
+@dataclass(frozen=True, slots=True)
+class Reaction:
+    """How a wish becomes a deceleration; the numbers are those of [R157].
+
+    Raises:
+        InvalidInputError: If a number is negative or the jerk is not positive.
+    """
+
+    delay_s: float = 0.75  # from the wish to the first effect of the brake [s]
+    deceleration: float = FULL_BRAKING  # that the driver never exceeds [m/s²]
+    jerk: float = BRAKING_JERK  # while the deceleration grows [m/s³]
+    coasting: float = 0.0  # deceleration during the delay: foot off the pedal [m/s²]
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        least = min(self.delay_s, self.deceleration, self.coasting)
+        if not (least >= 0.0 and self.jerk > 0.0):
+            raise InvalidInputError(f"a reaction needs numbers >= 0, got {self}")
+
+    def delay_steps(self, step_s: float) -> int:
+        """Return the number of whole steps within the delay."""
+        return int(self.delay_s / step_s + 1e-9)
+
+    def decelerate(
+        self,
+        deceleration: FloatArray,
+        wish: FloatArray,
+        delayed_wish: FloatArray,
+        step_s: float,
+    ) -> FloatArray:
+        """Return the deceleration of the coming step.
+
+        Args:
+            deceleration: Of the step before, (n,) [m/s²].
+            wish: What the driver wants now, (n,) [m/s²].
+            delayed_wish: What the driver wanted one delay ago, (n,) [m/s²].
+            step_s: Time between two calls [s].
+
+        Returns:
+            Deceleration, (n,) [m/s²]: it grows no faster than the jerk allows and
+            falls at once.
+        """
+        target = np.minimum(delayed_wish, self.deceleration)
+        start = np.maximum(deceleration, self.coasting)
+        braked = np.minimum(start + self.jerk * step_s, target)
+        coasting = np.where(wish > 0.0, self.coasting, 0.0)
+        return np.where(target > 0.0, np.maximum(braked, 0.0), coasting)

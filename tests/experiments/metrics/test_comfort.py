@@ -1,0 +1,79 @@
+"""Comfort metrics on hand-made traces with answers in closed form."""
+
+import math
+
+import pytest
+
+from experiments.metrics import comfort
+from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc
+from planner.states import CartesianState
+from tests.experiments.traces import STEP, cruising, record, trace_of
+
+
+def test_constant_speed():
+    trace = cruising(51)
+    assert comfort.rms_jerk(trace) == 0.0
+    assert comfort.max_abs_acceleration(trace) == 0.0
+    assert comfort.max_heading(trace) == 0.0
+
+
+def test_rms_of_a_sinusoidal_jerk():
+    # a = A sin(w t): jerk A w cos(w t), RMS over whole periods A w / sqrt(2)
+    amplitude, omega, n = 2.0, 2.0 * math.pi / 5.0, 501
+    records = [
+        record(
+            k, CartesianState(k, 0, 0, 0, 10, amplitude * math.sin(omega * STEP * k))
+        )
+        for k in range(n)
+    ]
+    expected = amplitude * omega / math.sqrt(2.0)
+    assert comfort.rms_jerk(trace_of(records)) == pytest.approx(expected, rel=2e-3)
+    assert comfort.max_abs_acceleration(trace_of(records)) == pytest.approx(
+        amplitude, rel=5e-3
+    )
+
+
+def test_circle_has_lateral_acceleration_but_no_jerk():
+    radius, speed = 50.0, 12.0
+    path = ReferencePath.from_segments([arc(150.0, 1.0 / radius)])
+    records = []
+    for k in range(40):
+        x, y, heading = path.pose(speed * STEP * k)
+        ego = CartesianState(x, y, heading, 1.0 / radius, speed, 0.0)
+        records.append(record(k, ego, path=path))
+    trace = trace_of(records, path=path)
+    assert comfort.max_abs_lateral_acceleration(trace) == pytest.approx(2.88)
+    assert comfort.max_abs_curvature(trace) == pytest.approx(0.02)
+    assert comfort.rms_jerk(trace) == pytest.approx(0.0, abs=1e-12)
+    assert comfort.max_heading(trace) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_lateral_jerk_counts():
+    # curvature grows linearly: d(kappa v²)/dt = rate * v³
+    speed, rate = 10.0, 1e-3
+    records = [
+        record(k, CartesianState(k, 0, 0, rate * speed * STEP * k, speed, 0))
+        for k in range(20)
+    ]
+    assert comfort.rms_jerk(trace_of(records)) == pytest.approx(rate * speed**3)
+
+
+def test_cost_terms_are_averaged_over_the_plans_that_report_them():
+    def plan(status, candidates, **costs):
+        return PlanResult(status, None, None, PlanStats("", candidates, 1, {}, costs))
+
+    plans = [
+        plan(PlanStatus.OK, 100, jerk_integral=2.0, mean_offset_squared=0.5),
+        plan(PlanStatus.OK, 300, jerk_integral=4.0, mean_offset_squared=1.5),
+        plan(PlanStatus.FULL_STOP, 200),
+        None,
+    ]
+    ego = CartesianState(0, 0, 0, 0, 10, 0)
+    trace = trace_of(
+        [record(k, ego, plan=p) for k, p in enumerate(plans)],
+    )
+    assert comfort.mean_cost(trace, comfort.JERK_COST) == 3.0
+    assert comfort.mean_cost(trace, comfort.OFFSET_COST) == 1.0
+    assert comfort.mean_cost(trace, "another") is None
