@@ -162,6 +162,26 @@ _EFFICIENCY = (
         in_terminal=True,
         compared=True,
     ),
+    Metric(
+        column=columns.SPEEDING,
+        label="speeding",
+        compute=lambda e: efficiency.speeding_time(e.trace),
+        formula="time in which the speed is more than 0.5 m/s over the limit at the "
+        "front bumper; null on a road without limits",
+        unit="s",
+        digits=1,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.MAX_SPEEDING,
+        label="max speeding",
+        compute=lambda e: efficiency.max_speeding(e.trace),
+        formula="largest (speed - limit at the front bumper), at least 0; null on a "
+        "road without limits",
+        unit="m/s",
+        digits=2,
+        better=LOWER,
+    ),
 )
 _COMFORT = (
     Metric(

@@ -15,7 +15,7 @@ from experiments.world_setup.driven_path import DrivenPath, driven_path
 from experiments.world_setup.road_bounds import road_bounds
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import Segment, arc, clothoid, line
-from planner.scene import Lanes, RoadBounds
+from planner.scene import Lanes, RoadBounds, SpeedLimits
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
 from sumo_nets import catalogue
@@ -100,7 +100,27 @@ def sumo_road(network: Network, vehicle: Vehicle) -> Road:
     kept = _growing(s)
     edges = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
     bounds = road_bounds(found, driven, edges, vehicle)
-    return Road(path, bounds, _lanes(found, s, l), stop_lines)
+    lanes, limits = _lanes(found, s, l), _speed_limits(found, s)
+    return Road(path, bounds, lanes, stop_lines, speed_limits=limits)
+
+
+def _speed_limits(found: RoutePath, s: FloatArray) -> SpeedLimits:
+    """Return the limits of the route's edges along the reference path.
+
+    In junctions the last one goes on: the speeds of the lanes inside are not limits
+    but what their curvature allows.
+    """
+    begins, limits = [0.0], [math.inf]
+    for span in found.spans:
+        begin = float(np.interp(span.begin, found.s, s))
+        if span.lane.startswith(":") or span.speed_limit == limits[-1]:
+            continue
+        if begin > begins[-1]:
+            begins.append(begin)
+            limits.append(span.speed_limit)
+        else:
+            limits[-1] = span.speed_limit
+    return SpeedLimits(np.array(begins), np.array(limits))
 
 
 def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
@@ -134,7 +154,8 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
         widths.append(width)
     if not at:
         return Lanes.none()
-    return Lanes(np.array(at), np.array(centres).T, np.array(widths).T)
+    centre, width = np.array(centres).T, np.array(widths).T
+    return Lanes(np.array(at), centre, width, found.left_hand)
 
 
 def _driven_path(network: Network, found: RoutePath, vehicle: Vehicle) -> DrivenPath:
