@@ -50,7 +50,7 @@ _IDENTITY = (
         label="status",
         compute=lambda e: str(e.trace.fact("status")),
         formula="how the episode ended: `arrived`, `blocked`, `timeout`, `collision`, "
-        "`off_road`, `planner_failed`, `simulator_failed` or `crashed`",
+        "`off_road`, `no_room`, `planner_failed`, `simulator_failed` or `crashed`",
         identity=True,
     ),
     Metric(

@@ -1,18 +1,21 @@
 """The road of a scenario: from its segments, or from a SUMO network."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.config import Scenario
+from experiments.config import Ego, Scenario
 from experiments.config.road import Road as RoadSection
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.road import EgoTask, Road
 from experiments.world_setup.driven_path import DrivenPath, driven_path
 from experiments.world_setup.road_bounds import road_bounds
+from planner.errors import PlannerError
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import Segment, arc, clothoid, line
 from planner.scene import Lanes, RoadBounds, SpeedLimits
@@ -21,10 +24,15 @@ from planner.vehicle import Vehicle
 from sumo_nets import catalogue
 from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
+from sumo_nets.net_reader import Net, check_route, read_net
 from sumo_nets.route_path import RoutePath, StopLine, route_path
+from sumo_nets.routes import fastest_route, random_route
 
 # A catalogue's exact line and its built net may differ by so much before it is stale.
 MAX_DEVIATION = 0.25  # [m]
+
+DRAWN = 12  # random routes that are tried
+BEYOND_GOAL = 30.0  # a random route goes on behind the goal [m]
 
 _SEGMENTS: Mapping[str, Callable[..., Segment]] = {
     "line": line,
@@ -74,8 +82,50 @@ def scenario_network(scenario: Scenario) -> Network:
         raise scenario.error(("network",), "is missing")
     if choice.file is None:
         return catalogue.network(choice.name or "")
-    route, lane = choice.route or (), choice.lane or 0
-    return Network.from_file(choice.file, route, lane)
+    net = read_net(Path(choice.file))
+    if choice.route is not None:
+        return _of_route(net, choice.route, choice.lane)
+    if choice.from_ is not None and choice.to is not None:
+        places = (choice.from_, *(choice.via or ()), choice.to)
+        return _of_route(net, fastest_route(net, places), choice.lane)
+    return random_network(net, scenario.simulation.seed, scenario.ego)
+
+
+def _of_route(net: Net, route: Sequence[str], lane: int | None) -> Network:
+    """Return a network with a route; without a lane from the first one for cars."""
+    check_route(net, route)
+    if lane is None:
+        lane = net.edges[route[0]].drivable_lanes[0].index
+    return Network.from_file(net.file, route, lane)
+
+
+def random_network(net: Net, seed: int, ego: Ego) -> Network:
+    """Draw routes until the ego can drive one.
+
+    Args:
+        net: The network.
+        seed: The same seed draws the same route.
+        ego: Its goal is on the route.
+
+    Raises:
+        NetworkError: If there is no route, or the ego can drive none of those drawn.
+    """
+    rng = np.random.default_rng([seed, crc32(b"route")])
+    vehicle = ego.vehicle.to_planner()
+    refused = ""
+    for _ in range(DRAWN):
+        route = random_route(net, rng, ego.goal_m + BEYOND_GOAL)
+        try:
+            network = _of_route(net, route, None)
+            sumo_road(network, vehicle)
+        except (NetworkError, PlannerError) as error:
+            refused = str(error)
+            continue
+        return network
+    raise NetworkError(
+        f"{net.file}: the ego can drive none of {DRAWN} random routes; the last one: "
+        f"{refused.removeprefix(f'{net.file}: ')}"
+    )
 
 
 def sumo_road(network: Network, vehicle: Vehicle) -> Road:
