@@ -25,20 +25,24 @@ def length_of(edge: Edge) -> float:
     return edge.drivable_lanes[0].length
 
 
-def random_route(net: Net, rng: np.random.Generator, least: float) -> tuple[str, ...]:
+def random_route(
+    net: Net, rng: np.random.Generator, least: float, first: float = 0.0
+) -> tuple[str, ...]:
     """Drive at random, never twice over an edge and without turning back.
 
     Args:
         net: The network.
         rng: Decides where it begins and how it turns.
         least: Length of the route; it has three edges at least [m].
+        first: Least length of its first edge [m].
 
     Raises:
         NetworkError: If no such route is found.
     """
-    edges = sorted((e for e in net.roads if e.drivable_lanes), key=lambda e: e.id)
+    roads = [edge for edge in net.roads if edge.drivable_lanes]
+    edges = sorted((e for e in roads if length_of(e) >= first), key=lambda e: e.id)
     if not edges:
-        raise NetworkError(f"{net.file}: no edge is open to cars")
+        raise NetworkError(f"{net.file}: no edge of {first:g} m is open to cars")
     for _ in range(TRIES):
         route = [edges[int(rng.integers(len(edges)))]]
         driven = length_of(route[0])

@@ -32,6 +32,7 @@ from sumo_nets.routes import fastest_route, random_route
 MAX_DEVIATION = 0.25  # [m]
 
 DRAWN = 12  # random routes that are tried
+FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
 BEYOND_GOAL = 30.0  # a random route goes on behind the goal [m]
 
 _SEGMENTS: Mapping[str, Callable[..., Segment]] = {
@@ -112,9 +113,10 @@ def random_network(net: Net, seed: int, ego: Ego) -> Network:
     """
     rng = np.random.default_rng([seed, crc32(b"route")])
     vehicle = ego.vehicle.to_planner()
+    first = ego.start_m + vehicle.front_reach + FRONT_ROOM
     refused = ""
     for _ in range(DRAWN):
-        route = random_route(net, rng, ego.goal_m + BEYOND_GOAL)
+        route = random_route(net, rng, ego.goal_m + BEYOND_GOAL, first)
         try:
             network = _of_route(net, route, None)
             sumo_road(network, vehicle)

@@ -76,7 +76,8 @@ def departures(
     if found is None:
         raise SimulationError(
             f"at start_s = {task.start.s:g} m, start_offset = {task.start.l:g} m the "
-            f"ego's front bumper is on none of the edges {', '.join(settings.route)}"
+            f"ego's front bumper is on none of the edges {', '.join(settings.route)}: "
+            "inside a junction, or beside the lanes; take another start_m"
         )
     ego = Departure(EGO_ID, EGO_TYPE, EGO_ROUTE, *found, task.start.speed)
     leader = settings.leader
