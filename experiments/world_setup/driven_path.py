@@ -15,7 +15,12 @@ from shapely.geometry.base import BaseGeometry
 
 from planner.errors import InvalidInputError
 from planner.reference_path.path import ReferencePath
-from planner.reference_path.steerable import Limits, SteerablePath, steerable_path
+from planner.reference_path.steerable import (
+    SHIFTS,
+    Limits,
+    SteerablePath,
+    steerable_path,
+)
 from planner.states import BoolArray, FloatArray
 from planner.vehicle import Vehicle
 from sumo_nets.drivable_area import boundary_about
@@ -27,7 +32,10 @@ TOLERANCE = 0.15  # how far the body may reach over the area [m]
 EASY = 0.85  # share of the ego's curvature that needs no plan; the rest is for control
 ABRUPT = 0.06  # a lane's curvature that changes faster needs one [1/m²]
 SHARPEST = (0.97, 0.94, 0.91)  # most of it; smoothing may add to it
-LAST_RESORT = 0.2  # the same where there is no other path [m]
+HELD = 0.985  # what the smooth path may have of it
+LAST_RESORT = 0.2  # how far the body may be planned over the area, if need be [m]
+# share of the ego's curvature, how far over the area [m], first guesses
+ATTEMPTS = ((EASY, 0.0, SHIFTS[:1]), (0.91, 0.1, SHIFTS[:3]))
 LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m] ...
 LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
 APART = 5.0  # stretches nearer than this to each other are planned as one [m]
@@ -35,7 +43,7 @@ LONGEST = 160.0  # of one planned stretch [m]
 ROOM = 15.0  # about a stretch, for the area that is looked at [m]
 TURN_BASE = 3.0  # length over which a bend of the raw line is measured [m]
 SHARP = 0.75  # share of the ego's curvature that counts as sharp on the raw line
-HIGHER = (1.3, 1.8, 2.5, 4.0)  # what a bend needs, for the message
+HIGHER = (1.3, 1.8, 2.7)  # what a bend needs, for the message
 
 
 class Stretch(NamedTuple):
@@ -196,16 +204,14 @@ def _planned(
         )
     boundary = boundary_about(found.area, guide, ROOM)
     most = vehicle.limits.max_curvature
-    easy = Limits(EASY * most)
-    path = steerable_path(guide, boundary, vehicle, easy, shifts=(0.0,))
-    if path.fault <= easy.margin:
-        return path
-    limits = Limits(share * most)
-    path = steerable_path(guide, boundary, vehicle, limits)
-    if path.fault <= limits.margin + LAST_RESORT:
-        return path
+    margin = Limits(most).margin
+    for part, beyond, shifts in (*ATTEMPTS, (share, LAST_RESORT, SHIFTS)):
+        limits = Limits(min(part, share) * most)
+        path = steerable_path(guide, boundary, vehicle, limits, shifts)
+        if path.fault <= margin + beyond:
+            return path
     needed = _needed(guide, boundary, vehicle)
-    reach = path.fault - limits.margin
+    reach = path.fault - margin
     raise NetworkError(
         f"{_place(found, stretch)}: a bend that this body cannot take: it needs a "
         f"curvature of {needed} 1/m, the ego has {most:g} and would be {reach:.2f} m "
@@ -217,7 +223,7 @@ def _needed(guide: FloatArray, boundary: FloatArray, vehicle: Vehicle) -> str:
     """Find about which curvature would do, for a message."""
     for factor in HIGHER:
         limits = Limits(factor * vehicle.limits.max_curvature, 4.0 * factor)
-        path = steerable_path(guide, boundary, vehicle, limits)
+        path = steerable_path(guide, boundary, vehicle, limits, shifts=(0.0, 3.0))
         if path.fault <= limits.margin + LAST_RESORT:
             return f"{limits.curvature:.2f}"
     return f"more than {HIGHER[-1] * vehicle.limits.max_curvature:.1f}"
@@ -269,7 +275,7 @@ def _fault(
         s = np.arange(span.begin, span.end, STEP / 2.0)
         sharpest = float(np.abs(driven.path.at(s).curvature).max())
         where = _place(found, stretch)
-        if sharpest > most:
+        if sharpest > HELD * most:
             return f"{where}: needs a curvature of {sharpest:.3f} 1/m, not {most:g}"
         if not shapely.covers(allowed, body_polygons(driven.path, s, vehicle)).all():
             return f"{where}: the body would leave the road"

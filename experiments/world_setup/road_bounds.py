@@ -5,13 +5,14 @@ more than its width: where it would leave those edges although it stays in the a
 the route (inside junctions for the most part), the bounds are as wide as it needs.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from experiments.world_setup.driven_path import DrivenPath
 from planner.reference_path.path import ReferencePath
-from planner.reference_path.steerable import body_outline, outline_points
+from planner.reference_path.steerable import outline_points
 from planner.scene import RoadBounds
 from planner.states import BoolArray, FloatArray
 from planner.vehicle import Vehicle
@@ -19,6 +20,7 @@ from sumo_nets.drivable_area import distances_to_edge
 from sumo_nets.route_path import RoutePath
 
 STEP = 0.5  # [m], between bounds that the body decides about
+SIDE_STEP = 0.5  # between points on the body's sides [m]
 SPARE = 0.3  # beside the body on the path: a planner's own margin, and control [m]
 LEAST_SPARE = 0.15  # also where the area ends sooner [m]
 FARTHEST = 12.0  # of an edge of the area from the path [m]
@@ -90,7 +92,7 @@ def _swept(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> _Room:
     on a road that keeps the curvature it has under the rear axle.
     """
     at = path.at(s)
-    outline = body_outline(vehicle, 0.0)
+    outline = _outline(vehicle)
     x, y = outline_points(at.x, at.y, at.heading, outline)
     near = s[:, None] + outline[:, 0]
     foot, l = path.project(x.ravel(), y.ravel(), near=near.ravel(), reach=5.0)
@@ -105,6 +107,17 @@ def _swept(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> _Room:
     return _Room(
         np.maximum(left, offset.max(axis=1)), np.minimum(right, offset.min(axis=1))
     )
+
+
+def _outline(vehicle: Vehicle) -> FloatArray:
+    """Place points on the body's sides, corners included, (p, 2), rear axle at 0."""
+    back, front = -vehicle.rear_overhang, vehicle.front_reach
+    along = np.linspace(back, front, math.ceil((front - back) / SIDE_STEP) + 1)
+    # in a bend the inner side comes nearest to the centre beside the axle
+    along = np.union1d(along, [0.0])
+    half = vehicle.width / 2.0
+    sides = [np.column_stack([along, np.full(along.size, y)]) for y in (half, -half)]
+    return np.concatenate(sides)
 
 
 def _edges(found: RoutePath, path: ReferencePath, s: FloatArray) -> _Room:
