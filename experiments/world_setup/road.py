@@ -32,6 +32,7 @@ from sumo_nets.routes import fastest_route, random_route
 MAX_DEVIATION = 0.25  # [m]
 
 DRAWN = 12  # random routes that are tried
+ENTRY_ROOM = 0.5  # from a junction to the front of an ego that enters [m]
 FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
 BEYOND_GOAL = 30.0  # a random route goes on behind the goal [m]
 
@@ -119,7 +120,7 @@ def random_network(net: Net, seed: int, ego: Ego) -> Network:
         route = random_route(net, rng, ego.goal_m + BEYOND_GOAL, first)
         try:
             network = _of_route(net, route, None)
-            sumo_road(network, vehicle)
+            sumo_road(network, vehicle, ego.start_m)
         except (NetworkError, PlannerError) as error:
             refused = str(error)
             continue
@@ -130,21 +131,24 @@ def random_network(net: Net, seed: int, ego: Ego) -> Network:
     )
 
 
-def sumo_road(network: Network, vehicle: Vehicle) -> Road:
+def sumo_road(network: Network, vehicle: Vehicle, start: float | None = None) -> Road:
     """Read the road of a SUMO network.
 
     Args:
         network: With the route.
         vehicle: The ego, whose path it is.
+        start: Where it enters, unless that is not known yet [m].
 
     Raises:
         NetworkError: If the network, its route or lane does not exist, or the vehicle
-            cannot take one of its bends.
+            cannot take one of its bends or would enter inside a junction.
     """
     found = route_path(network.net_file, network.route, network.lane)
     driven = _driven_path(network, found, vehicle)
     path = driven.path
     s, l = path.project(found.points[:, 0], found.points[:, 1], near=driven.near)
+    if start is not None:
+        _check_entry(network, found, s, start + vehicle.front_reach)
     stop_lines = tuple(
         StopLine(stop.signal, stop.link, float(np.interp(stop.s, found.s, s)))
         for stop in found.stop_lines
@@ -154,6 +158,21 @@ def sumo_road(network: Network, vehicle: Vehicle) -> Road:
     bounds = road_bounds(found, driven, edges, vehicle)
     lanes, limits = _lanes(found, s, l), _speed_limits(found, s)
     return Road(path, bounds, lanes, stop_lines, speed_limits=limits)
+
+
+def _check_entry(
+    network: Network, found: RoutePath, s: FloatArray, front: float
+) -> None:
+    """Raise unless the ego's front bumper is on an edge where it enters."""
+    for span in found.spans:
+        begin, end = np.interp([span.begin, span.end], found.s, s)
+        if span.lane.startswith(":") and begin < front < end:
+            raise NetworkError(
+                f"{network.net_file}: the ego's front, at s = {front:.1f} m, is inside "
+                f'a junction (lane "{span.lane}") where it enters: '
+                f"take ego.start_m {front - begin + ENTRY_ROOM:.1f} m less, or "
+                f"{end - front + ENTRY_ROOM:.1f} m more"
+            )
 
 
 def _speed_limits(found: RoutePath, s: FloatArray) -> SpeedLimits:
