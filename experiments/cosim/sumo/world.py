@@ -228,7 +228,9 @@ class SumoWorld:
             for one in entering:
                 sumo.route.add(one.route, list(settings.route[one.edge :]))
             hidden = {EGO_ID, GHOST_ID, *self._place_obstacles(sumo)}
-            self._reader = VehicleReader(sumo, hidden)
+            self._reader = VehicleReader(
+                sumo, hidden, left_hand=self.road.lanes.left_hand
+            )
             self._check_ego_type(sumo)
             self._check_stop_lines(sumo)
         with sumo_errors(sumo, "warming up"):
