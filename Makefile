@@ -66,8 +66,9 @@ fmt: $(DEV_STAMP) ## Format and mend what can be mended
 type: $(DEV_STAMP) ## Check types
 	@$(BIN)/mypy
 
-imports: $(DEV_STAMP) ## Check which package may import which
+imports: $(DEV_STAMP) ## Check which package may import which, sizes of functions, names of classes
 	@$(BIN)/lint-imports
+	@$(BIN)/python -m pytest -q -s -n0 tests/test_structure.py
 
 bench: $(DEV_STAMP) ## Measure speed; prints a table and saves JSON under .benchmarks
 	@$(BIN)/python -m pytest tests/bench -m bench --benchmark-autosave $(ARGS)

@@ -81,7 +81,7 @@ class RoadLanes(Strict):
     width_m: Size = 3.5
 
 
-class Road(Strict):
+class KinematicRoad(Strict):
     """A road made of segments, for the kinematic world."""
 
     segments: tuple[Segment, ...] = Field(

@@ -12,7 +12,7 @@ from experiments.config.obstacles import (
     ObstaclesConfig,
     read_obstacles,
 )
-from experiments.config.road import NetworkConfig, Road
+from experiments.config.road import KinematicRoad, NetworkConfig
 from experiments.config.traffic import ScriptedVehicleConfig, Traffic, read_traffic
 from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
@@ -75,7 +75,7 @@ class Scenario(Strict):
     ) = Field(
         default=None, description="world sumo: a network of the catalogue or a file"
     )
-    road: Road | None = Field(default=None, description="world kinematic")
+    road: KinematicRoad | None = Field(default=None, description="world kinematic")
     ego: Ego
     obstacles: Annotated[
         ObstaclesConfig,

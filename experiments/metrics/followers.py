@@ -13,7 +13,7 @@ FOLLOWING_RANGE = 80.0  # rear bumper to front bumper; maximum for a follower [m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Following:
+class Follower:
     """One uninterrupted stay of a vehicle behind the ego; arrays are (n_steps,)."""
 
     id: str
@@ -21,7 +21,7 @@ class Following:
     acceleration: FloatArray  # [m/s²]
 
 
-def followings(trace: Trace) -> list[Following]:
+def followings(trace: Trace) -> list[Follower]:
     """Find the followers of the ego and their speeds and accelerations.
 
     The follower in a step is the nearest same-direction vehicle behind the ego, at most
@@ -30,14 +30,14 @@ def followings(trace: Trace) -> list[Following]:
     """
     pairs = neighbours(trace)
     rows = _follower_rows(pairs)
-    result: list[Following] = []
+    result: list[Follower] = []
     start = 0
     for end in range(1, len(rows) + 1):
         if end < len(rows) and _goes_on(pairs, rows[end - 1], rows[end]):
             continue
         run = rows[start:end]
         result.append(
-            Following(str(pairs.id[run[0]]), pairs.speed[run], pairs.acceleration[run])
+            Follower(str(pairs.id[run[0]]), pairs.speed[run], pairs.acceleration[run])
         )
         start = end
     return result

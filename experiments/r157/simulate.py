@@ -7,11 +7,11 @@ import numpy as np
 
 from experiments.r157.conflicts import STEP_S, Conflicts
 from planner.reference_drivers.driver import ReferenceDriver, attentive, react
-from planner.reference_drivers.situation import Situation
+from planner.reference_drivers.situation import ConflictState
 from planner.states import BoolArray, FloatArray, IntArray
 
 
-class Outcome(IntEnum):
+class ConflictEnd(IntEnum):
     """How a conflict ends."""
 
     AVOIDED = 0
@@ -24,14 +24,14 @@ class Outcome(IntEnum):
 class Results:
     """Ends of many conflicts; all arrays are (n,)."""
 
-    outcome: IntArray  # values of `Outcome`
+    outcome: IntArray  # values of `ConflictEnd`
     impact_speed: FloatArray  # closing speed at the collision, else 0 [m/s]
     hardest_braking: FloatArray  # until then [m/s²]
 
     @property
     def collided(self) -> BoolArray:
         """Whether the driver could not avoid the collision."""
-        return np.asarray(self.outcome >= Outcome.SIDE_COLLISION)
+        return np.asarray(self.outcome >= ConflictEnd.SIDE_COLLISION)
 
 
 def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:
@@ -50,7 +50,7 @@ def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:
     narrower = min(sizes.ego_width, sizes.other_width)
     gap, speed = conflicts.gap.copy(), conflicts.ego_speed.copy()
     state = attentive(driver, n, STEP_S)
-    outcome = np.full(n, int(Outcome.AVOIDED))
+    outcome = np.full(n, int(ConflictEnd.AVOIDED))
     impact, hardest = np.zeros(n), np.zeros(n)
     open_ = conflicts.lateral_gap.min(axis=0) < 0.0  # a lane kept is no conflict
     settled = _settled(conflicts)
@@ -65,16 +65,16 @@ def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:
         beside = lateral_gap < 0.0
         hit = open_ & beside & (gap < 0.0) & (gap > -lengths)
         ahead = gap < -0.5 * lengths
-        outcome[hit & ahead] = Outcome.SIDE_COLLISION
-        outcome[hit & ~ahead] = Outcome.REAR_COLLISION
+        outcome[hit & ahead] = ConflictEnd.SIDE_COLLISION
+        outcome[hit & ~ahead] = ConflictEnd.REAR_COLLISION
         impact[hit] = np.abs(speed - other_speed)[hit]
-        outcome[open_ & ~hit & state.dismissed] = Outcome.UNCRITICAL
+        outcome[open_ & ~hit & state.dismissed] = ConflictEnd.UNCRITICAL
         open_ &= ~hit & ~state.dismissed & ~(beside & (gap <= -lengths))
         if constant:  # a slower ego stays behind
             open_ &= ~(beside & (gap >= 0.0) & (speed <= other_speed))
         if not open_.any():
             break
-        situation = Situation(
+        situation = ConflictState(
             np.where(visible, gap, np.inf),
             lateral_gap,
             lateral_speed,

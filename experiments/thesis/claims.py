@@ -16,7 +16,7 @@ NOTHING = 1e-9  # what is smaller is rounding
 Number = float | int
 
 
-class Verdict(StrEnum):
+class ClaimVerdict(StrEnum):
     """Whether a claim holds."""
 
     HOLDS = "holds"
@@ -68,19 +68,23 @@ class Claim:
 
     def __post_init__(self) -> None:
         """Reject a claim that fails without a reason."""
-        if self.verdict is not Verdict.HOLDS and not self.reason:
+        if self.verdict is not ClaimVerdict.HOLDS and not self.reason:
             raise ValueError(f"{self.id}: {self.verdict}, and no reason is given")
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> ClaimVerdict:
         """Verdict from the random trials; without them, from the picked layouts."""
         if self.share is None:
             if self.picked is None:
-                return Verdict.UNKNOWN
-            return Verdict.HOLDS if self.picked else Verdict.FAILS
+                return ClaimVerdict.UNKNOWN
+            return ClaimVerdict.HOLDS if self.picked else ClaimVerdict.FAILS
         if self.share.holds == 0:
-            return Verdict.FAILS
-        return Verdict.HOLDS if self.share.holds == self.share.of else Verdict.PARTLY
+            return ClaimVerdict.FAILS
+        return (
+            ClaimVerdict.HOLDS
+            if self.share.holds == self.share.of
+            else ClaimVerdict.PARTLY
+        )
 
 
 @dataclass(frozen=True, slots=True)

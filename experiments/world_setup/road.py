@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.config import Ego, Scenario
-from experiments.config.road import Road as RoadSection
+from experiments.config.road import KinematicRoad
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.road import EgoTask, Road
 from experiments.world_setup.driven_path import DrivenPath, driven_path
@@ -63,7 +63,7 @@ def plain_road(scenario: Scenario) -> Road:
     return Road(path, bounds, _plain_lanes(road))
 
 
-def _plain_lanes(road: RoadSection) -> Lanes:
+def _plain_lanes(road: KinematicRoad) -> Lanes:
     """Return the lanes of a kinematic road, side by side about its path."""
     if road.lanes is None:
         return Lanes.none()

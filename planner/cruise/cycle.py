@@ -12,7 +12,7 @@ from planner.cruise.candidate_motion import (
     Tracks,
     candidate_motion,
 )
-from planner.cruise.feasibility import TOLERANCE, Limits, RoadBody, road_excess
+from planner.cruise.feasibility import TOLERANCE, CandidateLimits, RoadBody, road_excess
 from planner.cruise.sampling.lateral import (
     full_grid_size,
     lateral_room,
@@ -40,7 +40,7 @@ class Cycle:
     bodies: Bodies
     tracks: Tracks
     lateral: Lateral
-    limits: Limits
+    limits: CandidateLimits
     ground: RoadTables
     around: Surroundings
     speed_term: FloatArray  # per profile [-]
@@ -104,8 +104,8 @@ class Cycle:
         return Trajectory.from_rows(rows)
 
 
-def _limits(scene: Scene, settings: CruiseSettings) -> Limits:
-    """Limits of this cycle.
+def _limits(scene: Scene, settings: CruiseSettings) -> CandidateLimits:
+    """CandidateLimits of this cycle.
 
     Where the ego already exceeds a limit, for example after a fallback, the limit is
     its present value, so that a way back remains.
@@ -125,7 +125,7 @@ def _limits(scene: Scene, settings: CruiseSettings) -> Limits:
         (road.s, road.left, road.right),
         (front, rear, half_width),
     )
-    return Limits(
+    return CandidateLimits(
         max(own.max_acceleration, ego.acceleration) + TOLERANCE,
         max(deceleration, -ego.acceleration) + TOLERANCE,
         max(lateral, ego.speed**2 * abs(ego.curvature)) + TOLERANCE,

@@ -37,7 +37,12 @@ from planner.cruise.costs import (
     SAFETY,
     SPEED,
 )
-from planner.cruise.feasibility import Check, Limits, lateral_quintic, squared_jerk
+from planner.cruise.feasibility import (
+    CandidateLimits,
+    Check,
+    lateral_quintic,
+    squared_jerk,
+)
 from planner.cruise.headway import add_headway
 from planner.cruise.selection import Choice, PricingColumns, choose
 from planner.cruise.workspace import Surroundings, make_bench, padded
@@ -60,7 +65,7 @@ class Evaluation(NamedTuple):
 def evaluate(
     tracks: Tracks,
     lateral: Lateral,
-    limits: Limits,
+    limits: CandidateLimits,
     road: RoadTables,
     around: Surroundings,
     speed_term: FloatArray,

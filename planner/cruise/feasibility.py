@@ -29,7 +29,7 @@ class Check(IntEnum):
     COLLISION = 9
 
 
-class Limits(NamedTuple):
+class CandidateLimits(NamedTuple):
     """Limits of every candidate; widened to where the ego already is beyond them."""
 
     acceleration: float  # [m/s²]

@@ -126,7 +126,7 @@ def _total(terms: FloatArray, factor: FloatArray, p: int, o: int) -> float:
 
 @inlined
 def _largest_of_passed(terms: FloatArray, verdict: IntArray, t: int) -> float:
-    """Largest value of a term among the survivors, 1 if there is hardly any."""
+    """Return the largest value of a term among the feasible, 1 if hardly any."""
     largest = 0.0
     for p in range(verdict.shape[0]):
         for o in range(verdict.shape[1]):

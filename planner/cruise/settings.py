@@ -26,7 +26,7 @@ class Normalisation(StrEnum):
     """How terms of different units are made comparable."""
 
     FIXED_SCALES = "fixed_scales"  # physical scales, the same in every cycle
-    PER_CYCLE = "per_cycle"  # each term over its maximum among the survivors
+    PER_CYCLE = "per_cycle"  # each term over its maximum among the feasible
 
 
 @dataclass(frozen=True, slots=True)

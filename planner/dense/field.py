@@ -48,7 +48,7 @@ class Discs(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ObstacleField:
+class FrenetObstacles:
     """Static obstacles and the road in Frenet coordinates.
 
     Obstacle columns are (n,), in the order of s; road columns are (m,), linear between
@@ -103,10 +103,10 @@ class ObstacleField:
         """Return the samples of the road."""
         return RoadColumns(self.road_s, self.left, self.right, self.curvature)
 
-    def only(self, keep: BoolArray) -> "ObstacleField":
+    def only(self, keep: BoolArray) -> "FrenetObstacles":
         """Keep the obstacles marked in `keep`, (n,)."""
         named = zip(self.ids, keep.tolist(), strict=False)
-        return ObstacleField(
+        return FrenetObstacles(
             self.s[keep],
             self.l[keep],
             self.radius[keep],
@@ -149,7 +149,7 @@ class Cover:
 
 def straight_field(
     obstacles: FloatArray, half_width: float, s_end: float
-) -> ObstacleField:
+) -> FrenetObstacles:
     """Make a field on a straight road.
 
     Args:
@@ -159,7 +159,7 @@ def straight_field(
     """
     rows = np.asarray(obstacles, dtype=np.float64).reshape(-1, 3)
     both = np.ones(2)
-    return ObstacleField(
+    return FrenetObstacles(
         rows[:, 0],
         rows[:, 1],
         rows[:, 2],
@@ -170,7 +170,7 @@ def straight_field(
     )
 
 
-def field_of(scene: Scene, horizon: float) -> ObstacleField:
+def field_of(scene: Scene, horizon: float) -> FrenetObstacles:
     """Project the scene's static obstacles into the frame of its road.
 
     A disc is itself. A rectangle becomes a row of discs along its longer side, each
@@ -194,7 +194,7 @@ def field_of(scene: Scene, horizon: float) -> ObstacleField:
     near = np.flatnonzero((s + reach > start) & (s - reach < ego.s + horizon))
     named = tuple(ids[i] for i in near.tolist())
     columns = s[near], l[near], reach[near], road_s, left, right, curvature
-    return ObstacleField(*columns, named)
+    return FrenetObstacles(*columns, named)
 
 
 def pieces(

@@ -8,8 +8,8 @@ import numpy as np
 from planner.dense.field import (
     Cover,
     Discs,
+    FrenetObstacles,
     ObstacleColumns,
-    ObstacleField,
     disc_centre,
     path_curvature,
     squared_distance,
@@ -65,7 +65,7 @@ class PathCheck:
     curvature: float  # largest absolute value [1/m]
 
 
-def check_path(path: FrenetPath, field: ObstacleField, cover: Cover) -> PathCheck:
+def check_path(path: FrenetPath, field: FrenetObstacles, cover: Cover) -> PathCheck:
     """Measure a path against obstacles, road and curvature, knots and between."""
     fine = path.subdivided(SUBDIVISION)
     discs = cover.discs()

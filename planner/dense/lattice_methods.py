@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from planner.dense.field import Cover, ObstacleField
+from planner.dense.field import Cover, FrenetObstacles
 from planner.dense.frenet_path import FrenetPath
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice.search import LatticeSearch, search_lattice
@@ -37,7 +37,7 @@ class LatticePlan:
 
 
 def plan_uniform(
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     start: PathStart,
     s_end: float,
@@ -59,7 +59,7 @@ def plan_uniform(
 
 
 def plan_adaptive(
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     start: PathStart,
     s_end: float,
@@ -73,7 +73,7 @@ def plan_adaptive(
 
 def plan_over(
     waypoints: Waypoints,
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     start: PathStart,
     lattice: LatticeSettings,

@@ -12,8 +12,8 @@ import numpy as np
 from planner.dense.field import (
     Cover,
     Discs,
+    FrenetObstacles,
     ObstacleColumns,
-    ObstacleField,
     disc_centre,
     squared_distance,
 )
@@ -46,7 +46,7 @@ class ChosenPath:
 class PathTask:
     """Where a path has to lead, whatever the method."""
 
-    field: ObstacleField
+    field: FrenetObstacles
     cover: Cover
     start: PathStart
     s_end: float
@@ -203,7 +203,7 @@ def _by_lattice(task: PathTask, settings: DenseSettings) -> ChosenPath | None:
 
 
 def _ended(
-    task: PathTask, found: ChosenPath, rest: ObstacleField, gap: float
+    task: PathTask, found: ChosenPath, rest: FrenetObstacles, gap: float
 ) -> ChosenPath:
     """End a path before the obstacles that it does not pass."""
     fine = found.path.subdivided(SUBDIVISION)
@@ -221,7 +221,7 @@ def _ended(
     return replace(found, end_s=min(end, found.end_s), ended=True, blocked_by=name)
 
 
-def _first(field: ObstacleField, ahead: FloatArray) -> str | None:
+def _first(field: FrenetObstacles, ahead: FloatArray) -> str | None:
     """Name the first obstacle that is ahead."""
     where = np.flatnonzero(ahead)
     return field.ids[int(where[0])] if where.size and field.ids else None

@@ -28,14 +28,14 @@ from planner.reference_drivers.driver import DriverState, ReferenceDriver
 from planner.reference_drivers.fuzzy_safety import FuzzySafety
 from planner.reference_drivers.regulation_157 import Regulation157
 from planner.reference_drivers.rss import ResponsibilitySensitiveSafety
-from planner.reference_drivers.situation import Situation
+from planner.reference_drivers.situation import ConflictState
 
 __all__ = [
     "CarefulHuman",
+    "ConflictState",
     "DriverState",
     "FuzzySafety",
     "ReferenceDriver",
     "Regulation157",
     "ResponsibilitySensitiveSafety",
-    "Situation",
 ]

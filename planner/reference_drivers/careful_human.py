@@ -23,7 +23,7 @@ import numpy as np
 
 from planner.reference_drivers.driver import DriverState, Judgement
 from planner.reference_drivers.reaction import FULL_BRAKING, Reaction
-from planner.reference_drivers.situation import Situation
+from planner.reference_drivers.situation import ConflictState
 from planner.states import BoolArray, FloatArray
 
 WANDERING_ZONE = 0.375  # half width of the drift within a lane [m]
@@ -57,7 +57,7 @@ class CarefulHuman:
         """Return the gap [m] that the driver keeps from a leader at `speed` [m/s]."""
         return FOLLOWING_TIME * speed
 
-    def perceives_risk(self, situation: Situation) -> BoolArray:
+    def perceives_risk(self, situation: ConflictState) -> BoolArray:
         """Return whether the other vehicle is seen to become a danger, (n,)."""
         if self.trigger is Trigger.OVERLAP:
             return np.asarray(situation.lateral_gap < 0.0)
@@ -67,7 +67,7 @@ class CarefulHuman:
         drift = self.lateral_clearance - situation.lateral_gap
         return np.asarray(drift >= WANDERING_ZONE + PERCEPTION_DISTANCE)
 
-    def judge(self, situation: Situation, state: DriverState) -> Judgement:
+    def judge(self, situation: ConflictState, state: DriverState) -> Judgement:
         """Return full braking from the moment of a dangerous cut-in on.
 
         A cut-in that is not critical when it is perceived is dismissed for good; so
@@ -82,7 +82,7 @@ class CarefulHuman:
         wish = np.where(noticed, FULL_BRAKING, 0.0)
         return Judgement(wish, noticed, dismissed, self._emergency(situation))
 
-    def _emergency(self, situation: Situation) -> BoolArray:
+    def _emergency(self, situation: ConflictState) -> BoolArray:
         """Return whether the emergency braking system acts, (n,)."""
         if not self.emergency_braking:
             return np.zeros(situation.gap.shape, dtype=np.bool_)

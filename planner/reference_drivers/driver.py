@@ -10,7 +10,7 @@ from planner.reference_drivers.reaction import (
     EMERGENCY_JERK,
     Reaction,
 )
-from planner.reference_drivers.situation import Situation
+from planner.reference_drivers.situation import ConflictState
 from planner.states import BoolArray, FloatArray
 
 
@@ -51,7 +51,7 @@ class ReferenceDriver(Protocol):
         """Return the gap [m] that the driver keeps from a leader at `speed` [m/s]."""
         ...
 
-    def judge(self, situation: Situation, state: DriverState) -> Judgement:
+    def judge(self, situation: ConflictState, state: DriverState) -> Judgement:
         """Return the deceleration that the driver wants at this moment."""
         ...
 
@@ -65,7 +65,7 @@ def attentive(driver: ReferenceDriver, n: int, step_s: float) -> DriverState:
 
 
 def react(
-    driver: ReferenceDriver, situation: Situation, state: DriverState, step_s: float
+    driver: ReferenceDriver, situation: ConflictState, state: DriverState, step_s: float
 ) -> DriverState:
     """Return the driver's state after one look at the situation.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from planner.reference_drivers.driver import DriverState, Judgement
 from planner.reference_drivers.reaction import Reaction
-from planner.reference_drivers.situation import Situation
+from planner.reference_drivers.situation import ConflictState
 from planner.states import BoolArray, FloatArray
 
 
@@ -35,7 +35,7 @@ class FuzzySafety:
         safe = self._safe_distance(speed, speed)
         return safe + self.standstill_gap
 
-    def proactive(self, situation: Situation) -> FloatArray:
+    def proactive(self, situation: ConflictState) -> FloatArray:
         """Return the PFS, (n,), from 0 (safe) to 1 (unsafe)."""
         v, leader = situation.speed, situation.other_speed
         safe = self._safe_distance(v, leader)
@@ -51,7 +51,9 @@ class FuzzySafety:
         comfortable = speed * speed / (2.0 * self.comfortable_braking)
         return driven + comfortable - ahead + self.safe_margin
 
-    def critical(self, situation: Situation, deceleration: FloatArray) -> FloatArray:
+    def critical(
+        self, situation: ConflictState, deceleration: FloatArray
+    ) -> FloatArray:
         """Return the CFS, (n,), from 0 (safe) to 1 (unsafe).
 
         Args:
@@ -74,7 +76,7 @@ class FuzzySafety:
         graded = np.where(reached < 0.0, np.where(short, 1.0, 0.0), graded)
         return np.where(closing <= 0.0, 0.0, graded)
 
-    def passes_before(self, situation: Situation) -> BoolArray:
+    def passes_before(self, situation: ConflictState) -> BoolArray:
         """Return whether the ego has passed before the other reaches its side, (n,).
 
         The lateral filter: the time to the lateral contact is longer than the time to
@@ -98,7 +100,7 @@ class FuzzySafety:
         b1, b2 = self.comfortable_braking, self.hard_braking
         return np.where(critical > 0.0, critical * (b2 - b1) + b1, proactive * b1)
 
-    def judge(self, situation: Situation, state: DriverState) -> Judgement:
+    def judge(self, situation: ConflictState, state: DriverState) -> Judgement:
         """Return the graded deceleration, while the ego's front is behind.
 
         Both grades are functions of a gap and mean nothing without one.

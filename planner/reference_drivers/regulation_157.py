@@ -15,7 +15,7 @@ import numpy as np
 
 from planner.reference_drivers.driver import DriverState, Judgement
 from planner.reference_drivers.reaction import Reaction
-from planner.reference_drivers.situation import Situation
+from planner.reference_drivers.situation import ConflictState
 from planner.states import BoolArray, FloatArray
 
 AVOIDING_DECELERATION = 6.0  # [m/s²]
@@ -69,14 +69,14 @@ class Regulation157:
         """Return the bound on the time to collision [s] at a closing speed [m/s]."""
         return closing_speed / (2.0 * self.deceleration) + REACTION_TIME
 
-    def must_react(self, situation: Situation) -> BoolArray:
+    def must_react(self, situation: ConflictState) -> BoolArray:
         """Return whether the intruder is inside and the bound is reached, (n,)."""
         bound = self.least_time_to_collision(situation.closing_speed) + self.margin
         inside = situation.lateral_gap <= self.intrusion_gap
         late = situation.time_to_collision <= bound
         return np.asarray(inside & late & situation.is_behind)
 
-    def judge(self, situation: Situation, state: DriverState) -> Judgement:
+    def judge(self, situation: ConflictState, state: DriverState) -> Judgement:
         """Return the avoiding deceleration, kept while the ego's front is behind."""
         noticed = state.noticed | self.must_react(situation)
         wish = np.where(noticed & situation.is_behind, self.deceleration, 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.reference_drivers.driver import DriverState, Judgement
 from planner.reference_drivers.reaction import FULL_BRAKING, Reaction
-from planner.reference_drivers.situation import Situation
+from planner.reference_drivers.situation import ConflictState
 from planner.states import BoolArray, FloatArray
 
 
@@ -54,14 +54,14 @@ class ResponsibilitySensitiveSafety:
             + reached * reached / (2.0 * a)
         )
 
-    def is_dangerous(self, situation: Situation) -> BoolArray:
+    def is_dangerous(self, situation: ConflictState) -> BoolArray:
         """Return whether both distances are violated, (n,)."""
         along = self.longitudinal_distance(situation.speed, situation.other_speed)
         across = self.lateral_distance(situation.lateral_speed)
         near = (situation.gap < along) & (situation.lateral_gap < across)
         return np.asarray(near)
 
-    def judge(self, situation: Situation, state: DriverState) -> Judgement:
+    def judge(self, situation: ConflictState, state: DriverState) -> Judgement:
         """Return full braking while the situation is dangerous.
 
         Only the rear vehicle answers: the ego while its centre is behind.

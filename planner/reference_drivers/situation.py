@@ -10,7 +10,7 @@ GRAVITY = 9.81  # [m/s²]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Situation:
+class ConflictState:
     """Ego and one other vehicle at one moment, in many conflicts.
 
     All arrays are (n,), float64; lengths are the same in all conflicts.

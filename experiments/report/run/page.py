@@ -33,7 +33,7 @@ _NEEDED = ("scenario", "planner", "seed", "status")  # in a manifest
 
 
 @dataclass(frozen=True, slots=True)
-class RunFacts:
+class RunFiles:
     """Manifest, metrics and configuration of a run."""
 
     manifest: Mapping[str, Any]
@@ -81,7 +81,7 @@ def run_page(folder: Path) -> str:
     return render("run.html.j2", _SCRIPTS, data, _words(facts, data, missing))
 
 
-def _facts(folder: Path) -> RunFacts:
+def _facts(folder: Path) -> RunFiles:
     """Read manifest, metrics and configuration."""
     if not is_run(folder):
         raise ResultsError(
@@ -99,10 +99,10 @@ def _facts(folder: Path) -> RunFacts:
         raise ResultsError(
             f"{folder / run_files.MANIFEST}: is damaged: missing {', '.join(missing)}"
         )
-    return RunFacts(manifest, run_files.read_json(folder / run_files.METRICS), text)
+    return RunFiles(manifest, run_files.read_json(folder / run_files.METRICS), text)
 
 
-def _trace(folder: Path, facts: RunFacts) -> tuple[Trace | None, str]:
+def _trace(folder: Path, facts: RunFiles) -> tuple[Trace | None, str]:
     """Read the trace; if there is none to show, return the reason."""
     if not (folder / file_name("steps")).is_file() and not _kept(facts):
         return None, (
@@ -118,13 +118,13 @@ def _trace(folder: Path, facts: RunFacts) -> tuple[Trace | None, str]:
     return trace, ""
 
 
-def _kept(facts: RunFacts) -> bool:
+def _kept(facts: RunFiles) -> bool:
     """Check whether the trace was to be kept."""
     return bool(facts.manifest.get("trace_kept", True))
 
 
 def _words(
-    facts: RunFacts, data: dict[str, Any] | None, missing: str
+    facts: RunFiles, data: dict[str, Any] | None, missing: str
 ) -> dict[str, Any]:
     """Collect the values of the template."""
     about = facts.manifest

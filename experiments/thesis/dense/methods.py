@@ -25,7 +25,7 @@ from experiments.thesis.dense.layouts import (
     PublishedLayout,
     random_layout,
 )
-from planner.dense.field import Cover, ObstacleField, straight_field
+from planner.dense.field import Cover, FrenetObstacles, straight_field
 from planner.dense.frenet_path import FrenetPath
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice_methods import LatticePlan, plan_adaptive, plan_uniform
@@ -57,7 +57,7 @@ class MethodPath:
     collision_edges: int = 0
 
 
-Method = Callable[[ObstacleField], MethodPath]
+Method = Callable[[FrenetObstacles], MethodPath]
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ def lattice_method(
     lattice = replace(lattice or LatticeSettings(), edge_checks=EdgeChecks.ALL)
     smoothing = smoothing or SmoothingSettings()
 
-    def method(field: ObstacleField) -> MethodPath:
+    def method(field: FrenetObstacles) -> MethodPath:
         """Plan along the whole road."""
         planned = plan(field, COVER, START, LENGTH, lattice, smoothing)
         path = planned.path if planned.status == "ok" else None
@@ -110,7 +110,7 @@ def sides_method(settings: SideSettings) -> Method:
     away.
     """
 
-    def method(field: ObstacleField) -> MethodPath:
+    def method(field: FrenetObstacles) -> MethodPath:
         """Plan along the whole road."""
         found = plan_sides(field, COVER, START, LENGTH, settings)
         best = found.best
@@ -180,7 +180,7 @@ def measure(name: str, method: Method, obstacles: FloatArray) -> Measured:
 
 
 def timed(
-    method: Method, field: ObstacleField, repetitions: int
+    method: Method, field: FrenetObstacles, repetitions: int
 ) -> tuple[MethodPath, float]:
     """Run a method several times and return (result, shortest time [ms])."""
     took = math.inf

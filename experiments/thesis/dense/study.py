@@ -21,7 +21,7 @@ from experiments.thesis.dense.methods import (
     measured,
     timed,
 )
-from planner.dense.field import ObstacleField, straight_field
+from planner.dense.field import FrenetObstacles, straight_field
 from planner.dense.frenet_path import FrenetPath
 from planner.dense.lattice.waypoints import (
     Waypoints,
@@ -105,7 +105,9 @@ def path_clearance(path: FrenetPath, obstacles: FloatArray) -> float:
     return float((away - obstacles[:, 2:] - EGO_RADIUS).min())
 
 
-def side_changes(name: str, field: ObstacleField, obstacles: FloatArray) -> bool | None:
+def side_changes(
+    name: str, field: FrenetObstacles, obstacles: FloatArray
+) -> bool | None:
     """Check whether one more waypoint per layer changes a side; None without a path.
 
     Args:
@@ -119,7 +121,7 @@ def side_changes(name: str, field: ObstacleField, obstacles: FloatArray) -> bool
     return passed_left(few, obstacles) != passed_left(many, obstacles)
 
 
-def lattice_with(name: str, points: int) -> Callable[[ObstacleField], MethodPath]:
+def lattice_with(name: str, points: int) -> Callable[[FrenetObstacles], MethodPath]:
     """Build a lattice method with other free layers."""
     settings = replace(LatticeSettings(), free_points=points)
     return lattice_method(LATTICES[name], settings)

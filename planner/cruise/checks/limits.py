@@ -19,7 +19,13 @@ from planner.cruise.candidate_motion import (
     UNIT_SLOPE,
     L,
 )
-from planner.cruise.feasibility import MIN_STRETCH, Check, Limits, RoadBody, road_excess
+from planner.cruise.feasibility import (
+    MIN_STRETCH,
+    CandidateLimits,
+    Check,
+    RoadBody,
+    road_excess,
+)
 from planner.numerics.compiled import inlined
 from planner.reference_path.frenet import cartesian_rates
 from planner.states import FloatArray, IntArray
@@ -41,7 +47,7 @@ def check_profile(
     rows: FloatArray,
     basis: FloatArray,
     delta_l: FloatArray,
-    limits: Limits,
+    limits: CandidateLimits,
     course: FloatArray,
     verdict: IntArray,
 ) -> int:
@@ -132,7 +138,7 @@ def _settle(
     rows: FloatArray,
     basis: FloatArray,
     delta_l: FloatArray,
-    limits: Limits,
+    limits: CandidateLimits,
     course: FloatArray,
     verdict: IntArray,
 ) -> int:

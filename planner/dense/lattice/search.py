@@ -13,8 +13,8 @@ import numpy as np
 from planner.dense.field import (
     Cover,
     Discs,
+    FrenetObstacles,
     ObstacleColumns,
-    ObstacleField,
     RoadColumns,
 )
 from planner.dense.lattice.coarse_path import CoarsePath, PathStart
@@ -115,7 +115,7 @@ class LayerGap(NamedTuple):
 
 
 def search_lattice(
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     start: PathStart,
     waypoints: Waypoints,

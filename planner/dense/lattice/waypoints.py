@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.dense.field import Cover, Discs, ObstacleColumns, ObstacleField
+from planner.dense.field import Cover, Discs, FrenetObstacles, ObstacleColumns
 from planner.dense.lattice.gates import (
     closed_intervals,
     gate_radius,
@@ -35,7 +35,7 @@ class Waypoints:
 
 
 def uniform_waypoints(
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     s_start: float,
     s_end: float,
@@ -60,7 +60,7 @@ def uniform_waypoints(
 
 
 def adaptive_waypoints(
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     ego: tuple[float, float],
     s_end: float,

@@ -12,7 +12,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from planner.dense.field import Cover, ObstacleField
+from planner.dense.field import Cover, FrenetObstacles
 from planner.dense.frenet_path import FrenetPath, PathCheck, check_path
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.settings import SideSettings
@@ -84,7 +84,7 @@ class SideSearch:
 class SideTask:
     """Data that the searches of one cycle share."""
 
-    field: ObstacleField
+    field: FrenetObstacles
     cover: Cover
     start: PathStart
     settings: SideSettings
@@ -94,7 +94,7 @@ class SideTask:
 
 
 def plan_sides(
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     start: PathStart,
     s_end: float,
@@ -113,7 +113,7 @@ def plan_sides(
 
 
 def side_task(
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     start: PathStart,
     s_end: float,
@@ -176,7 +176,7 @@ def search_leaves(
     return branch_and_bound(task.root, task.tube.passages, given, options)
 
 
-def _margin(field: ObstacleField, cover: Cover, settings: SideSettings) -> float:
+def _margin(field: FrenetObstacles, cover: Cover, settings: SideSettings) -> float:
     """Return the room beyond the discs; a turning body needs a little more."""
     turning = any(cover.offsets) or bool(np.any(field.curvature != 0.0))
     return settings.margin + (settings.turn_margin if turning else 0.0)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.dense.field import Cover, ObstacleField
+from planner.dense.field import Cover, FrenetObstacles
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice.edge_check import road_along
 from planner.dense.tube.corridor import (
@@ -69,7 +69,7 @@ def knots_between(start: float, end: float, step: float) -> FloatArray:
 
 def tube_about(
     guess: PathGuess,
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     margin: float,
     max_curvature: float,

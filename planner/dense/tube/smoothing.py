@@ -10,7 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from planner.dense.field import Cover, ObstacleField
+from planner.dense.field import Cover, FrenetObstacles
 from planner.dense.frenet_path import FrenetPath, PathCheck, check_path
 from planner.dense.lattice.coarse_path import CoarsePath, PathStart
 from planner.dense.settings import SmoothingSettings
@@ -62,7 +62,7 @@ class Smoothing:
 
 
 def smooth(
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     coarse: CoarsePath,
     settings: SmoothingSettings,
@@ -133,7 +133,7 @@ def passes_check(check: PathCheck, settings: SmoothingSettings) -> bool:
 
 
 def smoothing_problem(
-    field: ObstacleField,
+    field: FrenetObstacles,
     cover: Cover,
     start: PathStart,
     about: PathGuess,

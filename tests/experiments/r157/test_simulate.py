@@ -7,7 +7,7 @@ import pytest
 from experiments.errors import ConfigError
 from experiments.r157.conflicts import braking_leader, cut_in, cut_out
 from experiments.r157.drivers import DRIVERS, driver
-from experiments.r157.simulate import Outcome, simulate
+from experiments.r157.simulate import ConflictEnd, simulate
 from planner.reference_drivers import CarefulHuman
 from planner.reference_drivers.careful_human import Trigger
 from planner.reference_drivers.driver import Judgement
@@ -34,11 +34,11 @@ def test_without_reaction_the_gap_at_the_overlap_decides():
     np.testing.assert_array_equal(
         results.outcome,
         [
-            Outcome.AVOIDED,
-            Outcome.SIDE_COLLISION,
-            Outcome.SIDE_COLLISION,
-            Outcome.REAR_COLLISION,
-            Outcome.REAR_COLLISION,
+            ConflictEnd.AVOIDED,
+            ConflictEnd.SIDE_COLLISION,
+            ConflictEnd.SIDE_COLLISION,
+            ConflictEnd.REAR_COLLISION,
+            ConflictEnd.REAR_COLLISION,
         ],
     )
     np.testing.assert_allclose(results.impact_speed, [0.0, 10.0, 10.0, 10.0, 10.0])
@@ -47,12 +47,12 @@ def test_without_reaction_the_gap_at_the_overlap_decides():
 
 def test_a_vehicle_that_keeps_its_lane_is_no_conflict():
     results = simulate(Blind(), cut_in(20.0, 10.0, np.array([5.0]), np.zeros(1)))
-    assert results.outcome[0] == Outcome.AVOIDED
+    assert results.outcome[0] == ConflictEnd.AVOIDED
 
 
 def test_uncritical_cut_in_ends_the_conflict():
     results = simulate(CarefulHuman(), cut_in(20.0, 10.0, np.array([50.0]), np.ones(1)))
-    assert results.outcome[0] == Outcome.UNCRITICAL
+    assert results.outcome[0] == ConflictEnd.UNCRITICAL
     assert not results.collided[0]
 
 

@@ -3,8 +3,8 @@ import pytest
 from experiments.thesis import wording
 from experiments.thesis.claims import (
     Claim,
+    ClaimVerdict,
     Share,
-    Verdict,
     decline,
     numbers,
     printed,
@@ -32,12 +32,12 @@ def share(holds, of):
 @pytest.mark.parametrize(
     ("picked", "counted", "verdict"),
     [
-        (True, None, Verdict.HOLDS),
-        (False, None, Verdict.FAILS),
-        (None, None, Verdict.UNKNOWN),
-        (True, share(3, 10), Verdict.PARTLY),
-        (False, share(10, 10), Verdict.HOLDS),
-        (True, share(0, 10), Verdict.FAILS),
+        (True, None, ClaimVerdict.HOLDS),
+        (False, None, ClaimVerdict.FAILS),
+        (None, None, ClaimVerdict.UNKNOWN),
+        (True, share(3, 10), ClaimVerdict.PARTLY),
+        (False, share(10, 10), ClaimVerdict.HOLDS),
+        (True, share(0, 10), ClaimVerdict.FAILS),
     ],
 )
 def test_random_layouts_decide_where_there_are_some(picked, counted, verdict):
@@ -47,7 +47,7 @@ def test_random_layouts_decide_where_there_are_some(picked, counted, verdict):
 def test_a_claim_that_fails_needs_a_reason():
     with pytest.raises(ValueError, match="no reason"):
         claim(picked=False, reason="")
-    assert claim(picked=True, reason="").verdict is Verdict.HOLDS
+    assert claim(picked=True, reason="").verdict is ClaimVerdict.HOLDS
 
 
 def test_a_share_has_wilsons_interval():

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from planner.dense.field import (
     Cover,
-    ObstacleField,
+    FrenetObstacles,
     disc_centre,
     field_of,
     path_curvature,
@@ -78,7 +78,7 @@ def test_obstacles_are_ordered_and_columns_checked():
     assert field.radius.tolist() == [2.0, 0.5]
     assert field.only(np.array([False, True])).s.tolist() == [30.0]
     with pytest.raises(InvalidInputError, match="left has shape"):
-        ObstacleField(
+        FrenetObstacles(
             field.s, field.l, field.radius, [0.0, 1.0], [5.0], [-5.0, -5.0], [0.0, 0.0]
         )
 

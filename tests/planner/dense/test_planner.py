@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.dense import DensePlanner, DenseSettings, adaptive, proposed, uniform
-from planner.dense.planner import Memory
+from planner.dense.planner import DenseMemory
 from planner.dense.settings import PathMethod
 from planner.interface import PlanStatus
 from planner.scene import Obstacles
@@ -77,7 +77,7 @@ def test_sides_do_not_flip_where_two_ways_cost_the_same():
     sides = {cycle.plan.memory.sides.get("disc.0") for cycle in cycles[:60]}
     assert len(sides) == 1
     # The same scene with the other side in memory keeps the other side.
-    other = Memory(None, {"disc.0": -next(iter(sides))})
+    other = DenseMemory(None, {"disc.0": -next(iter(sides))})
     assert PLANNER.plan(scene, other).memory.sides == other.sides
 
 
@@ -86,7 +86,7 @@ def test_a_side_that_costs_much_more_is_given_up():
     scene = make_scene(
         path, ego_on(path, speed=8.0), [Disc(50.0, -2.5, 1.5)], target_speed=8.0
     )
-    plan = PLANNER.plan(scene, Memory(None, {"disc.0": -1.0}))
+    plan = PLANNER.plan(scene, DenseMemory(None, {"disc.0": -1.0}))
     assert plan.memory.sides["disc.0"] == 1.0
 
 
@@ -151,7 +151,7 @@ def test_the_last_plan_is_not_driven_into_a_vehicle(room, status):
     rows = [Car(front + room + 2.4, 0.0, 0.0)]
     if room < 0.0:  # behind it nobody counts, and a closed line leaves no speed
         scene = replace(scene, stop_lines=(front + 0.2,))
-    result = PLANNER.plan(replace(scene, vehicles=cars(path, rows)), Memory(last))
+    result = PLANNER.plan(replace(scene, vehicles=cars(path, rows)), DenseMemory(last))
     assert result.stats.reason == "no speed along the path"
     assert result.status is status
     assert (result.trajectory.s[-1] < scene.ego_frenet.s + 2.0) == (room > 0.0)

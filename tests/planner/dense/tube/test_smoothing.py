@@ -7,17 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from experiments.thesis.dense.layouts import EGO_RADIUS, random_layout
-from planner.dense.field import Cover, ObstacleField, path_curvature, straight_field
+from planner.dense.field import Cover, FrenetObstacles, path_curvature, straight_field
 from planner.dense.frenet_path import FrenetPath, check_path
 from planner.dense.lattice.coarse_path import PathStart
+from planner.dense.lattice.edge_check import RoadAlong
 from planner.dense.lattice_methods import (
     LatticeStatus,
     plan_adaptive,
     plan_uniform,
 )
 from planner.dense.settings import LatticeSettings, SmoothingSettings
-from planner.dense.tube.corridor import second_bounds
-from planner.dense.tube.program import PathGuess
+from planner.dense.tube.corridor import PathGuess, second_bounds
 from planner.dense.tube.smoothing import smooth, smoothing_problem
 from planner.piecewise_jerk.solve import solve
 from planner.reference_path.path import ReferencePath
@@ -86,7 +86,7 @@ def arc_field(rows, curvature):
     ends = np.array([0.0, 70.0])
     columns = rows[:, 0], rows[:, 1], rows[:, 2]
     room = 5.0 * np.ones(2)
-    return ObstacleField(*columns, ends, room, -room, np.full(2, curvature))
+    return FrenetObstacles(*columns, ends, room, -room, np.full(2, curvature))
 
 
 @pytest.mark.parametrize("curvature", [1.0 / 25.0, -1.0 / 25.0])
@@ -117,12 +117,12 @@ def test_on_an_arc_distances_are_those_of_the_plane(method, curvature):
 def test_curvature_bounds_are_on_the_safe_side():
     random = np.random.default_rng(3)
     l, slope = random.uniform(-3.0, 3.0, 400), random.uniform(-0.6, 0.6, 400)
-    road = np.zeros((2, 400))
-    road[0], road[1] = random.uniform(-0.05, 0.05, 400), 0.0
-    low, high = second_bounds(l, slope, road, 0.2)
+    curvature, none = random.uniform(-0.05, 0.05, 400), np.empty((0, 400))
+    road = RoadAlong(curvature, np.zeros(400), none, none)
+    low, high = second_bounds(PathGuess(np.arange(400.0), l, slope), road, 0.2)
     for k in range(400):
         for second in (low[k], high[k]):
-            bent = path_curvature(l[k], slope[k], second, road[0, k], 0.0)
+            bent = path_curvature(l[k], slope[k], second, curvature[k], 0.0)
             assert abs(bent) <= 0.2 + 1e-12
 
 
