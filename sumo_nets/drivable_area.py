@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from sumo_nets.centre_line import FloatArray
 from sumo_nets.lane_choice import LaneUse, via_lanes
-from sumo_nets.net_reader import Edge, Lane, Net
+from sumo_nets.net_reader import Edge, Net, NetLane
 
 # Closes the slits that rounding leaves between lanes and junctions [m].
 SEAM = 0.05
@@ -85,7 +85,7 @@ def _polygons(shape: BaseGeometry) -> Iterable[shapely.Polygon]:
             yield part
 
 
-def _strip(lane: Lane) -> BaseGeometry:
+def _strip(lane: NetLane) -> BaseGeometry:
     """Spread a lane over its width; a lane without length has no area."""
     points = lane.points
     if len(np.unique(points, axis=0)) < CORNERS - 1:
@@ -94,7 +94,7 @@ def _strip(lane: Lane) -> BaseGeometry:
     return line.buffer(lane.width / 2.0, cap_style="flat", join_style="mitre")
 
 
-def _carried_on(lane: Lane, end: int) -> BaseGeometry:
+def _carried_on(lane: NetLane, end: int) -> BaseGeometry:
     """Carry all lanes of an edge straight on at one end (0 or -1)."""
     parts = []
     for beside in lane.edge.drivable_lanes:
@@ -106,14 +106,14 @@ def _carried_on(lane: Lane, end: int) -> BaseGeometry:
     return shapely.union_all(parts)
 
 
-def _joint(before: Lane, after: Lane) -> BaseGeometry:
+def _joint(before: NetLane, after: NetLane) -> BaseGeometry:
     """Span from the end of a lane to the begin of the next: they may not touch."""
     corners = [*_end(before, -1), *_end(after, 0)]
     hull: BaseGeometry = shapely.MultiPoint(corners).convex_hull
     return hull
 
 
-def _end(lane: Lane, end: int) -> list[FloatArray]:
+def _end(lane: NetLane, end: int) -> list[FloatArray]:
     """Place the two corners of a lane at one end (0 or -1)."""
     points = lane.points
     tip = points[end]

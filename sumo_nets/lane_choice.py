@@ -6,7 +6,7 @@ from itertools import pairwise
 from math import inf
 
 from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import Lane, Link, Net
+from sumo_nets.net_reader import Link, Net, NetLane
 
 # Costs: a change of lanes outweighs a few edges on a lane that was not wanted.
 CHANGE = 10.0
@@ -23,8 +23,8 @@ class LaneUse:
     `link` is the connection to the next edge, None on the last one.
     """
 
-    entered: Lane
-    left: Lane
+    entered: NetLane
+    left: NetLane
     link: Link | None
 
 
@@ -38,7 +38,7 @@ def choose_lanes(net: Net, route: Sequence[str], wanted: int) -> tuple[LaneUse, 
     Args:
         net: The network.
         route: Edge ids, checked.
-        wanted: Lane index, 0 is the rightmost.
+        wanted: NetLane index, 0 is the rightmost.
 
     Returns:
         One use per edge.
@@ -48,7 +48,7 @@ def choose_lanes(net: Net, route: Sequence[str], wanted: int) -> tuple[LaneUse, 
     """
     edges = [net.edges[edge_id] for edge_id in route]
     # Entry lane -> the cheapest way to be on it.
-    best: dict[Lane, _Best] = {
+    best: dict[NetLane, _Best] = {
         lane: (_off(lane, wanted), ()) for lane in edges[0].drivable_lanes
     }
     for edge, follower in pairwise(edges):
@@ -65,10 +65,10 @@ def choose_lanes(net: Net, route: Sequence[str], wanted: int) -> tuple[LaneUse, 
 
 
 def _cross(
-    links: Sequence[Link], best: dict[Lane, _Best], wanted: int
-) -> dict[Lane, _Best]:
+    links: Sequence[Link], best: dict[NetLane, _Best], wanted: int
+) -> dict[NetLane, _Best]:
     """Go from the lanes of one edge over `links` to the lanes of the next."""
-    reached: dict[Lane, _Best] = {}
+    reached: dict[NetLane, _Best] = {}
     for link in links:
         leaving, entering = link.source, link.target
         base = _off(leaving, wanted) + _off(entering, wanted)
@@ -79,21 +79,21 @@ def _cross(
     return reached
 
 
-def _off(lane: Lane, wanted: int) -> float:
+def _off(lane: NetLane, wanted: int) -> float:
     """Charge a lane other than the wanted one."""
     return OFF_WANTED * abs(lane.index - wanted)
 
 
-def _change(first: Lane, second: Lane) -> float:
+def _change(first: NetLane, second: NetLane) -> float:
     """Charge changing from one lane of an edge to another."""
     lanes = abs(first.index - second.index)
     shortage = max(0.0, 1.0 - first.length / (COMFORTABLE_CHANGE * max(lanes, 1)))
     return CHANGE * lanes * (1.0 + shortage)
 
 
-def via_lanes(net: Net, link: Link) -> tuple[Lane, ...]:
+def via_lanes(net: Net, link: Link) -> tuple[NetLane, ...]:
     """List the internal lanes that a connection leads over, in driving order."""
-    found: list[Lane] = []
+    found: list[NetLane] = []
     via = link.via
     while via:
         lane = net.lane(via)

@@ -41,7 +41,7 @@ ROADS = ("normal", "connector", "internal")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lane:
+class NetLane:
     """A lane of an edge; lane 0 is the one at the kerb."""
 
     id: str
@@ -72,7 +72,7 @@ class Edge:
     function: str
     start: str  # junction, "" inside one
     end: str
-    lanes: list[Lane] = field(default_factory=list, repr=False)  # by index
+    lanes: list[NetLane] = field(default_factory=list, repr=False)  # by index
 
     @property
     def internal(self) -> bool:
@@ -80,7 +80,7 @@ class Edge:
         return self.function == "internal"
 
     @property
-    def drivable_lanes(self) -> list[Lane]:
+    def drivable_lanes(self) -> list[NetLane]:
         """Lanes that cars may use, by index."""
         return [lane for lane in self.lanes if lane.drivable]
 
@@ -94,8 +94,8 @@ class Edge:
 class Link:
     """A connection of two lanes."""
 
-    source: Lane
-    target: Lane
+    source: NetLane
+    target: NetLane
     via: str  # lane inside the junction, "" without one
     signal: str  # traffic light, "" without one
     signal_link: int  # place in the light's state string
@@ -139,7 +139,7 @@ class Net:
         """List the edges that begin or end at a junction."""
         return [e for e in self.edges.values() if junction in (e.start, e.end)]
 
-    def lane(self, lane_id: str) -> Lane:
+    def lane(self, lane_id: str) -> NetLane:
         """Get a lane.
 
         Raises:
@@ -219,7 +219,7 @@ class _Handler:
         if self._edge is None:
             return
         limit = self._restrictions.get(self._type)
-        lane = Lane(
+        lane = NetLane(
             attributes["id"],
             self._edge,
             int(attributes["index"]),

@@ -16,7 +16,7 @@ from sumo_nets.drivable_area import drivable_area
 from sumo_nets.errors import NetworkError
 from sumo_nets.join_lanes import Piece, blend, densify, resample, stitch
 from sumo_nets.lane_choice import LaneUse, choose_lanes, via_lanes
-from sumo_nets.net_reader import Lane, Net, check_route, read_net
+from sumo_nets.net_reader import Net, NetLane, check_route, read_net
 
 # Largest distance of neighbouring points [m].
 SPACING = 1.0
@@ -86,7 +86,7 @@ class RoutePath:
 
     @property
     def lanes(self) -> tuple[str, ...]:
-        """Lane ids in driving order, those inside junctions too."""
+        """NetLane ids in driving order, those inside junctions too."""
         return tuple(span.lane for span in self.spans)
 
     @property
@@ -175,7 +175,7 @@ def _pieces(net: Net, uses: Sequence[LaneUse]) -> tuple[list[Piece], list[float]
     return pieces, limits
 
 
-def _check_bridged(use: LaneUse, inside: Sequence[Lane], following: LaneUse) -> None:
+def _check_bridged(use: LaneUse, inside: Sequence[NetLane], following: LaneUse) -> None:
     """Refuse a junction that has no lanes inside: its vehicles would jump over it."""
     begin, end = use.left.points[-1], following.entered.points[0]
     gap = float(np.hypot(*(end - begin)))
@@ -207,7 +207,7 @@ def _edge_piece(use: LaneUse, left_hand: bool) -> Piece:  # noqa: FBT001
 
 
 def _carriageway(
-    lane: Lane,
+    lane: NetLane,
     left_hand: bool,  # noqa: FBT001 - a property of the network
 ) -> tuple[float, float, tuple[float, ...]]:
     """Measure the road about a lane: left edge, right edge, lines between [m]."""
@@ -230,7 +230,7 @@ def _carriageway(
     return inner, kerb, tuple(sorted(edges)[1:-1])
 
 
-def _shape(lane: Lane) -> FloatArray:
+def _shape(lane: NetLane) -> FloatArray:
     """Return the centre line of a lane without points that repeat, (n, 2)."""
     points = lane.points
     kept = np.ones(len(points), dtype=bool)

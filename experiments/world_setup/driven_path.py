@@ -17,8 +17,8 @@ from planner.errors import InvalidInputError
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.steerable import (
     SHIFTS,
-    Limits,
     SteerablePath,
+    SteeringLimits,
     steerable_path,
 )
 from planner.states import BoolArray, FloatArray
@@ -204,9 +204,9 @@ def _planned(
         )
     boundary = boundary_about(found.area, guide, ROOM)
     most = vehicle.limits.max_curvature
-    margin = Limits(most).margin
+    margin = SteeringLimits(most).margin
     for part, beyond, shifts in (*ATTEMPTS, (share, LAST_RESORT, SHIFTS)):
-        limits = Limits(min(part, share) * most)
+        limits = SteeringLimits(min(part, share) * most)
         path = steerable_path(guide, boundary, vehicle, limits, shifts)
         if path.fault <= margin + beyond:
             return path
@@ -222,7 +222,7 @@ def _planned(
 def _needed(guide: FloatArray, boundary: FloatArray, vehicle: Vehicle) -> str:
     """Find about which curvature would do, for a message."""
     for factor in HIGHER:
-        limits = Limits(factor * vehicle.limits.max_curvature, 4.0 * factor)
+        limits = SteeringLimits(factor * vehicle.limits.max_curvature, 4.0 * factor)
         path = steerable_path(guide, boundary, vehicle, limits, shifts=(0.0, 3.0))
         if path.fault <= limits.margin + LAST_RESORT:
             return f"{limits.curvature:.2f}"

@@ -41,7 +41,7 @@ END_TOLERANCE = 0.02  # [m] and [rad]
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class SteeringLimits:
     """What a steerable path keeps; `margin` is the least distance from the boundary."""
 
     curvature: float  # [1/m]
@@ -98,7 +98,7 @@ class _Task(NamedTuple):
     boundary: FloatArray  # (k, 4) [m]
     outline: FloatArray  # (p, 2), of the body and the margin, rear axle at 0 [m]
     box: tuple[float, float, float]  # of the same: back, front, half the width [m]
-    limits: Limits
+    limits: SteeringLimits
     start: tuple[float, float, float]  # x, y [m], heading [rad]
     end: tuple[float, float, float]
 
@@ -115,7 +115,7 @@ def steerable_path(
     guide: FloatArray,
     boundary: FloatArray,
     vehicle: Vehicle,
-    limits: Limits,
+    limits: SteeringLimits,
     shifts: tuple[float, ...] = SHIFTS,
 ) -> SteerablePath:
     """Plan a path from the begin of a guide to its end, with their directions.
@@ -150,7 +150,7 @@ def _planned(
     guide: FloatArray,
     boundary: FloatArray,
     vehicle: Vehicle,
-    limits: Limits,
+    limits: SteeringLimits,
     shift: float,
 ) -> SteerablePath:
     """Plan from one first guess, which turns `shift` metres later than the guide."""

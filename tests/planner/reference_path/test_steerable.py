@@ -7,7 +7,7 @@ import shapely
 from planner.errors import InvalidInputError
 from planner.reference_path.steerable import (
     CURVATURE_RATE,
-    Limits,
+    SteeringLimits,
     _integrate,
     body_outline,
     corner_distances,
@@ -19,7 +19,7 @@ from planner.reference_path.steerable import (
 from planner.vehicle import Vehicle
 
 CAR = Vehicle()
-LIMITS = Limits(0.194)
+LIMITS = SteeringLimits(0.194)
 TURNS = int(os.environ.get("REARVIEW_RANDOM_TURNS", "10000"))
 
 
