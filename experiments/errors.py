@@ -13,6 +13,10 @@ class SimulationError(ExperimentError):
     """The simulator refused or failed."""
 
 
+class EntryError(SimulationError):
+    """The ego found no room to enter the traffic."""
+
+
 class ResultsError(ExperimentError):
     """A result could not be written or read."""
 

@@ -65,6 +65,52 @@ class RoadBounds:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class SpeedLimits:
+    """Speed limits along the ego's reference path; arrays are (n,).
+
+    A limit holds from its s to the next one, the first one before it, too.
+    """
+
+    s: FloatArray  # strictly growing [m]
+    limit: FloatArray  # [m/s], inf for none
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        shape = np.shape(self.s)
+        _freeze_columns(self, ("s", "limit"), shape)
+        if len(shape) != 1 or shape[0] < 1 or np.any(np.diff(self.s) <= 0.0):
+            raise InvalidInputError("s of the speed limits must grow strictly")
+        if not np.all(self.limit > 0.0):
+            raise InvalidInputError("speed limits must be positive")
+
+    @classmethod
+    def none(cls) -> "SpeedLimits":
+        """Return the limits of a road without any."""
+        return cls(np.zeros(1), np.full(1, np.inf))
+
+    def at(self, s: FloatArray) -> FloatArray:
+        """Return the limits at arc lengths `s` [m/s], in the shape of `s`."""
+        place = np.searchsorted(self.s, s, side="right") - 1
+        return np.asarray(self.limit[np.maximum(place, 0)])
+
+    def allowed(self, s: float, braking: float) -> float:
+        """Return the speed from which every limit from `s` on can be kept.
+
+        Args:
+            s: Where it is driven [m].
+            braking: With which one slows down before a lower limit [m/s²].
+
+        Returns:
+            The speed [m/s].
+        """
+        place = max(int(np.searchsorted(self.s, s, side="right")) - 1, 0)
+        way = np.maximum(self.s[place:] - s, 0.0)
+        before = np.sqrt(self.limit[place:] ** 2 + 2.0 * braking * way)
+        # the limit itself to the last bit where it holds
+        return float(np.where(way > 0.0, before, self.limit[place:]).min())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Lanes:
     """Lanes of the ego's carriageway along its reference path, right to left.
 
@@ -75,6 +121,7 @@ class Lanes:
     s: FloatArray  # strictly growing, (n,) [m]
     centre: FloatArray  # lateral offsets of the lane centres, (n_lanes, n) [m]
     width: FloatArray  # (n_lanes, n) [m]
+    left_hand: bool = False  # traffic keeps to the left, overtakes on the right
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
@@ -251,5 +298,6 @@ class Scene:
     obstacles: Obstacles
     vehicles: Vehicles
     stop_lines: tuple[float, ...]  # s that the front bumper must not pass now [m]
-    target_speed: float  # [m/s]
+    target_speed: float  # [m/s], no faster than the limits here and ahead allow
     lanes: Lanes = field(default_factory=Lanes.none)
+    speed_limits: SpeedLimits = field(default_factory=SpeedLimits.none)

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Self
+from typing import Self
 
 from sumo_nets.build import net_path
 from sumo_nets.centre_line import Segment, arc, clothoid, line
 from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import check_complete, check_route, drivable_lanes, read_net
+from sumo_nets.net_reader import Net, check_complete, check_route, read_net
 
 # Road for background traffic behind the place where scenarios begin [m].
 LEAD_IN = 100.0
@@ -76,7 +76,7 @@ class Network:
         net_file = Path(path)
         edges = tuple(route)
         net = read_net(net_file)
-        check_route(net, net_file, edges, lane)
+        check_route(net, edges, lane)
         streams = [Stream("own", (Turn(edges, 1.0),))]
         back = _way_back(net, edges)
         if back:
@@ -97,11 +97,10 @@ class Network:
             NetworkError: As `from_file`.
         """
         net = read_net(self.net_file)
-        check_route(net, self.net_file, self.route, self.lane)
+        check_route(net, self.route, self.lane)
         for stream in self.streams:
             for turn in stream.turns:
-                lanes = drivable_lanes(net.getEdge(turn.route[0]))
-                check_route(net, self.net_file, turn.route, lanes[0].getIndex())
+                check_route(net, turn.route)
 
 
 def networks() -> Mapping[str, Network]:
@@ -136,22 +135,21 @@ def network(name: str) -> Network:
     return record
 
 
-def _way_back(net: Any, route: tuple[str, ...]) -> tuple[str, ...]:
+def _way_back(net: Net, route: tuple[str, ...]) -> tuple[str, ...]:
     """Return the edges of the reverse route, () unless it is complete."""
     back: list[str] = []
     for edge_id in reversed(route):
-        edge = net.getEdge(edge_id)
+        edge = net.edges[edge_id]
         twins = [
-            twin
-            for twin in edge.getToNode().getOutgoing()
-            if twin.getToNode() is edge.getFromNode() and drivable_lanes(twin)
+            twin.id
+            for twin in net.roads
+            if (twin.start, twin.end) == (edge.end, edge.start) and twin.drivable_lanes
         ]
         if not twins:
             return ()
-        back.append(twins[0].getID())
+        back.append(twins[0])
     try:
-        lane = drivable_lanes(net.getEdge(back[0]))[0].getIndex()
-        check_route(net, Path(), back, lane)
+        check_route(net, back)
     except NetworkError:
         return ()
     return tuple(back)

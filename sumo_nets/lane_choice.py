@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import inf
-from typing import Any
 
 from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import VEHICLE_CLASS, drivable_lanes
+from sumo_nets.net_reader import Link, Net, NetLane
 
 # Costs: a change of lanes outweighs a few edges on a lane that was not wanted.
 CHANGE = 10.0
@@ -21,26 +20,25 @@ COMFORTABLE_CHANGE = 40.0
 class LaneUse:
     """How an edge is driven: entered on one lane, left on another or the same.
 
-    The fields are sumolib objects; `link` is the connection to the next edge, None on
-    the last one.
+    `link` is the connection to the next edge, None on the last one.
     """
 
-    entered: Any
-    left: Any
-    link: Any
+    entered: NetLane
+    left: NetLane
+    link: Link | None
 
 
 # Cost so far, and the uses that lead there.
 _Best = tuple[float, tuple[LaneUse, ...]]
 
 
-def choose_lanes(net: Any, route: Sequence[str], wanted: int) -> tuple[LaneUse, ...]:
+def choose_lanes(net: Net, route: Sequence[str], wanted: int) -> tuple[LaneUse, ...]:
     """Find the lanes that keep to index `wanted` with few lane changes.
 
     Args:
-        net: sumolib network, read with internal lanes.
+        net: The network.
         route: Edge ids, checked.
-        wanted: Lane index, 0 is the rightmost.
+        wanted: NetLane index, 0 is the rightmost.
 
     Returns:
         One use per edge.
@@ -48,33 +46,31 @@ def choose_lanes(net: Any, route: Sequence[str], wanted: int) -> tuple[LaneUse, 
     Raises:
         NetworkError: If no lanes for cars are connected along the whole route.
     """
-    edges = [net.getEdge(edge_id) for edge_id in route]
+    edges = [net.edges[edge_id] for edge_id in route]
     # Entry lane -> the cheapest way to be on it.
-    best: dict[Any, _Best] = {
-        lane: (_off(lane, wanted), ()) for lane in drivable_lanes(edges[0])
+    best: dict[NetLane, _Best] = {
+        lane: (_off(lane, wanted), ()) for lane in edges[0].drivable_lanes
     }
     for edge, follower in pairwise(edges):
-        best = _cross(edge.getOutgoing().get(follower, []), best, wanted)
+        best = _cross(edge.links_to(follower), best, wanted)
         if not best:
             raise NetworkError(
-                f'no lane for cars from edge "{edge.getID()}" to "{follower.getID()}"'
+                f'{net.file}: no lane for cars from edge "{edge.id}" to "{follower.id}"'
             )
     _, uses, last = min(
         ((cost, uses, lane) for lane, (cost, uses) in best.items()),
-        key=lambda way: (way[0], way[2].getIndex()),
+        key=lambda way: (way[0], way[2].index),
     )
     return (*uses, LaneUse(last, last, None))
 
 
 def _cross(
-    links: Sequence[Any], best: dict[Any, _Best], wanted: int
-) -> dict[Any, _Best]:
+    links: Sequence[Link], best: dict[NetLane, _Best], wanted: int
+) -> dict[NetLane, _Best]:
     """Go from the lanes of one edge over `links` to the lanes of the next."""
-    reached: dict[Any, _Best] = {}
+    reached: dict[NetLane, _Best] = {}
     for link in links:
-        leaving, entering = link.getFromLane(), link.getToLane()
-        if not (leaving.allows(VEHICLE_CLASS) and entering.allows(VEHICLE_CLASS)):
-            continue
+        leaving, entering = link.source, link.target
         base = _off(leaving, wanted) + _off(entering, wanted)
         for lane, (cost, uses) in best.items():
             total = cost + base + _change(lane, leaving)
@@ -83,29 +79,27 @@ def _cross(
     return reached
 
 
-def _off(lane: Any, wanted: int) -> float:
+def _off(lane: NetLane, wanted: int) -> float:
     """Charge a lane other than the wanted one."""
-    index: int = lane.getIndex()
-    return OFF_WANTED * abs(index - wanted)
+    return OFF_WANTED * abs(lane.index - wanted)
 
 
-def _change(first: Any, second: Any) -> float:
+def _change(first: NetLane, second: NetLane) -> float:
     """Charge changing from one lane of an edge to another."""
-    lanes: int = abs(first.getIndex() - second.getIndex())
-    length: float = first.getLength()
-    shortage = max(0.0, 1.0 - length / (COMFORTABLE_CHANGE * max(lanes, 1)))
+    lanes = abs(first.index - second.index)
+    shortage = max(0.0, 1.0 - first.length / (COMFORTABLE_CHANGE * max(lanes, 1)))
     return CHANGE * lanes * (1.0 + shortage)
 
 
-def via_lanes(net: Any, link: Any) -> tuple[Any, ...]:
+def via_lanes(net: Net, link: Link) -> tuple[NetLane, ...]:
     """List the internal lanes that a connection leads over, in driving order."""
-    found = []
-    via = link.getViaLaneID()
+    found: list[NetLane] = []
+    via = link.via
     while via:
-        lane = net.getLane(via)
+        lane = net.lane(via)
+        if lane in found:
+            raise NetworkError(f'{net.file}: lane "{via}" leads back to itself')
         found.append(lane)
-        onward = [
-            out for out in lane.getOutgoing() if out.getToLane() is link.getToLane()
-        ]
-        via = onward[0].getViaLaneID() if onward else ""
+        onward = [out for out in lane.links if out.target is link.target]
+        via = onward[0].via if onward else ""
     return tuple(found)

@@ -1,27 +1,265 @@
 """Read a .net.xml safely and check that a route runs through it.
 
 libsumo dies of a segmentation fault on a truncated network, which no caller can catch:
-every network is therefore parsed to its end here before a simulator sees it.
+every network is therefore parsed to its end here before a simulator sees it. Shapes
+stay text until they are asked for: of a city's network a route needs a few.
 """
 
 import gzip
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from difflib import get_close_matches
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree
+from typing import IO, cast
+from xml.parsers import expat
 
-import sumolib.net
+import numpy as np
+from numpy.typing import NDArray
 
 from sumo_nets.errors import NetworkError
 
 # The class of vehicle whose lanes count as road.
 VEHICLE_CLASS = "passenger"
 
-# Number of edges that a message lists when none resembles the requested one.
+# Of a lane whose element names no width [m], SUMO's value.
+DEFAULT_WIDTH = 3.2
+
+# Edges that a message lists when none resembles the one asked for.
 LISTED = 8
+
+# Networks kept in memory: an episode reads its own several times.
+KEPT = 2
+
+# Networks with more edges are not searched for similar names: it takes seconds.
+SEARCHED = 5000
+
+# Functions of edges that vehicles drive on.
+ROADS = ("normal", "connector", "internal")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NetLane:
+    """A lane of an edge; lane 0 is the one at the kerb."""
+
+    id: str
+    edge: "Edge" = field(repr=False)
+    index: int
+    width: float  # [m]
+    speed: float  # limit for cars [m/s]
+    length: float  # as the simulator counts it, not that of the shape [m]
+    drivable: bool  # whether cars may use it
+    shape_text: str = field(repr=False)
+    links: list["Link"] = field(default_factory=list, repr=False)  # that lead away
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """Centre line without its height, (n, 2) [m].
+
+        Raises:
+            NetworkError: If the shape is not a list of points.
+        """
+        return _points(self.shape_text, f'lane "{self.id}"')
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Edge:
+    """A road in one direction."""
+
+    id: str
+    function: str
+    start: str  # junction, "" inside one
+    end: str
+    lanes: list[NetLane] = field(default_factory=list, repr=False)  # by index
+
+    @property
+    def internal(self) -> bool:
+        """Whether it lies inside a junction."""
+        return self.function == "internal"
+
+    @property
+    def drivable_lanes(self) -> list[NetLane]:
+        """Lanes that cars may use, by index."""
+        return [lane for lane in self.lanes if lane.drivable]
+
+    def links_to(self, other: "Edge") -> list["Link"]:
+        """List the links from lanes for cars to lanes for cars of another edge."""
+        links = [link for lane in self.drivable_lanes for link in lane.links]
+        return [x for x in links if x.target.edge is other and x.target.drivable]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Link:
+    """A connection of two lanes."""
+
+    source: NetLane
+    target: NetLane
+    via: str  # lane inside the junction, "" without one
+    signal: str  # traffic light, "" without one
+    signal_link: int  # place in the light's state string
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Junction:
+    """A node of the network."""
+
+    id: str
+    kind: str
+    shape_text: str = field(repr=False)
+
+    @property
+    def outline(self) -> NDArray[np.float64]:
+        """Corners of its area, (n, 2) [m]; dead ends have fewer than three.
+
+        Raises:
+            NetworkError: If the shape is not a list of points.
+        """
+        if not self.shape_text.strip():
+            return np.empty((0, 2))
+        return _points(self.shape_text, f'junction "{self.id}"')
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Net:
+    """A road network."""
+
+    file: Path
+    left_hand: bool
+    edges: dict[str, Edge] = field(repr=False)
+    junctions: dict[str, Junction] = field(repr=False)
+
+    @property
+    def roads(self) -> list[Edge]:
+        """Edges outside junctions that vehicles drive on."""
+        return [e for e in self.edges.values() if e.function in ROADS[:2]]
+
+    def at(self, junction: str) -> list[Edge]:
+        """List the edges that begin or end at a junction."""
+        return [e for e in self.edges.values() if junction in (e.start, e.end)]
+
+    def lane(self, lane_id: str) -> NetLane:
+        """Get a lane.
+
+        Raises:
+            NetworkError: If there is none of this id.
+        """
+        edge_id, _, index = lane_id.rpartition("_")
+        edge = self.edges.get(edge_id)
+        for lane in edge.lanes if edge is not None else ():
+            if str(lane.index) == index:
+                return lane
+        raise NetworkError(f'{self.file}: no lane "{lane_id}"')
+
+
+class _Handler:
+    """Builds a network from the start and end tags of its file."""
+
+    def __init__(self) -> None:
+        self.root = ""
+        self.left_hand = False
+        self.edges: dict[str, Edge] = {}
+        self.junctions: dict[str, Junction] = {}
+        self.connections: list[dict[str, str]] = []
+        self._restrictions: dict[str, float] = {}  # edge type -> limit of cars [m/s]
+        self._type = ""  # of the element that is open
+        self._edge: Edge | None = None
+        self._parts: dict[str, Callable[[dict[str, str]], None]] = {
+            "type": self._open_type,
+            "restriction": self._restrict,
+            "edge": self._open_edge,
+            "lane": self._add_lane,
+            "junction": self._add_junction,
+            "connection": self.connections.append,
+        }
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        """Take in a start tag."""
+        if not self.root:
+            self.root = tag
+            self.left_hand = attributes.get("lefthand") in ("true", "1", "yes")
+        part = self._parts.get(tag)
+        if part is None:
+            return
+        try:
+            part(attributes)
+        except KeyError as error:
+            raise NetworkError(f"{_named(tag, attributes)} has no {error}") from error
+        except ValueError as error:
+            raise NetworkError(f"{_named(tag, attributes)}: {error}") from error
+
+    def end(self, tag: str) -> None:
+        """Take in an end tag."""
+        if tag == "edge":
+            self._edge = None
+
+    def _open_type(self, attributes: dict[str, str]) -> None:
+        """Remember which type of edges the next restrictions belong to."""
+        self._type = attributes["id"]
+
+    def _restrict(self, attributes: dict[str, str]) -> None:
+        """Keep a speed limit that is for cars alone."""
+        if attributes["vClass"] == VEHICLE_CLASS:
+            self._restrictions[self._type] = float(attributes["speed"])
+
+    def _open_edge(self, attributes: dict[str, str]) -> None:
+        """Add an edge; its lanes follow."""
+        self._edge = Edge(
+            attributes["id"],
+            attributes.get("function", "normal"),
+            attributes.get("from", ""),
+            attributes.get("to", ""),
+        )
+        self._type = attributes.get("type", "")
+        self.edges[self._edge.id] = self._edge
+
+    def _add_lane(self, attributes: dict[str, str]) -> None:
+        """Add a lane to the open edge."""
+        if self._edge is None:
+            return
+        limit = self._restrictions.get(self._type)
+        lane = NetLane(
+            attributes["id"],
+            self._edge,
+            int(attributes["index"]),
+            float(attributes.get("width", DEFAULT_WIDTH)),
+            float(attributes["speed"]) if limit is None else limit,
+            float(attributes["length"]),
+            _allows_cars(attributes),
+            attributes["shape"],
+        )
+        self._edge.lanes.append(lane)
+
+    def _add_junction(self, attributes: dict[str, str]) -> None:
+        """Add a junction."""
+        junction = Junction(
+            attributes["id"], attributes.get("type", ""), attributes.get("shape", "")
+        )
+        self.junctions[junction.id] = junction
+
+    def connect(self) -> None:
+        """Add the links, once all lanes are known.
+
+        Raises:
+            NetworkError: If this is not a network, or a connection has no lane.
+        """
+        if self.root != "net":
+            raise NetworkError(f"the root element is <{self.root}>, not <net>")
+        for link in self.connections:
+            try:
+                source = self.edges[link["from"]].lanes[int(link["fromLane"])]
+                target = self.edges[link["to"]].lanes[int(link["toLane"])]
+            except (LookupError, ValueError) as error:
+                raise NetworkError(
+                    f'the connection from "{link.get("from")}" to "{link.get("to")}" '
+                    f"has no lane ({type(error).__name__}: {error})"
+                ) from error
+            signal = link.get("tl", "")
+            place = int(link.get("linkIndex", -1))
+            source.links.append(
+                Link(source, target, link.get("via", ""), signal, place)
+            )
 
 
 def check_complete(net_file: Path) -> None:
@@ -30,88 +268,133 @@ def check_complete(net_file: Path) -> None:
     Raises:
         NetworkError: If it is missing, truncated, not XML or not a network.
     """
+    read_net(net_file)
+
+
+def read_net(net_file: Path) -> Net:
+    """Read a complete network with its junction-internal lanes.
+
+    Raises:
+        NetworkError: If the file is missing, truncated, not XML or not a network.
+    """
+    try:
+        state = net_file.stat()
+    except OSError as error:
+        raise NetworkError(f"{net_file}: no such network file") from error
     if not net_file.is_file():
         raise NetworkError(f"{net_file}: no such network file")
-    root = ""
+    return _read(net_file, state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=KEPT)
+def _read(net_file: Path, _changed: int, _size: int) -> Net:
+    """Parse a network; a file that has changed is read anew."""
+    handler = _Handler()
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = handler.start
+    parser.EndElementHandler = handler.end
+    opener = gzip.open if net_file.suffix == ".gz" else open
     try:
-        opener = gzip.open if net_file.suffix == ".gz" else open
         with opener(net_file, "rb") as source:
-            for event, element in ElementTree.iterparse(source, ("start", "end")):
-                root = root or element.tag
-                if event == "end":
-                    element.clear()
-    except (ElementTree.ParseError, EOFError, zlib.error) as error:
+            parser.ParseFile(cast("IO[bytes]", source))
+        handler.connect()
+    except NetworkError as error:
+        raise NetworkError(f"{net_file}: {error}{_advice(handler.root)}") from error
+    except (expat.ExpatError, EOFError, zlib.error) as error:
         raise NetworkError(
             f"{net_file}: truncated or damaged network file ({error})"
         ) from error
     except OSError as error:
         raise NetworkError(f"{net_file}: cannot be read ({error})") from error
-    if root != "net":
-        raise NetworkError(f"{net_file}: the root element is <{root}>, not <net>")
+    return Net(net_file, handler.left_hand, handler.edges, handler.junctions)
 
 
-def read_net(net_file: Path) -> Any:
-    """Read a complete network with its junction-internal lanes.
+def _named(tag: str, attributes: dict[str, str]) -> str:
+    """Name an element for a message."""
+    return f'<{tag} id="{attributes["id"]}">' if "id" in attributes else f"<{tag}>"
 
-    Returns:
-        The `sumolib.net.Net`.
+
+def _advice(root: str) -> str:
+    """Name the way from a file of another kind to a network."""
+    if root == "OpenDRIVE":
+        return "; netconvert --opendrive-files FILE -o FILE.net.xml makes a network"
+    if root == "osm":
+        return "; netconvert --osm-files FILE -o FILE.net.xml makes a network"
+    if root in ("configuration", "sumoConfiguration"):
+        return "; its net-file is the network"
+    return ""
+
+
+def _allows_cars(attributes: dict[str, str]) -> bool:
+    """Read the permissions of a lane."""
+    allow, disallow = attributes.get("allow"), attributes.get("disallow")
+    if allow is not None:
+        return bool({VEHICLE_CLASS, "all"} & set(allow.split()))
+    return not {VEHICLE_CLASS, "all"} & set((disallow or "").split())
+
+
+def _points(text: str, name: str) -> NDArray[np.float64]:
+    """Parse a shape; heights are left out.
 
     Raises:
-        NetworkError: If the file is missing, truncated, not XML or not a network.
+        NetworkError: If it is not a list of finite points.
     """
-    check_complete(net_file)
     try:
-        return sumolib.net.readNet(str(net_file), withInternal=True)
-    except (LookupError, ValueError, TypeError, AttributeError) as error:
-        # sumolib takes the attributes of a network for granted.
-        raise NetworkError(
-            f"{net_file}: not a SUMO network ({type(error).__name__}: {error})"
-        ) from error
+        points = np.array([[float(x) for x in p.split(",")[:2]] for p in text.split()])
+    except ValueError as error:
+        raise NetworkError(f"{name}: the shape is damaged ({error})") from error
+    if points.shape != (len(points), 2) or not np.isfinite(points).all():
+        raise NetworkError(f'{name}: the shape "{text[:40]}" is not a list of points')
+    return points
 
 
-def drivable_lanes(edge: Any) -> list[Any]:
-    """List the lanes of a sumolib edge that cars may use, right to left."""
-    return [lane for lane in edge.getLanes() if lane.allows(VEHICLE_CLASS)]
-
-
-def check_route(net: Any, net_file: Path, route: Sequence[str], lane: int) -> None:
+def check_route(net: Net, route: Sequence[str], lane: int | None = None) -> None:
     """Check that a car can follow `route` from lane index `lane` of its first edge.
+
+    Args:
+        net: The network.
+        route: Edge ids.
+        lane: None: any lane will do.
 
     Raises:
         NetworkError: If an edge is unknown, two edges are not connected for cars, or
             the lane does not exist or is closed to cars.
     """
     if not route:
-        raise NetworkError(f"{net_file}: the route is empty")
+        raise NetworkError(f"{net.file}: the route is empty")
     for edge_id in route:
-        if not net.hasEdge(edge_id) or edge_id.startswith(":"):
+        if edge_id not in net.edges or net.edges[edge_id].internal:
             raise NetworkError(
-                f'{net_file}: no edge "{edge_id}"; {_close_edges(net, edge_id)}'
+                f'{net.file}: no edge "{edge_id}"; {_close_edges(net, edge_id)}'
             )
+        if not net.edges[edge_id].drivable_lanes:
+            raise NetworkError(f'{net.file}: edge "{edge_id}" has no lane for cars')
     for first, second in pairwise(route):
-        follower = net.getEdge(second)
-        links = net.getEdge(first).getOutgoing().get(follower, [])
-        if not any(_open_to_cars(link) for link in links):
+        if not net.edges[first].links_to(net.edges[second]):
             raise NetworkError(
-                f'{net_file}: no car can go from edge "{first}" to "{second}"'
+                f'{net.file}: no car can go from edge "{first}" to "{second}"; '
+                f"{_onward(net.edges[first])}"
             )
-    indices = [item.getIndex() for item in drivable_lanes(net.getEdge(route[0]))]
-    if lane not in indices:
+    indices = [item.index for item in net.edges[route[0]].drivable_lanes]
+    if lane is not None and lane not in indices:
         raise NetworkError(
-            f'{net_file}: edge "{route[0]}" has no lane {lane} for cars, only {indices}'
+            f'{net.file}: edge "{route[0]}" has no lane {lane} for cars, only {indices}'
         )
 
 
-def _open_to_cars(link: Any) -> bool:
-    """Check whether a connection leads from a lane for cars to a lane for cars."""
-    lanes = (link.getFromLane(), link.getToLane())
-    return all(lane.allows(VEHICLE_CLASS) for lane in lanes)
+def _onward(edge: Edge) -> str:
+    """Name the edges that a car can go on to."""
+    links = [x for lane in edge.drivable_lanes for x in lane.links if x.target.drivable]
+    ids = sorted({link.target.edge.id for link in links})
+    return f"it leads to {', '.join(ids[:LISTED])}" if ids else "it is a dead end"
 
 
-def _close_edges(net: Any, edge_id: str) -> str:
-    """List the edges whose ids resemble `edge_id`, or a few of all."""
-    ids = sorted(edge.getID() for edge in net.getEdges(withInternal=False))
-    close = get_close_matches(edge_id, ids, n=3, cutoff=0.5)
+def _close_edges(net: Net, edge_id: str) -> str:
+    """Name the edges whose ids resemble `edge_id`, or a few of all."""
+    ids = sorted(edge.id for edge in net.roads)
+    close = (
+        get_close_matches(edge_id, ids, n=3, cutoff=0.5) if len(ids) < SEARCHED else []
+    )
     if close:
         return "did you mean " + " or ".join(f'"{name}"' for name in close) + "?"
     more = f" and {len(ids) - LISTED} more" if len(ids) > LISTED else ""

@@ -5,22 +5,27 @@ Plain arrays: whoever needs a smooth reference path fits it to the points.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from shapely.geometry.base import BaseGeometry
 
 from sumo_nets.centre_line import FloatArray
+from sumo_nets.drivable_area import drivable_area
 from sumo_nets.errors import NetworkError
 from sumo_nets.join_lanes import Piece, blend, densify, resample, stitch
 from sumo_nets.lane_choice import LaneUse, choose_lanes, via_lanes
-from sumo_nets.net_reader import check_route, drivable_lanes, read_net
+from sumo_nets.net_reader import Net, NetLane, check_route, read_net
 
 # Largest distance of neighbouring points [m].
 SPACING = 1.0
 
 # Length over which the line moves one lane over [m].
 CHANGE_LENGTH = 50.0
+
+# A link without a lane inside the junction must bridge no more than this [m].
+BRIDGED = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +42,27 @@ class LaneSpan:
     """A stretch of the route on one edge, or on one lane inside a junction.
 
     The lane is the one the stretch is left on. `lines` are the lane markings that lie
-    inside the carriageway, relative to the lane's centre line, right to left [m].
+    inside the carriageway, relative to the lane's centre line, right to left [m]; so
+    are `left` and `right`, the edges of the carriageway. `speed_limit` is that of cars.
     """
 
     lane: str
     begin: float  # arc length [m]
     end: float  # [m]
     lines: tuple[float, ...]
+    speed_limit: float  # [m/s]
+    left: float  # [m]
+    right: float  # [m]
+    moved: float = 0.0  # `left` at the begin, where the lane is another one, less it
+
+    def edges_at(self, left: float) -> FloatArray:
+        """Return the edges of all lanes where the carriageway's left edge is `left`.
+
+        Between two lanes the route's line moves over, and the edges with it.
+        """
+        low, high = min(self.moved, 0.0), max(self.moved, 0.0)
+        shift = min(max(left - self.left, low), high)
+        return np.array([self.right, *self.lines, self.left]) + shift
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +71,8 @@ class RoutePath:
 
     `left` and `right` are the edges of the carriageway as lateral offsets from the
     points: left > 0 > right. Only lanes in the route's direction that cars may use
-    count. Inside junctions the edges are interpolated.
+    count. Inside junctions the edges are interpolated. `area` is all that a body on
+    the route may use.
     """
 
     points: FloatArray  # x, y [m], at most SPACING apart
@@ -61,10 +81,12 @@ class RoutePath:
     right: FloatArray  # [m]
     stop_lines: tuple[StopLine, ...]
     spans: tuple[LaneSpan, ...]
+    area: BaseGeometry
+    left_hand: bool = False  # whether traffic keeps to the left
 
     @property
     def lanes(self) -> tuple[str, ...]:
-        """Lane ids in driving order, those inside junctions too."""
+        """NetLane ids in driving order, those inside junctions too."""
         return tuple(span.lane for span in self.spans)
 
     @property
@@ -89,34 +111,55 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
     """
     path = Path(net_file)
     net = read_net(path)
-    check_route(net, path, route, lane)
+    check_route(net, route, lane)
     uses = choose_lanes(net, route, lane)
-    pieces = _pieces(net, uses)
+    try:
+        pieces, limits = _pieces(net, uses)
+        area = drivable_area(net, uses)
+    except NetworkError as error:
+        message = str(error)
+        if str(path) not in message:
+            message = f"{path}: {message}"
+        raise NetworkError(message) from error
     line = stitch([densify(piece, SPACING) for piece in pieces])
     if line.ends[-1] <= 0.0:
         raise NetworkError(f"{path}: route {' '.join(route)} has no length")
+    ends = pairwise((0.0, *line.ends))
     spans = tuple(
-        LaneSpan(piece.name, begin, end, piece.lines)
-        for piece, begin, end in zip(pieces, (0.0, *line.ends), line.ends, strict=False)
+        LaneSpan(
+            piece.name,
+            begin,
+            end,
+            piece.lines,
+            limit,
+            float(piece.left[-1]),
+            float(piece.right[-1]),
+            float(piece.left[0] - piece.left[-1]),
+        )
+        for piece, (begin, end), limit in zip(pieces, ends, limits, strict=True)
     )
     columns = (line.points, line.s, line.left, line.right)
     for column in columns:
         column.setflags(write=False)
-    return RoutePath(*columns, stop_lines=_stop_lines(uses, spans), spans=spans)
+    stop_lines = _stop_lines(uses, spans)
+    return RoutePath(*columns, stop_lines, spans, area, net.left_hand)
 
 
-def _pieces(net: Any, uses: Sequence[LaneUse]) -> list[Piece]:
-    """Convert the uses of edges and the junctions between them into pieces."""
-    pieces: list[Piece] = []
-    for place, use in enumerate(uses):
-        pieces.append(_edge_piece(use))
-        if use.link is None:
-            continue
-        inside = via_lanes(net, use.link)
-        onward = _edge_piece(uses[place + 1])
+def _pieces(net: Net, uses: Sequence[LaneUse]) -> tuple[list[Piece], list[float]]:
+    """Convert the uses of edges and the junctions between them into pieces and limits.
+
+    A lane inside a junction may be a single point: it is left out.
+    """
+    left_hand = net.left_hand
+    pieces, limits = [_edge_piece(uses[0], left_hand)], [uses[0].left.speed]
+    for use, following in pairwise(uses):
+        onward = _edge_piece(following, left_hand)
+        inside = () if use.link is None else via_lanes(net, use.link)
+        _check_bridged(use, inside, following)
+        inside = tuple(lane for lane in inside if len(_shape(lane)) > 1)
         before = (pieces[-1].left[-1], pieces[-1].right[-1])
         after = (onward.left[0], onward.right[0])
-        lengths = [lane.getLength() for lane in inside]
+        lengths = [lane.length for lane in inside]
         done = np.concatenate(([0.0], np.cumsum(lengths))) / max(sum(lengths), 1e-9)
         for number, lane in enumerate(inside):
             points = _shape(lane)
@@ -125,57 +168,78 @@ def _pieces(net: Any, uses: Sequence[LaneUse]) -> list[Piece]:
             )
             left = (1.0 - share) * before[0] + share * after[0]
             right = (1.0 - share) * before[1] + share * after[1]
-            pieces.append(Piece(lane.getID(), points, left, right, ()))
-    return pieces
+            pieces.append(Piece(lane.id, points, left, right, ()))
+            limits.append(lane.speed)
+        pieces.append(onward)
+        limits.append(following.left.speed)
+    return pieces, limits
 
 
-def _edge_piece(use: LaneUse) -> Piece:
+def _check_bridged(use: LaneUse, inside: Sequence[NetLane], following: LaneUse) -> None:
+    """Refuse a junction that has no lanes inside: its vehicles would jump over it."""
+    begin, end = use.left.points[-1], following.entered.points[0]
+    gap = float(np.hypot(*(end - begin)))
+    if not inside and gap > BRIDGED:
+        raise NetworkError(
+            f'no lane leads over junction "{use.left.edge.end}", {gap:.1f} m from '
+            f'"{use.left.id}" to "{following.entered.id}": the network has no internal '
+            "links; build it by netconvert without --no-internal-links"
+        )
+
+
+def _edge_piece(use: LaneUse, left_hand: bool) -> Piece:  # noqa: FBT001
     """Return the line on one edge, blended where the lane is changed."""
     ends = []
     for lane in (use.entered, use.left):
-        left, right, lines = _carriageway(lane)
+        left, right, lines = _carriageway(lane, left_hand)
         points = _shape(lane)
         count = len(points)
+        if count == 1:
+            raise NetworkError(f'lane "{lane.id}" has no length')
         ends.append(
-            Piece(
-                lane.getID(), points, np.full(count, left), np.full(count, right), lines
-            )
+            Piece(lane.id, points, np.full(count, left), np.full(count, right), lines)
         )
     if use.entered is use.left:
         return ends[1]
-    lanes = abs(use.entered.getIndex() - use.left.getIndex())
+    lanes = abs(use.entered.index - use.left.index)
     first, second = (resample(piece, SPACING, ends[0]) for piece in ends)
     return blend(first, second, CHANGE_LENGTH * lanes)
 
 
-def _carriageway(lane: Any) -> tuple[float, float, tuple[float, ...]]:
+def _carriageway(
+    lane: NetLane,
+    left_hand: bool,  # noqa: FBT001 - a property of the network
+) -> tuple[float, float, tuple[float, ...]]:
     """Measure the road about a lane: left edge, right edge, lines between [m]."""
-    own = lane.getIndex()
-    widths = {
-        item.getIndex(): item.getWidth() for item in drivable_lanes(lane.getEdge())
-    }
-    left, right = 0.5 * widths[own], -0.5 * widths[own]
-    edges = [right, left]
+    own = lane.index
+    widths = {item.index: item.width for item in lane.edge.drivable_lanes}
+    inner, kerb = 0.5 * widths[own], -0.5 * widths[own]
+    edges = [kerb, inner]
     index = own + 1
     while index in widths:
-        left += widths[index]
-        edges.append(left)
+        inner += widths[index]
+        edges.append(inner)
         index += 1
     index = own - 1
     while index in widths:
-        right -= widths[index]
-        edges.append(right)
+        kerb -= widths[index]
+        edges.append(kerb)
         index -= 1
-    return left, right, tuple(sorted(edges)[1:-1])
+    if left_hand:  # lane 0 is the leftmost
+        inner, kerb, edges = -kerb, -inner, [-edge for edge in edges]
+    return inner, kerb, tuple(sorted(edges)[1:-1])
 
 
-def _shape(lane: Any) -> FloatArray:
-    """Return the centre line of a lane, (n, 2), without its height."""
-    return np.array([point[:2] for point in lane.getShape()], dtype=np.float64)
+def _shape(lane: NetLane) -> FloatArray:
+    """Return the centre line of a lane without points that repeat, (n, 2)."""
+    points = lane.points
+    kept = np.ones(len(points), dtype=bool)
+    kept[1:] = np.any(np.diff(points, axis=0) != 0.0, axis=1)
+    return points[kept]
 
 
 def _fractions(points: FloatArray) -> FloatArray:
-    """Return the share of the length behind each point, (n,)."""
+    """Give the share of the length that lies behind each point, (n,)."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     done = np.concatenate(([0.0], np.cumsum(lengths)))
     return np.asarray(done / max(float(done[-1]), 1e-9))
@@ -187,9 +251,8 @@ def _stop_lines(
     """Find the stop lines: ends of lanes whose connection has a signal."""
     # A route may return to a lane, so lanes are distinguished by their order.
     ends = [span.end for span in spans if not span.lane.startswith(":")]
-    links = [(use.link, end) for use, end in zip(uses, ends, strict=True) if use.link]
     return tuple(
-        StopLine(link.getTLSID(), int(link.getTLLinkIndex()), end)
-        for link, end in links
-        if link.getTLSID()
+        StopLine(use.link.signal, use.link.signal_link, end)
+        for use, end in zip(uses, ends, strict=True)
+        if use.link is not None and use.link.signal
     )

@@ -2,9 +2,19 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from experiments.config.base import Curvature, Length, Size, Strict, mismatch
+
+
+def _edge_id(value: Any) -> Any:
+    """Take a whole number for text: edges of OpenStreetMap are numbered."""
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    return str(value) if whole else value
+
+
+# What YAML reads as a number is the id as it stands: 283921463, -4713.
+EdgeId = Annotated[str, BeforeValidator(_edge_id, json_schema_input_type=str | int)]
 
 
 class NetworkConfig(Strict):
@@ -14,11 +24,22 @@ class NetworkConfig(Strict):
     file: str | None = Field(
         default=None, description=".net.xml, relative to this file"
     )
-    route: tuple[str, ...] | None = Field(
-        default=None, description="edges, in driving order"
+    route: tuple[EdgeId, ...] | None = Field(
+        default=None, description="edges, in driving order; without it by from and to"
+    )
+    from_: EdgeId | None = Field(
+        default=None, alias="from", description="edge where the fastest route begins"
+    )
+    via: tuple[EdgeId, ...] | None = Field(
+        default=None, description="edges on the way, in driving order"
+    )
+    to: EdgeId | None = Field(
+        default=None, description="edge where the fastest route ends"
     )
     lane: Annotated[int, Field(ge=0, le=20)] | None = Field(
-        default=None, description="lane of the first edge, 0 is the rightmost"
+        default=None,
+        description="lane of the first edge, 0 is at the kerb; by default the first "
+        "one for cars",
     )
 
     @model_validator(mode="after")
@@ -26,10 +47,15 @@ class NetworkConfig(Strict):
         """Reject a network given by both name and file, or incompletely."""
         if (self.name is None) == (self.file is None):
             raise mismatch("", "allowed: a catalogue name, or file, route, lane")
-        if self.file is not None and (self.route is None or self.lane is None):
-            raise mismatch("file", "needs route and lane beside it")
-        if self.name is not None and (self.route or self.lane is not None):
+        places = self.from_ is not None or self.to is not None or self.via is not None
+        if self.name is not None and (self.route or places or self.lane is not None):
             raise mismatch("name", "has its own route and lane; allowed: name alone")
+        if self.route is not None and places:
+            raise mismatch("route", "allowed: route, or from, via and to")
+        if places and (self.from_ is None or self.to is None):
+            raise mismatch("from" if self.from_ is None else "to", "is missing")
+        if self.lane is not None and self.route is None and not places:
+            raise mismatch("lane", "needs a route, or from and to")
         return self
 
 

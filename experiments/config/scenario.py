@@ -170,7 +170,9 @@ class Scenario(Strict):
 
     def resolved(self) -> dict[str, Any]:
         """Return the whole configuration as plain data that reads back the same."""
-        data: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
+        data: dict[str, Any] = self.model_dump(
+            mode="json", exclude_none=True, by_alias=True
+        )
         if self.network is not None and self.network.name is not None:
             data["network"] = self.network.name
         listed = data["obstacles"].pop("listed")

@@ -13,6 +13,7 @@ import yaml
 from pydantic import ValidationError
 
 from experiments.config import DEFAULT_PLANNER, Scenario
+from experiments.config.network_scenario import is_network_file, network_document
 from experiments.config.validation_errors import describe, unknown_name
 from experiments.config.yaml_reader import (
     Document,
@@ -93,7 +94,12 @@ def load_scenario(
 
 
 def scenario_document(name: str) -> Document:
-    """Read a scenario, a shipped name or a file, without checking it yet."""
+    """Read a scenario, a shipped name or a file, without checking it yet.
+
+    A network file stands for a scenario on a random route through it.
+    """
+    if is_network_file(name):
+        return network_document(name)
     path = find_scenario(name)
     document = read_document(path)
     if not isinstance(document.data, dict):

@@ -25,7 +25,7 @@ from experiments.cosim.road import EgoTask
 from experiments.cosim.scene_builder import Outlook, build_scene
 from experiments.cosim.signals import closed_stop_lines
 from experiments.cosim.world import World
-from experiments.errors import SimulationError
+from experiments.errors import EntryError, SimulationError
 from planner.errors import OutsidePathDomainError
 from planner.interface import Planner, PlanResult, PlanStats
 from planner.prediction import Predictor, constant_speed
@@ -76,6 +76,8 @@ def run_loop(
     try:
         ego = world.enter()
         return _Episode(world, planner, plant, task, options, on_step).run(ego)
+    except EntryError as error:
+        return Ending(EpisodeStatus.NO_ROOM, str(error))
     except SimulationError as error:
         log.warning("simulator failed: %s", error)
         return Ending(EpisodeStatus.SIMULATOR_FAILED, str(error))

@@ -53,6 +53,7 @@ class EpisodeStatus(StrEnum):
     TIMEOUT = "timeout"
     COLLISION = "collision"
     OFF_ROAD = "off_road"
+    NO_ROOM = "no_room"  # the ego found no gap to enter the traffic
     PLANNER_FAILED = "planner_failed"
     SIMULATOR_FAILED = "simulator_failed"
     CRASHED = "crashed"

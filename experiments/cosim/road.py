@@ -2,12 +2,17 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from planner.reference_path.frenet import state_on_path
 from planner.reference_path.path import ReferencePath
-from planner.scene import Lanes, Obstacles, RoadBounds
+from planner.scene import Lanes, Obstacles, RoadBounds, SpeedLimits
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
 from sumo_nets.route_path import StopLine
+
+LIMIT_BRAKING = 1.5  # before a lower speed limit, as drivers do [m/s²]
+LIMIT_LEAD = 1.0  # by which speed limits are obeyed ahead of time [s]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,6 +24,19 @@ class Road:
     lanes: Lanes = field(default_factory=Lanes.none)
     stop_lines: tuple[StopLine, ...] = ()  # of the traffic lights on the route
     obstacles: Obstacles = field(default_factory=Obstacles.none)
+    speed_limits: SpeedLimits = field(default_factory=SpeedLimits.none)
+
+    def allowed_speed(self, front: float, speed: float) -> float:
+        """Return the speed that the limits here and ahead allow [m/s].
+
+        Args:
+            front: Arc length of the ego's front bumper [m].
+            speed: Its speed now; limits bind a moment ahead, since a planner needs
+                time to follow [m/s].
+        """
+        ahead = front + LIMIT_LEAD * max(speed, 0.0)
+        here = float(self.speed_limits.at(np.array([front]))[0])
+        return min(here, self.speed_limits.allowed(ahead, LIMIT_BRAKING))
 
 
 @dataclass(frozen=True, slots=True)

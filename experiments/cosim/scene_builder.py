@@ -51,6 +51,7 @@ def build_scene(
         The scene with predictions for every vehicle within `PLANNED_RADIUS`.
     """
     users = traffic.vehicles
+    front = ego_frenet.s + task.vehicle.front_reach
     near = np.hypot(users.x - ego.x, users.y - ego.y) <= PLANNED_RADIUS
     planned = users.among(near)
     prediction = outlook.predictor(road.path, planned, outlook.times())
@@ -65,6 +66,7 @@ def build_scene(
         obstacles=road.obstacles,
         vehicles=Vehicles.predicted(planned, prediction),
         stop_lines=stop_lines,
-        target_speed=task.target_speed,
+        target_speed=min(task.target_speed, road.allowed_speed(front, ego.speed)),
         lanes=road.lanes,
+        speed_limits=road.speed_limits,
     )

@@ -29,7 +29,14 @@ from experiments.world_setup.ego_vehicle import ego_task
 from planner.interface import PlanResult
 from planner.prediction import PREDICTORS
 from planner.reference_path.path import ReferencePath
-from planner.scene import Lanes, Obstacles, RoadBounds, RoadUsers, Scene
+from planner.scene import (
+    Lanes,
+    Obstacles,
+    RoadBounds,
+    RoadUsers,
+    Scene,
+    SpeedLimits,
+)
 from planner.states import CartesianState, FloatArray, FrenetState
 
 _EGO_COLUMNS = (
@@ -200,6 +207,10 @@ def _road(trace: Trace) -> Road:
         obstacles=Obstacles(
             tuple(bodies["id"].tolist()),
             *(_numbers(bodies, name) for name in bodies if name != "id"),
+        ),
+        speed_limits=SpeedLimits(
+            _numbers(trace.speed_limits, "s_m"),
+            np.ma.filled(trace.speed_limits["limit_mps"], np.inf),
         ),
     )
 

@@ -50,7 +50,7 @@ _IDENTITY = (
         label="status",
         compute=lambda e: str(e.trace.fact("status")),
         formula="how the episode ended: `arrived`, `blocked`, `timeout`, `collision`, "
-        "`off_road`, `planner_failed`, `simulator_failed` or `crashed`",
+        "`off_road`, `no_room`, `planner_failed`, `simulator_failed` or `crashed`",
         identity=True,
     ),
     Metric(
@@ -161,6 +161,26 @@ _EFFICIENCY = (
         better=HIGHER,
         in_terminal=True,
         compared=True,
+    ),
+    Metric(
+        column=columns.SPEEDING,
+        label="speeding",
+        compute=lambda e: efficiency.speeding_time(e.trace),
+        formula="time in which the speed is more than 0.5 m/s over the limit at the "
+        "front bumper; null on a road without limits",
+        unit="s",
+        digits=1,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.MAX_SPEEDING,
+        label="max speeding",
+        compute=lambda e: efficiency.max_speeding(e.trace),
+        formula="largest (speed - limit at the front bumper), at least 0; null on a "
+        "road without limits",
+        unit="m/s",
+        digits=2,
+        better=LOWER,
     ),
 )
 _COMFORT = (

@@ -12,7 +12,7 @@ PACKAGES = ("planner", "sumo_nets", "experiments")
 LIBRARIES = (
     "rearview",
     "libsumo",
-    "sumolib",
+    "shapely",
     "numpy",
     "scipy",
     "numba",

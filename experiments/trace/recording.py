@@ -14,7 +14,7 @@ from experiments.trace.schema import TABLES, TIMING, Column, Table, Trace, colum
 from planner.interface import PlanResult
 from planner.reference_path.frenet import FRENET_REACH, MIN_STRETCH
 from planner.reference_path.path import ReferencePath
-from planner.scene import COLUMNS, Lanes, Obstacles, RoadBounds
+from planner.scene import COLUMNS, Lanes, Obstacles, RoadBounds, SpeedLimits
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
 
@@ -73,6 +73,7 @@ def build_trace(
         road=_road(road),
         path=_path(road.path),
         bounds=_bounds(road.bounds),
+        speed_limits=_speed_limits(road.speed_limits),
         lanes=_lanes(road.lanes),
         timing=_from_rows(
             "timing",
@@ -296,6 +297,12 @@ def _path(path: ReferencePath) -> Table:
 def _bounds(bounds: RoadBounds) -> Table:
     """Make one row for each sample of the road's bounds."""
     return _from_arrays("bounds", bounds.s, bounds.left, bounds.right)
+
+
+def _speed_limits(limits: SpeedLimits) -> Table:
+    """Make one row for each speed limit; none is null."""
+    shown = np.where(np.isfinite(limits.limit), limits.limit, np.nan)
+    return _from_arrays("speed_limits", limits.s, shown)
 
 
 def _lanes(lanes: Lanes) -> Table:

@@ -11,7 +11,7 @@ import numpy as np
 from experiments.errors import ResultsError
 from planner.reference_path.path import ReferencePath
 from planner.states import FloatArray, freeze
-from sumo_nets.net_reader import drivable_lanes, read_net
+from sumo_nets.net_reader import ROADS, Net, read_net
 
 MAP_FILE = "map.json"
 MAP_SCHEMA = 1
@@ -63,7 +63,7 @@ def map_around(path: ReferencePath, net_file: Path | None) -> RoadMap:
     at = path.at(np.linspace(0.0, path.length, int(path.length / SPACING) + 2))
     x, y = (at.x.min(), at.x.max()), (at.y.min(), at.y.max())
     box = (x[0] - MARGIN, y[0] - MARGIN, x[1] + MARGIN, y[1] + MARGIN)
-    outlines = [node.getShape() or () for node in net.getNodes()]
+    outlines = [junction.outline for junction in net.junctions.values()]
     areas = [freeze(outline) for outline in outlines if len(outline) >= MIN_CORNERS]
     lanes = [lane for lane in _lanes(net) if _reaches_into(lane.points, box)]
     return RoadMap(tuple(lanes), tuple(a for a in areas if _reaches_into(a, box)))
@@ -124,19 +124,13 @@ def _restored(content: dict[str, Any]) -> RoadMap:
     return RoadMap(lanes, tuple(freeze(outline) for outline in content["junctions_m"]))
 
 
-def _lanes(net: Any) -> Iterator[MapLane]:
-    """Yield all lanes for cars of a sumolib net, edge by edge, right to left."""
-    for edge in sorted(net.getEdges(withInternal=True), key=lambda edge: edge.getID()):
-        if edge.getFunction() not in ("", "normal", "internal", "connector"):
+def _lanes(net: Net) -> Iterator[MapLane]:
+    """Yield all lanes for cars, edge by edge, by index."""
+    for _, edge in sorted(net.edges.items()):
+        if edge.function not in ROADS:
             continue  # pavements and crossings
-        for lane in drivable_lanes(edge):
-            yield MapLane(
-                edge.getID(),
-                lane.getIndex(),
-                float(lane.getWidth()),
-                edge.getFunction() == "internal",
-                np.array(lane.getShape(), dtype=np.float64),
-            )
+        for lane in edge.drivable_lanes:
+            yield MapLane(edge.id, lane.index, lane.width, edge.internal, lane.points)
 
 
 def _reaches_into(points: FloatArray, box: tuple[float, float, float, float]) -> bool:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from experiments.errors import ResultsError
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 Column = NDArray[Any]
 Table = Mapping[str, Column]
@@ -126,6 +126,8 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
         "curvature_rate_1pm2": _NUMBER,
     },
     "bounds": {"s_m": _NUMBER, "left_m": _NUMBER, "right_m": _NUMBER},
+    # each holds from its s on; none are null
+    "speed_limits": {"s_m": _NUMBER, "limit_mps": _NUMBER},
     "lanes": {  # marked ones, right to left; all have the same s
         "lane": _COUNT,
         "s_m": _NUMBER,
@@ -155,6 +157,7 @@ class Trace:
     road: Table
     path: Table
     bounds: Table
+    speed_limits: Table
     lanes: Table
     timing: Table
 

@@ -44,7 +44,7 @@ def _bare_layout(scenario: Scenario) -> Layout:
         if not in_sumo:
             return Layout(plain_road(scenario), task)
         network = scenario_network(scenario)
-        return Layout(sumo_road(network), task, network)
+        return Layout(sumo_road(network, task.vehicle, task.start.s), task, network)
     except NetworkError as error:
         raise scenario.error(("network",), str(error)) from error
     except PlannerError as error:

@@ -1,27 +1,40 @@
 """The road of a scenario: from its segments, or from a SUMO network."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.config import Scenario
+from experiments.config import Ego, Scenario
 from experiments.config.road import KinematicRoad
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.road import EgoTask, Road
+from experiments.world_setup.driven_path import DrivenPath, driven_path
+from experiments.world_setup.road_bounds import road_bounds
+from planner.errors import PlannerError
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import Segment, arc, clothoid, line
-from planner.scene import Lanes, RoadBounds
+from planner.scene import Lanes, RoadBounds, SpeedLimits
 from planner.states import FloatArray
+from planner.vehicle import Vehicle
 from sumo_nets import catalogue
 from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
+from sumo_nets.net_reader import Net, check_route, read_net
 from sumo_nets.route_path import RoutePath, StopLine, route_path
+from sumo_nets.routes import fastest_route, random_route
 
 # A catalogue's exact line and its built net may differ by so much before it is stale.
 MAX_DEVIATION = 0.25  # [m]
+
+DRAWN = 12  # random routes that are tried
+ENTRY_ROOM = 0.5  # from a junction to the front of an ego that enters [m]
+FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
+BEYOND_GOAL = 30.0  # a random route goes on behind the goal [m]
 
 _SEGMENTS: Mapping[str, Callable[..., Segment]] = {
     "line": line,
@@ -71,26 +84,114 @@ def scenario_network(scenario: Scenario) -> Network:
         raise scenario.error(("network",), "is missing")
     if choice.file is None:
         return catalogue.network(choice.name or "")
-    route, lane = choice.route or (), choice.lane or 0
-    return Network.from_file(choice.file, route, lane)
+    net = read_net(Path(choice.file))
+    if choice.route is not None:
+        return _of_route(net, choice.route, choice.lane)
+    if choice.from_ is not None and choice.to is not None:
+        places = (choice.from_, *(choice.via or ()), choice.to)
+        return _of_route(net, fastest_route(net, places), choice.lane)
+    return random_network(net, scenario.simulation.seed, scenario.ego)
 
 
-def sumo_road(network: Network) -> Road:
-    """Read the road of a SUMO network.
+def _of_route(net: Net, route: Sequence[str], lane: int | None) -> Network:
+    """Return a network with a route; without a lane from the first one for cars."""
+    check_route(net, route)
+    if lane is None:
+        lane = net.edges[route[0]].drivable_lanes[0].index
+    return Network.from_file(net.file, route, lane)
+
+
+def random_network(net: Net, seed: int, ego: Ego) -> Network:
+    """Draw routes until the ego can drive one.
+
+    Args:
+        net: The network.
+        seed: The same seed draws the same route.
+        ego: Its goal is on the route.
 
     Raises:
-        NetworkError: If the network, its route or lane does not exist.
+        NetworkError: If there is no route, or the ego can drive none of those drawn.
+    """
+    rng = np.random.default_rng([seed, crc32(b"route")])
+    vehicle = ego.vehicle.to_planner()
+    first = ego.start_m + vehicle.front_reach + FRONT_ROOM
+    refused = ""
+    for _ in range(DRAWN):
+        route = random_route(net, rng, ego.goal_m + BEYOND_GOAL, first)
+        try:
+            network = _of_route(net, route, None)
+            sumo_road(network, vehicle, ego.start_m)
+        except (NetworkError, PlannerError) as error:
+            refused = str(error)
+            continue
+        return network
+    raise NetworkError(
+        f"{net.file}: the ego can drive none of {DRAWN} random routes; the last one: "
+        f"{refused.removeprefix(f'{net.file}: ')}"
+    )
+
+
+def sumo_road(network: Network, vehicle: Vehicle, start: float | None = None) -> Road:
+    """Read the road of a SUMO network.
+
+    Args:
+        network: With the route.
+        vehicle: The ego, whose path it is.
+        start: Where it enters, unless that is not known yet [m].
+
+    Raises:
+        NetworkError: If the network, its route or lane does not exist, or the vehicle
+            cannot take one of its bends or would enter inside a junction.
     """
     found = route_path(network.net_file, network.route, network.lane)
-    path = _reference_path(network, found)
-    s, l = path.project(found.points[:, 0], found.points[:, 1], near=found.s)
+    driven = _driven_path(network, found, vehicle)
+    path = driven.path
+    s, l = path.project(found.points[:, 0], found.points[:, 1], near=driven.near)
+    if start is not None:
+        _check_entry(network, found, s, start + vehicle.front_reach)
     stop_lines = tuple(
         StopLine(stop.signal, stop.link, float(np.interp(stop.s, found.s, s)))
         for stop in found.stop_lines
     )
     kept = _growing(s)
-    bounds = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
-    return Road(path, bounds, _lanes(found, s, l), stop_lines)
+    edges = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
+    bounds = road_bounds(found, driven, edges, vehicle)
+    lanes, limits = _lanes(found, s, l), _speed_limits(found, s)
+    return Road(path, bounds, lanes, stop_lines, speed_limits=limits)
+
+
+def _check_entry(
+    network: Network, found: RoutePath, s: FloatArray, front: float
+) -> None:
+    """Raise unless the ego's front bumper is on an edge where it enters."""
+    for span in found.spans:
+        begin, end = np.interp([span.begin, span.end], found.s, s)
+        if span.lane.startswith(":") and begin < front < end:
+            raise NetworkError(
+                f"{network.net_file}: the ego's front, at s = {front:.1f} m, is inside "
+                f'a junction (lane "{span.lane}") where it enters: '
+                f"take ego.start_m {front - begin + ENTRY_ROOM:.1f} m less, or "
+                f"{end - front + ENTRY_ROOM:.1f} m more"
+            )
+
+
+def _speed_limits(found: RoutePath, s: FloatArray) -> SpeedLimits:
+    """Return the limits of the route's edges along the reference path.
+
+    In junctions the last one goes on: the speeds of the lanes inside are not limits
+    but what their curvature allows.
+    """
+    begins, limits = [0.0], [math.inf]
+    for span in found.spans:
+        begin = float(np.interp(span.begin, found.s, s))
+        if span.lane.startswith(":") or span.speed_limit == limits[-1]:
+            continue
+        if begin > begins[-1]:
+            begins.append(begin)
+            limits.append(span.speed_limit)
+        else:
+            limits[-1] = span.speed_limit
+    return SpeedLimits(np.array(begins), np.array(limits))
 
 
 def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
@@ -108,7 +209,7 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
         span = next((x for x in spans if x.begin <= found.s[k] <= x.end), None)
         if span is None:
             continue
-        edges = np.array([found.right[k], *span.lines, found.left[k]])
+        edges = span.edges_at(float(found.left[k]))
         own = sum(x < 0.0 for x in span.lines)
         centre = np.zeros(n_right + 1 + n_left)
         width = np.zeros(centre.size)
@@ -124,16 +225,20 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
         widths.append(width)
     if not at:
         return Lanes.none()
-    return Lanes(np.array(at), np.array(centres).T, np.array(widths).T)
+    centre, width = np.array(centres).T, np.array(widths).T
+    return Lanes(np.array(at), centre, width, found.left_hand)
 
 
-def _reference_path(network: Network, found: RoutePath) -> ReferencePath:
+def _driven_path(network: Network, found: RoutePath, vehicle: Vehicle) -> DrivenPath:
     """Smooth the points of the route; a road of the catalogue must lie on its line.
 
     The exact line of a catalogue road itself is not used: its curvature jumps where a
     line meets an arc, and beside the line a speed would jump with it.
     """
-    path = ReferencePath.from_polyline(found.points)
+    try:
+        driven = driven_path(found, vehicle)
+    except NetworkError as error:
+        raise NetworkError(f"{network.net_file}: {error}") from error
     if network.segments:
         first, second = found.points[0], found.points[1]
         heading = math.atan2(second[1] - first[1], second[0] - first[0])
@@ -147,7 +252,7 @@ def _reference_path(network: Network, found: RoutePath) -> ReferencePath:
                 f"{network.net_file}: is {np.abs(l).max():.2f} m off its exact line; "
                 "rebuild it with make nets"
             )
-    return path
+    return driven
 
 
 def _exact_segment(segment: tuple[str, float, float, float]) -> Segment:

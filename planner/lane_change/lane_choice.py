@@ -145,7 +145,13 @@ def _worths(
     return worths
 
 
-def wanted_lane(worths: FloatArray, own: int, gain: float) -> int | None:
+def wanted_lane(
+    worths: FloatArray,
+    own: int,
+    gain: float,
+    *,
+    left_hand: bool = False,
+) -> int | None:
     """Choose the neighbour lane worth changing to, None if the own one will do.
 
     A lane beyond the neighbour counts for the neighbour on the way to it.
@@ -154,12 +160,14 @@ def wanted_lane(worths: FloatArray, own: int, gain: float) -> int | None:
         worths: Of all lanes [m/s].
         own: Index of the lane the ego keeps.
         gain: Least advantage [m/s].
+        left_hand: Whether traffic keeps to the left.
 
     Returns:
         The index of a neighbour lane or None.
     """
     best, chosen = worths[own] + gain, None
-    for side in (1, -1):  # on a tie to the left, where the faster lanes are
+    # On a tie to where the faster lanes are.
+    for side in (-1, 1) if left_hand else (1, -1):
         neighbour = own + side
         if not 0 <= neighbour < worths.size or not np.isfinite(worths[neighbour]):
             continue

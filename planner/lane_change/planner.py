@@ -71,11 +71,12 @@ def _decide(
         lane = lane_at(scene.lanes, ego.s, ego.l)
     seeking = last is not None and last.phase is not Phase.KEEP
     gain = 0.3 * settings.manoeuvre.gain if seeking else settings.manoeuvre.gain
+    left_hand = scene.lanes.left_hand
     target = wanted_lane(
-        here.static_lane_speeds, lane, gain
+        here.static_lane_speeds, lane, gain, left_hand=left_hand
     )  # queues dissolve, walls do not
     if target is None:
-        target = wanted_lane(here.lane_speeds, lane, gain)
+        target = wanted_lane(here.lane_speeds, lane, gain, left_hand=left_hand)
         if (
             target is not None
             and here.static_lane_speeds[target] + gain < here.static_lane_speeds[lane]

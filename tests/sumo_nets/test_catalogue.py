@@ -243,7 +243,7 @@ def test_other_files_are_refused(tmp_path):
         Network.from_file(routes, ["own"], 1)
     bare = tmp_path / "bare.net.xml"
     bare.write_text("<net><edge/></net>")
-    with pytest.raises(NetworkError, match=r"bare\.net\.xml: not a SUMO network"):
+    with pytest.raises(NetworkError, match=r"bare\.net\.xml: <edge> has no 'id'"):
         Network.from_file(bare, ["own"], 1)
 
 

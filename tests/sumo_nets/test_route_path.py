@@ -10,7 +10,7 @@ import pytest
 from sumo_nets.catalogue import Network, network, networks
 from sumo_nets.errors import NetworkError
 from sumo_nets.lane_choice import CHANGE, COMFORTABLE_CHANGE, OFF_WANTED, choose_lanes
-from sumo_nets.net_reader import drivable_lanes, read_net
+from sumo_nets.net_reader import read_net
 from sumo_nets.route_path import SPACING, route_path
 
 NAMES = sorted(networks())
@@ -35,25 +35,17 @@ def games():
 def sampled_routes(net, count, length, seed=3):
     """Drive at random through a network, never twice over an edge."""
     rng = random.Random(seed)
-    edges = [e for e in net.getEdges(withInternal=False) if drivable_lanes(e)]
-    edges.sort(key=lambda edge: edge.getID())
+    edges = [edge for edge in net.roads if edge.drivable_lanes]
+    edges.sort(key=lambda edge: edge.id)
     for _ in range(count):
         route = [rng.choice(edges)]
         while len(route) < length:
-            onward = [
-                edge
-                for edge, links in route[-1].getOutgoing().items()
-                if edge not in route
-                and any(
-                    link.getFromLane().allows("passenger")
-                    and link.getToLane().allows("passenger")
-                    for link in links
-                )
-            ]
+            links = [x for lane in route[-1].drivable_lanes for x in lane.links]
+            onward = {x.target.edge for x in links if x.target.drivable} - set(route)
             if not onward:
                 break
-            route.append(rng.choice(sorted(onward, key=lambda edge: edge.getID())))
-        yield [edge.getID() for edge in route]
+            route.append(rng.choice(sorted(onward, key=lambda edge: edge.id)))
+        yield [edge.id for edge in route]
 
 
 def turns(points):
@@ -169,14 +161,14 @@ def test_lane_closed_to_cars_is_no_lane_for_the_ego(tmp_path):
 
 def cheapest(net, route, wanted):
     """Try every combination of lanes; the cost rule is written down once more."""
-    edges = [net.getEdge(edge) for edge in route]
+    edges = [net.edges[edge] for edge in route]
     best = inf
-    uses = [list(product(drivable_lanes(e), drivable_lanes(e))) for e in edges]
+    uses = [list(product(e.drivable_lanes, e.drivable_lanes)) for e in edges]
     for combination in product(*uses):
         if combination[-1][0] is not combination[-1][1]:
             continue
         joined = all(
-            any(link.getToLane() is after[0] for link in before[1].getOutgoing())
+            any(link.target is after[0] for link in before[1].links)
             for before, after in pairwise(combination)
         )
         if joined:
@@ -187,12 +179,12 @@ def cheapest(net, route, wanted):
 def price(combination, wanted):
     total = 0.0
     for number, (entered, left) in enumerate(combination):
-        total += OFF_WANTED * abs(entered.getIndex() - wanted)
+        total += OFF_WANTED * abs(entered.index - wanted)
         if number < len(combination) - 1:
-            total += OFF_WANTED * abs(left.getIndex() - wanted)
-        lanes = abs(entered.getIndex() - left.getIndex())
+            total += OFF_WANTED * abs(left.index - wanted)
+        lanes = abs(entered.index - left.index)
         if lanes:
-            short = max(0.0, 1.0 - entered.getLength() / (COMFORTABLE_CHANGE * lanes))
+            short = max(0.0, 1.0 - entered.length / (COMFORTABLE_CHANGE * lanes))
             total += CHANGE * lanes * (1.0 + short)
     return total
 
@@ -202,8 +194,8 @@ def price(combination, wanted):
 def test_lane_choice_is_the_cheapest_of_all(file):
     net = read_net(file)
     for route in sampled_routes(net, 15, 4):
-        first = drivable_lanes(net.getEdge(route[0]))
-        wanted = first[-1].getIndex()
+        first = net.edges[route[0]].drivable_lanes
+        wanted = first[-1].index
         uses = choose_lanes(net, route, wanted)
         chosen = [(use.entered, use.left) for use in uses]
         assert price(chosen, wanted) == pytest.approx(cheapest(net, route, wanted))
@@ -215,7 +207,7 @@ def test_routes_through_foreign_networks_have_no_gaps_and_no_kinks(file):
     net = read_net(file)
     signals = 0
     for route in sampled_routes(net, 20, 7):
-        lane = drivable_lanes(net.getEdge(route[0]))[0].getIndex()
+        lane = net.edges[route[0]].drivable_lanes[0].index
         path = route_path(file, route, lane)
         assert 0.0 < np.diff(path.s).min() <= np.diff(path.s).max() < 2.0
         assert turns(path.points).max() < np.radians(60.0)
@@ -229,8 +221,8 @@ def test_routes_through_foreign_networks_have_no_gaps_and_no_kinks(file):
             # A stop line lies at the end of a lane, whatever cleaning did about it.
             here = [np.interp(stop.s, path.s, axis) for axis in path.points.T]
             span = next(span for span in path.spans if span.end == stop.s)
-            end = net.getLane(span.lane).getShape()[-1][:2]
-            assert np.linalg.norm(here - np.array(end)) < 0.2
+            end = net.lane(span.lane).points[-1]
+            assert np.linalg.norm(here - end) < 0.2
             signals += 1
     assert signals > 0 or file.stem.startswith("ramp")
 
@@ -241,13 +233,13 @@ def test_foreign_network_gets_oncoming_traffic_where_a_way_back_exists():
     net = read_net(file)
     found = 0
     for route in sampled_routes(net, 10, 3):
-        lane = drivable_lanes(net.getEdge(route[0]))[0].getIndex()
+        lane = net.edges[route[0]].drivable_lanes[0].index
         record = Network.from_file(file, route, lane)
         record.check()
         for stream in record.streams[1:]:
             (turn,) = stream.turns
-            first, last = net.getEdge(turn.route[0]), net.getEdge(route[-1])
+            first, last = net.edges[turn.route[0]], net.edges[route[-1]]
             assert stream.name == "oncoming"
-            assert first.getFromNode() is last.getToNode()
+            assert first.start == last.end
             found += 1
     assert found > 0

@@ -8,6 +8,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo.ghost_vehicle import lane_of
 from experiments.cosim.sumo.lanes import Lane
@@ -24,6 +26,10 @@ EGO_ID = "ego"
 EGO_ROUTE = "route@ego"
 LEADER_ROUTE = "route@leader"
 CLEARANCE = 0.5  # between the ego and any vehicle where it enters [m]
+REACTION = 0.5  # until the one behind brakes [s]
+SIDE_ROOM = 0.2  # a vehicle passing nearer than this is in the way [m]
+SAME_WAY = 0.9  # cosine of the angle between vehicles of one direction
+IN_WAY = 60.0  # a vehicle farther along than this is not looked at [m]
 FOLLOWED = tuple(0.2 * k for k in range(11))  # a lane changer is followed for [s]
 DRIFTING = 0.05  # a lateral speed from here on is a lane change [m/s]
 
@@ -70,7 +76,8 @@ def departures(
     if found is None:
         raise SimulationError(
             f"at start_s = {task.start.s:g} m, start_offset = {task.start.l:g} m the "
-            f"ego's front bumper is on none of the edges {', '.join(settings.route)}"
+            f"ego's front bumper is on none of the edges {', '.join(settings.route)}: "
+            "inside a junction, or beside the lanes; take another start_m"
         )
     ego = Departure(EGO_ID, EGO_TYPE, EGO_ROUTE, *found, task.start.speed)
     leader = settings.leader
@@ -91,7 +98,8 @@ def departures(
 def stands_free(vehicle: Vehicle, start: CartesianState, others: RoadUsers) -> bool:
     """Check that no vehicle is at the ego's place, or about to move into it.
 
-    A vehicle in mid lane change is followed for a while, as is the ego.
+    A vehicle in mid lane change is followed for a while, as is the ego. Whatever is
+    ahead or behind in the ego's way leaves room to brake.
 
     Args:
         vehicle: The ego's dimensions.
@@ -122,7 +130,32 @@ def stands_free(vehicle: Vehicle, start: CartesianState, others: RoadUsers) -> b
             )
             if distance(here, there) < CLEARANCE:
                 return False
-    return True
+    return not _too_near(vehicle, start, others)
+
+
+def _too_near(vehicle: Vehicle, start: CartesianState, others: RoadUsers) -> bool:
+    """Check whether someone could not brake in time behind the one ahead.
+
+    Both brake as hard as the ego does in service, the one behind after `REACTION`;
+    a lane changer counts where it will be after as long.
+    """
+    x, y = centre_from_rear_axle(start, vehicle)
+    cos, sin = math.cos(start.heading), math.sin(start.heading)
+    dx, dy = others.x - x, others.y - y
+    along, across = dx * cos + dy * sin, dy * cos - dx * sin
+    across += REACTION * others.lateral_speed
+    turned = others.heading - start.heading
+    beside = np.abs(across) < (vehicle.width + others.width) / 2.0 + SIDE_ROOM
+    same_way = np.cos(turned) > SAME_WAY
+    gap = np.abs(along) - (vehicle.length + others.length) / 2.0
+    ahead = along > 0.0
+    behind_speed = np.where(ahead, start.speed, others.speed)
+    front_speed = np.where(ahead, others.speed, start.speed)
+    braking = 2.0 * vehicle.limits.max_deceleration
+    longer = np.maximum(behind_speed**2 - front_speed**2, 0.0) / braking
+    needed = REACTION * behind_speed + longer
+    in_way = beside & same_way & (np.abs(along) < IN_WAY)
+    return bool(np.any(in_way & (gap < needed)))
 
 
 def _on_route(

@@ -23,6 +23,7 @@ SAME_POINT = 1e-9  # closer points of a centre line are one [m]
 NEXT_LANE: Final = 0  # places in a link of `lane.getLinks`
 INTERNAL_LANE: Final = 4
 PLANE = 2  # coordinates of a point
+TWO = 2  # points of a line, lanes side by side
 TRAFFIC_CLASS = "passenger"  # of all vehicles in the demand files
 
 
@@ -32,7 +33,7 @@ class Lane:
 
     id: str
     edge: str
-    index: int  # 0 is the rightmost lane of its edge, as in SUMO
+    index: int  # 0 is the lane at the kerb of its edge, as in SUMO
     width: float  # [m]
     points: FloatArray  # [m]
     stations: FloatArray = field(init=False)  # arc length at each point, (n,) [m]
@@ -89,9 +90,27 @@ def without_repeats(points: ArrayLike) -> FloatArray:
 
 
 def edge_lanes(sumo: Libsumo, edge: str) -> list[Lane]:
-    """Read all lanes of an edge, from the rightmost to the leftmost."""
-    count = sumo.edge.getLaneNumber(edge)
-    return [read_lane(sumo, f"{edge}_{index}") for index in range(count)]
+    """Read all lanes of an edge, from the rightmost to the leftmost.
+
+    Lanes without length, as inside the joint of two edges, are left out. SUMO counts
+    from the kerb, which is on the left in left-hand traffic.
+    """
+    names = [f"{edge}_{k}" for k in range(sumo.edge.getLaneNumber(edge))]
+    lanes = [read_lane(sumo, name) for name in names if _has_length(sumo, name)]
+    return lanes[::-1] if _counts_from_left(lanes) else lanes
+
+
+def _counts_from_left(lanes: Sequence[Lane]) -> bool:
+    """Tell whether the second lane of an edge lies to the right of the first."""
+    if len(lanes) < TWO:
+        return False
+    x, y, _ = lanes[1].at(lanes[1].length / 2.0)
+    return lanes[0].project(x, y)[1] < 0.0
+
+
+def _has_length(sumo: Libsumo, name: str) -> bool:
+    """Tell whether a lane is more than a point."""
+    return len({point[:2] for point in sumo.lane.getShape(name)}) >= TWO
 
 
 def route_strips(sumo: Libsumo, route: Sequence[str]) -> list[list[Lane]]:
@@ -101,7 +120,7 @@ def route_strips(sumo: Libsumo, route: Sequence[str]) -> list[list[Lane]]:
         strips.append(edge_lanes(sumo, str(edge)))
         inside = _inside_junction(sumo, strips[-1], following)
         strips += [edge_lanes(sumo, internal) for internal in inside]
-    return strips
+    return [strip for strip in strips if strip]
 
 
 def _inside_junction(
@@ -130,7 +149,7 @@ def all_lanes(sumo: Libsumo) -> Iterator[Lane]:
     """Read every lane that cars may use, also those inside junctions."""
     for name in sorted(sumo.lane.getIDList()):
         allowed = sumo.lane.getAllowed(name)
-        if not allowed or TRAFFIC_CLASS in allowed:
+        if (not allowed or TRAFFIC_CLASS in allowed) and _has_length(sumo, name):
             yield read_lane(sumo, name)
 
 

@@ -25,6 +25,9 @@ LEAST_DRIVEN = 0.05  # a step this short has no curvature [m]
 class SumoDriverWorld(SumoWorld):
     """A SUMO world whose ego is driven by SUMO, at the ego's target speed."""
 
+    _wish = math.nan  # the highest speed that SUMO's driver was told [m/s]
+    _s: float | None = None  # where the ego was last [m]
+
     def advance(self, ego: CartesianState) -> CartesianState:
         """Let SUMO move all vehicles, the ego too.
 
@@ -39,6 +42,7 @@ class SumoDriverWorld(SumoWorld):
         """
         sumo = self._running()
         with sumo_errors(sumo, "driving the ego"):
+            self._keep_limit(sumo, ego)
             sumo.simulationStep()
             if EGO_ID not in sumo.vehicle.getIDList():
                 raise SimulationError("SUMO has taken the ego off the road")
@@ -56,16 +60,28 @@ class SumoDriverWorld(SumoWorld):
         curvature = turned / driven if driven > LEAST_DRIVEN else 0.0
         return CartesianState(rear_x, rear_y, heading, curvature, speed, acceleration)
 
+    def _keep_limit(self, sumo: Libsumo, ego: CartesianState) -> None:
+        """Bound the speed by the road's limits, as for a planner."""
+        task, path = self._settings.task, self.road.path
+        s, _ = path.project_one(ego.x, ego.y, self._s)
+        self._s = s
+        allowed = self.road.allowed_speed(s + task.vehicle.front_reach, ego.speed)
+        wish = min(task.vehicle.limits.max_speed, task.target_speed, allowed)
+        if wish != self._wish:
+            sumo.vehicle.setMaxSpeed(EGO_ID, wish)
+            self._wish = wish
+
     def _take_over(self, sumo: Libsumo) -> None:
         """Keep SUMO's driver, with the ego's limits and target speed.
 
-        The limits of lanes bind SUMO's driver no more than they do a planner.
+        The limits inside junctions bind SUMO's driver no more than they do a planner.
         """
         task = self._settings.task
         limits = task.vehicle.limits
         wish = min(limits.max_speed, task.target_speed)
         sumo.vehicle.setAccel(EGO_ID, limits.max_acceleration)
         sumo.vehicle.setMaxSpeed(EGO_ID, wish)
+        self._wish = wish
         sumo.vehicle.setSpeedFactor(EGO_ID, NO_LIMIT)
 
 

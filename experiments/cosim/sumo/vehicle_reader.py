@@ -11,7 +11,9 @@ from experiments.cosim.sumo import frames
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from planner.scene import COLUMNS, RoadUsers
 
-X, Y, HEADING, LENGTH = (COLUMNS.index(n) for n in ("x", "y", "heading", "length"))
+X, Y, HEADING, LENGTH, LATERAL_SPEED = (
+    COLUMNS.index(name) for name in ("x", "y", "heading", "length", "lateral_speed")
+)
 
 
 class VehicleReader:
@@ -20,9 +22,13 @@ class VehicleReader:
     Args:
         sumo: The running libsumo module.
         hidden: Ids of vehicles that are not traffic.
+        left_hand: Whether traffic keeps to the left.
     """
 
-    def __init__(self, sumo: Libsumo, hidden: Set[str]) -> None:
+    def __init__(
+        self, sumo: Libsumo, hidden: Set[str], *, left_hand: bool = False
+    ) -> None:
+        self._left_hand = left_hand
         self._vehicles = sumo.vehicle
         self._hidden = hidden
         self._sizes: dict[str, tuple[float, float]] = {}
@@ -66,4 +72,6 @@ class VehicleReader:
             table[X], table[Y], heading, table[LENGTH]
         )
         table[HEADING] = heading
+        if self._left_hand:  # SUMO counts lateral speeds towards the road's middle
+            table[LATERAL_SPEED] *= -1.0
         return RoadUsers.from_table(tuple(ids), table)

@@ -40,7 +40,7 @@ from experiments.cosim.sumo.settings import (
 )
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
-from experiments.errors import SimulationError
+from experiments.errors import EntryError, SimulationError
 from planner.scene import RoadUsers
 from planner.states import CartesianState, Trajectory
 from sumo_nets.errors import NetworkError
@@ -228,7 +228,9 @@ class SumoWorld:
             for one in entering:
                 sumo.route.add(one.route, list(settings.route[one.edge :]))
             hidden = {EGO_ID, GHOST_ID, *self._place_obstacles(sumo)}
-            self._reader = VehicleReader(sumo, hidden)
+            self._reader = VehicleReader(
+                sumo, hidden, left_hand=self.road.lanes.left_hand
+            )
             self._check_ego_type(sumo)
             self._check_stop_lines(sumo)
         with sumo_errors(sumo, "warming up"):
@@ -308,10 +310,12 @@ class SumoWorld:
                 sumo.vehicle.remove(one.id)
                 one.ask(sumo)
         else:
-            raise SimulationError(
+            speed = "any speed" if ego.speed is None else f"{ego.speed:g} m/s"
+            raise EntryError(
                 f"no room to enter within {settings.entry_patience:g} s on lane "
-                f"{ego.lane.id} at {ego.position:.1f} m with "
-                f"{'any speed' if ego.speed is None else f'{ego.speed:g} m/s'}"
+                f"{ego.lane.id} at {ego.position:.1f} m with {speed}: take less "
+                "traffic, another ego.start_m or network.lane, or ego.depart_speed_mps:"
+                " max"
             )
         self._take_over(sumo)
         if settings.gui:

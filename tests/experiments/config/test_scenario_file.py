@@ -55,8 +55,8 @@ def test_shipped_scenarios_start_no_faster_than_they_want(name):
     start, network = scenario.ego.depart_speed_mps, make_layout(scenario).network
     if start == "max":
         assert network is not None
-        edge = read_net(network.net_file).getEdge(network.route[0])
-        start = edge.getLane(network.lane).getSpeed()
+        edge = read_net(network.net_file).edges[network.route[0]]
+        start = edge.lanes[network.lane].speed
     assert start <= scenario.ego.target_speed_mps + 0.02
 
 
@@ -354,7 +354,39 @@ def test_network_files_are_relative_to_the_scenario(tmp_path):
     network = load_scenario(str(path)).network
     assert network is not None
     assert network.file == str(tmp_path / "a.net.xml")
-    assert "lane" in refusal(path, "network={file: a.net.xml, route: [a]}")
+    resolved = load_scenario(str(path)).resolved()["network"]
+    assert resolved == {"file": network.file, "route": ["a"], "lane": 0}
+
+
+@pytest.mark.parametrize(
+    ("network", "message"),
+    [
+        ("{file: a.net.xml, lane: 0}", "lane: needs a route, or from and to"),
+        ("{file: a.net.xml, from: a}", "to: is missing"),
+        ("{file: a.net.xml, to: a}", "from: is missing"),
+        ("{file: a.net.xml, via: [b]}", "from: is missing"),
+        ("{file: a.net.xml, route: [a], to: b}", "allowed: route, or from, via and to"),
+        ("{name: curved, from: a}", "has its own route and lane"),
+    ],
+)
+def test_half_a_way_through_a_network_is_refused(tmp_path, network, message):
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"name: mine\nego: {{goal_m: 9}}\nnetwork: {network}\n")
+    assert message in refusal(path)
+
+
+def test_ways_through_a_network_read_back(tmp_path):
+    path = tmp_path / "mine.yaml"
+    for way in ("from: a\n  to: 17\n  via: [-4713, b]", "route: [283921463, -4713#1]"):
+        path.write_text(
+            f"name: mine\nego: {{goal_m: 9}}\nnetwork:\n  file: a.net.xml\n  {way}\n"
+        )
+        scenario = load_scenario(str(path))
+        again = tmp_path / "again.yaml"
+        again.write_text(yaml.safe_dump(scenario.resolved()))
+        assert load_scenario(str(again)).resolved() == scenario.resolved()
+    assert scenario.network is not None
+    assert scenario.network.route == ("283921463", "-4713#1")
 
 
 def test_hash_depends_on_content_only(file, tmp_path):

@@ -1,5 +1,8 @@
 """Efficiency metrics on hand-made traces with answers in closed form."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from experiments.cosim.records import EpisodeStatus
@@ -37,3 +40,21 @@ def test_distance_on_an_arc_is_that_of_its_chords():
     # chords are shorter than the arc by (v dt / r)² / 24
     distance = efficiency.distance(trace_of(records, path=path))
     assert distance == pytest.approx(39 * 1.2, rel=1e-4)
+
+
+def limited(trace, *limits):
+    s, limit = np.array(limits, dtype=np.float64).T
+    table = {"s_m": s, "limit_mps": limit}
+    return replace(trace, speed_limits=table)
+
+
+def test_speeding_is_measured_at_the_front_bumper():
+    trace = cruising(51)  # 10 m/s from s = 0
+    assert efficiency.speeding_time(trace) is None
+    assert efficiency.max_speeding(trace) is None
+    reach = float(trace.fact("length_m") - trace.fact("rear_overhang_m"))
+    slow = limited(trace, (0.0, 13.0), (20.0 + reach - 1e-6, 7.0), (35.0 + reach, 10.0))
+    assert efficiency.speeding_time(slow) == pytest.approx(1.5, abs=0.11)
+    assert efficiency.max_speeding(slow) == pytest.approx(3.0)
+    assert efficiency.speeding_time(limited(trace, (0.0, 9.7))) == 0.0
+    assert efficiency.max_speeding(limited(trace, (0.0, 12.0))) == 0.0

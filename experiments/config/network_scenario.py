@@ -1,0 +1,57 @@
+"""The scenario of a bare network file: a random route with some traffic."""
+
+from pathlib import Path
+
+import numpy as np
+
+from experiments.config.yaml_reader import Document, Plain
+from experiments.errors import ConfigError
+from sumo_nets.errors import NetworkError
+from sumo_nets.net_reader import read_net
+from sumo_nets.routes import random_route
+
+NETWORK_FILES = (".net.xml", ".net.xml.gz")
+GOALS = (300.0, 180.0, 100.0, 50.0)  # the first that the network has room for [m]
+BEYOND_GOAL = 30.0  # a route goes on behind the goal [m]
+FLOW = 300.0  # each way [veh/h]
+
+
+def is_network_file(name: str) -> bool:
+    """Tell whether a name is that of a SUMO network."""
+    return name.endswith(NETWORK_FILES)
+
+
+def network_document(name: str) -> Document:
+    """Make the scenario of a network file: which route it is decides the seed.
+
+    Raises:
+        ConfigError: If the network cannot be read or has no room for a route.
+    """
+    path = Path(name)
+    try:
+        net = read_net(path)
+        goal = next((goal for goal in GOALS if _has_room(path, goal)), None)
+    except NetworkError as error:
+        raise ConfigError(str(error)) from error
+    if goal is None:
+        raise ConfigError(
+            f"{name}: no route of {GOALS[-1] + BEYOND_GOAL:g} m for cars was found "
+            f"among {len(net.roads)} edges; name one in a scenario file"
+        )
+    stem = path.name.removesuffix(".gz").removesuffix(".net.xml")
+    data: dict[str, Plain] = {
+        "name": "".join(c if c.isalnum() or c == "_" else "_" for c in stem),
+        "network": {"file": str(path.resolve())},
+        "ego": {"goal_m": goal},
+        "traffic": {"own_veh_per_h": FLOW, "oncoming_veh_per_h": FLOW},
+    }
+    return Document(name, data)
+
+
+def _has_room(path: Path, goal: float) -> bool:
+    """Tell whether some route reaches beyond a goal."""
+    try:
+        random_route(read_net(path), np.random.default_rng(0), goal + BEYOND_GOAL)
+    except NetworkError:
+        return False
+    return True

@@ -1,0 +1,282 @@
+"""The path of the ego along a route: lanes as they lie where a car can follow them.
+
+Where the lanes bend more sharply than the ego can turn, or where its body would leave
+the road, the path is planned anew inside the area that the route has: lanes of its own
+direction and junctions. Everywhere else it is the smoothed line of the lanes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from planner.errors import InvalidInputError
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.steerable import (
+    SHIFTS,
+    SteerablePath,
+    SteeringLimits,
+    steerable_path,
+)
+from planner.states import BoolArray, FloatArray
+from planner.vehicle import Vehicle
+from sumo_nets.drivable_area import boundary_about
+from sumo_nets.errors import NetworkError
+from sumo_nets.route_path import RoutePath
+
+STEP = 0.5  # [m], between the places that are checked
+TOLERANCE = 0.15  # how far the body may reach over the area [m]
+EASY = 0.85  # share of the ego's curvature that needs no plan; the rest is for control
+ABRUPT = 0.06  # a lane's curvature that changes faster needs one [1/m²]
+SHARPEST = (0.97, 0.94, 0.91)  # most of it; smoothing may add to it
+HELD = 0.985  # what the smooth path may have of it
+LAST_RESORT = 0.2  # how far the body may be planned over the area, if need be [m]
+# share of the ego's curvature, how far over the area [m], first guesses
+ATTEMPTS = ((EASY, 0.0, SHIFTS[:1]), (0.91, 0.1, SHIFTS[:3]))
+LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m] ...
+LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
+APART = 5.0  # stretches nearer than this to each other are planned as one [m]
+LONGEST = 160.0  # of one planned stretch [m]
+ROOM = 15.0  # about a stretch, for the area that is looked at [m]
+TURN_BASE = 3.0  # length over which a bend of the raw line is measured [m]
+SHARP = 0.75  # share of the ego's curvature that counts as sharp on the raw line
+HIGHER = (1.3, 1.8, 2.7)  # what a bend needs, for the message
+
+
+class Stretch(NamedTuple):
+    """From where to where along a line [m]."""
+
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrivenPath:
+    """A path that the ego can drive."""
+
+    path: ReferencePath
+    near: FloatArray  # about where the route's points lie on the path, (n,) [m]
+    planned: tuple[Stretch, ...]  # on the path
+
+
+def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
+    """Smooth the line of a route, and plan it anew where no car can follow it.
+
+    Args:
+        found: The route.
+        vehicle: The ego.
+
+    Raises:
+        NetworkError: If there is no path for this body; without the file's name.
+        InvalidInputError: If the points make no line.
+    """
+    smooth: ReferencePath | None = None
+    try:
+        smooth = ReferencePath.from_polyline(found.points)
+        bad = _bad_places(found, smooth, vehicle)
+    except InvalidInputError:
+        bad = _sharp_places(found, vehicle)
+        if not bad.size:
+            raise
+    if smooth is not None and not bad.size:
+        return DrivenPath(smooth, found.s, ())
+    stretches = _stretches(found, bad)
+    for share in SHARPEST:
+        planned = [(x, _planned(found, x, vehicle, share)) for x in stretches]
+        driven = _joined(found, planned)
+        fault = _fault(found, driven, stretches, vehicle)
+        if not fault:
+            return driven
+    raise NetworkError(fault)
+
+
+def body_polygons(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> BaseGeometry:
+    """Place the ego's rectangle with its rear axle at arc lengths `s`, (n,)."""
+    at = path.at(s)
+    back, front, half = -vehicle.rear_overhang, vehicle.front_reach, vehicle.width / 2.0
+    corners = np.array([[back, -half], [front, -half], [front, half], [back, half]])
+    along, across = corners[:, 0], corners[:, 1]
+    cos, sin = at.cos_heading[:, None], at.sin_heading[:, None]
+    x = at.x[:, None] + cos * along - sin * across
+    y = at.y[:, None] + sin * along + cos * across
+    return shapely.polygons(np.stack([x, y], axis=-1))
+
+
+def _bad_places(found: RoutePath, path: ReferencePath, vehicle: Vehicle) -> FloatArray:
+    """List arc lengths of the route where the ego cannot follow the path [m]."""
+    s = np.arange(0.0, path.length, STEP)
+    bad = _is_bad(path, s, found.area, vehicle)
+    own, _ = path.project(found.points[:, 0], found.points[:, 1], near=found.s)
+    own = np.maximum.accumulate(own)
+    return np.asarray(np.interp(s[bad], own, found.s))
+
+
+def _is_bad(
+    path: ReferencePath, s: FloatArray, area: BaseGeometry, vehicle: Vehicle
+) -> BoolArray:
+    """Mark the places that are too sharp, or where the body leaves the area."""
+    at = path.at(s)
+    curved = np.abs(at.curvature) > EASY * vehicle.limits.max_curvature
+    curved |= np.abs(at.curvature_rate) > ABRUPT
+    allowed = area.buffer(TOLERANCE)
+    shapely.prepare(allowed)
+    outside = ~shapely.covers(allowed, body_polygons(path, s, vehicle))
+    return np.asarray(curved | outside)
+
+
+def _sharp_places(found: RoutePath, vehicle: Vehicle) -> FloatArray:
+    """List arc lengths where the raw line of a route bends sharply [m]."""
+    s = np.arange(0.0, found.s[-1], STEP)
+    heading = _heading(found, s)
+    bend = _heading(found, s + TURN_BASE / 2.0) - _heading(found, s - TURN_BASE / 2.0)
+    most = SHARP * vehicle.limits.max_curvature
+    return np.asarray(s[np.abs(bend) / TURN_BASE > most]) if heading.size else s
+
+
+def _heading(found: RoutePath, s: FloatArray) -> FloatArray:
+    """Read the direction of the raw line [rad], unwrapped."""
+    sides = np.diff(found.points, axis=0)
+    angle = np.unwrap(np.arctan2(sides[:, 1], sides[:, 0]))
+    middles = (found.s[:-1] + found.s[1:]) / 2.0
+    return np.asarray(np.interp(s, middles, angle))
+
+
+def _stretches(found: RoutePath, bad: FloatArray) -> list[Stretch]:
+    """Gather places to stretches that begin and end where the line is straight."""
+    length = float(found.s[-1])
+    grown: list[Stretch] = []
+    for place in bad:
+        begin, end = float(place) - LEAD, float(place) + LEAD
+        if grown and begin < grown[-1].end + APART:
+            grown[-1] = Stretch(grown[-1].begin, end)
+        else:
+            grown.append(Stretch(begin, end))
+    merged: list[Stretch] = []
+    for begin, end in grown:
+        first = _straightest(found, max(begin - LOOK_BACK, 0.0), max(begin, 0.0))
+        last = _straightest(found, min(end, length), min(end + LOOK_BACK, length))
+        if merged and first < merged[-1].end + APART:
+            merged[-1] = Stretch(merged[-1].begin, last)
+        else:
+            merged.append(Stretch(first, last))
+    return [
+        Stretch(
+            0.0 if x.begin < APART else x.begin,
+            length if x.end > length - APART else x.end,
+        )
+        for x in merged
+    ]
+
+
+def _straightest(found: RoutePath, begin: float, end: float) -> float:
+    """Find the place between two where the line turns least about it [m]."""
+    at = np.arange(begin, end + 1e-9, 1.0)
+    turn = np.abs(_heading(found, at + 2.0) - _heading(found, at - 2.0))
+    middle = 0.5 * (begin + end)
+    return float(at[np.argmin(turn + 1e-4 * np.abs(at - middle))])
+
+
+def _part(found: RoutePath, stretch: Stretch) -> FloatArray:
+    """Cut a stretch out of the raw line, (m, 2) [m]."""
+    inside = (found.s > stretch.begin + STEP) & (found.s < stretch.end - STEP)
+    ends = [
+        [float(np.interp(s, found.s, axis)) for axis in found.points.T] for s in stretch
+    ]
+    return np.vstack([ends[0], found.points[inside], ends[1]])
+
+
+def _planned(
+    found: RoutePath, stretch: Stretch, vehicle: Vehicle, share: float
+) -> SteerablePath:
+    """Plan one stretch with a share of the ego's curvature.
+
+    Raises:
+        NetworkError: If there is no path.
+    """
+    guide = _part(found, stretch)
+    if stretch.end - stretch.begin > LONGEST:
+        raise NetworkError(
+            f"{_place(found, stretch)}: no car of this width can drive this: the body "
+            f"would leave the lanes over {stretch.end - stretch.begin:.0f} m"
+        )
+    boundary = boundary_about(found.area, guide, ROOM)
+    most = vehicle.limits.max_curvature
+    margin = SteeringLimits(most).margin
+    for part, beyond, shifts in (*ATTEMPTS, (share, LAST_RESORT, SHIFTS)):
+        limits = SteeringLimits(min(part, share) * most)
+        path = steerable_path(guide, boundary, vehicle, limits, shifts)
+        if path.fault <= margin + beyond:
+            return path
+    needed = _needed(guide, boundary, vehicle)
+    reach = path.fault - margin
+    raise NetworkError(
+        f"{_place(found, stretch)}: a bend that this body cannot take: it needs a "
+        f"curvature of {needed} 1/m, the ego has {most:g} and would be {reach:.2f} m "
+        "beside the road"
+    )
+
+
+def _needed(guide: FloatArray, boundary: FloatArray, vehicle: Vehicle) -> str:
+    """Find about which curvature would do, for a message."""
+    for factor in HIGHER:
+        limits = SteeringLimits(factor * vehicle.limits.max_curvature, 4.0 * factor)
+        path = steerable_path(guide, boundary, vehicle, limits, shifts=(0.0, 3.0))
+        if path.fault <= limits.margin + LAST_RESORT:
+            return f"{limits.curvature:.2f}"
+    return f"more than {HIGHER[-1] * vehicle.limits.max_curvature:.1f}"
+
+
+def _place(found: RoutePath, stretch: Stretch) -> str:
+    """Name where a stretch is: the sharpest place of the line."""
+    s = np.arange(stretch.begin, stretch.end, STEP)
+    turn = np.abs(_heading(found, s + 2.0) - _heading(found, s - 2.0))
+    worst = float(s[np.argmax(turn)])
+    for span in found.spans:
+        if span.begin <= worst <= span.end:
+            return f'lane "{span.lane}", s = {worst:.0f} m'
+    return f"s = {worst:.0f} m"
+
+
+def _joined(
+    found: RoutePath, planned: Sequence[tuple[Stretch, SteerablePath]]
+) -> DrivenPath:
+    """Put the planned stretches into the line and smooth the whole."""
+    parts, at, before = [], [], 0.0
+    for stretch, path in planned:
+        kept = (found.s >= before) & (found.s < stretch.begin - STEP)
+        parts += [found.points[kept], np.column_stack([path.x, path.y])]
+        at += [found.s[kept], np.linspace(*stretch, path.x.size)]
+        before = stretch.end + STEP
+    kept = found.s >= before
+    parts.append(found.points[kept])
+    at.append(found.s[kept])
+    points = np.concatenate(parts)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    near = np.interp(found.s, np.concatenate(at), along)
+    spans = [np.interp(stretch, found.s, near) for stretch, _ in planned]
+    return DrivenPath(
+        ReferencePath.from_polyline(points),
+        near,
+        tuple(Stretch(float(begin), float(end)) for begin, end in spans),
+    )
+
+
+def _fault(
+    found: RoutePath, driven: DrivenPath, stretches: list[Stretch], vehicle: Vehicle
+) -> str:
+    """Say what is wrong with the planned stretches once they are smooth, or ""."""
+    most = vehicle.limits.max_curvature
+    allowed = found.area.buffer(2.0 * TOLERANCE)
+    shapely.prepare(allowed)
+    for stretch, span in zip(stretches, driven.planned, strict=True):
+        s = np.arange(span.begin, span.end, STEP / 2.0)
+        sharpest = float(np.abs(driven.path.at(s).curvature).max())
+        where = _place(found, stretch)
+        if sharpest > HELD * most:
+            return f"{where}: needs a curvature of {sharpest:.3f} 1/m, not {most:g}"
+        if not shapely.covers(allowed, body_polygons(driven.path, s, vehicle)).all():
+            return f"{where}: the body would leave the road"
+    return ""

@@ -1,0 +1,133 @@
+"""The lateral room along the ego's path: carriageway, and what a turning body takes.
+
+On ordinary roads the bounds are the edges of the carriageway. In bends the body sweeps
+more than its width: where it would leave those edges although it stays in the area of
+the route (inside junctions for the most part), the bounds are as wide as it needs.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from experiments.world_setup.driven_path import DrivenPath
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.steerable import outline_points
+from planner.scene import RoadBounds
+from planner.states import BoolArray, FloatArray
+from planner.vehicle import Vehicle
+from sumo_nets.drivable_area import distances_to_edge
+from sumo_nets.route_path import RoutePath
+
+STEP = 0.5  # [m], between bounds that the body decides about
+SIDE_STEP = 0.5  # between points on the body's sides [m]
+SPARE = 0.3  # beside the body on the path: a planner's own margin, and control [m]
+LEAST_SPARE = 0.15  # also where the area ends sooner [m]
+FARTHEST = 12.0  # of an edge of the area from the path [m]
+BENT = 1e-6  # a smaller curvature bends nothing within a body's length [1/m]
+DOMAIN = 0.9  # share of the way to the centre of curvature that may be road
+
+
+class _Room(NamedTuple):
+    """Lateral offsets along the path, (n,) each [m]."""
+
+    left: FloatArray
+    right: FloatArray
+
+
+def road_bounds(
+    found: RoutePath, driven: DrivenPath, carriageway: RoadBounds, vehicle: Vehicle
+) -> RoadBounds:
+    """Widen the carriageway where the body on the path needs it.
+
+    Args:
+        found: The route.
+        driven: The ego's path along it.
+        carriageway: Edges of the route's lanes about the path.
+        vehicle: The ego.
+
+    Returns:
+        The bounds; the carriageway itself where the body has room in it.
+    """
+    path = driven.path
+    s = np.arange(0.0, path.length, STEP)
+    body = _swept(path, s, vehicle)
+    edge = _edges(found, path, s)
+    left, right = carriageway.at(s)
+    planned = np.zeros(s.size, dtype=bool)
+    for stretch in driven.planned:
+        planned |= (s >= stretch.begin) & (s <= stretch.end)
+    most = np.where(planned, np.minimum(left, edge.left), left)
+    least = np.where(planned, np.maximum(right, edge.right), right)
+    wanted = np.minimum(body.left + SPARE, np.maximum(edge.left, body.left))
+    most = np.maximum(most, np.maximum(wanted, body.left + LEAST_SPARE))
+    wanted = np.maximum(body.right - SPARE, np.minimum(edge.right, body.right))
+    least = np.minimum(least, np.minimum(wanted, body.right - LEAST_SPARE))
+    changed = (most != left) | (least != right)
+    if not changed.any():
+        return carriageway
+    return _merged(carriageway, s, _Room(most, least), changed)
+
+
+def _merged(
+    carriageway: RoadBounds, s: FloatArray, room: _Room, changed: BoolArray
+) -> RoadBounds:
+    """Put changed bounds between those that stay."""
+    grown = changed.copy()  # their neighbours are corners, too
+    grown[1:] |= changed[:-1]
+    grown[:-1] |= changed[1:]
+    near = np.interp(carriageway.s, s, grown.astype(np.float64)) > 0.0
+    keep = ~near
+    at = np.concatenate([carriageway.s[keep], s[grown]])
+    left = np.concatenate([carriageway.left[keep], room.left[grown]])
+    right = np.concatenate([carriageway.right[keep], room.right[grown]])
+    order = np.unique(at, return_index=True)[1]
+    return RoadBounds(at[order], left[order], right[order])
+
+
+def _swept(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> _Room:
+    """Measure what the body on the path sweeps at each arc length.
+
+    Counted are the foot points of its outline, and its outline as the planners see it:
+    on a road that keeps the curvature it has under the rear axle.
+    """
+    at = path.at(s)
+    outline = _outline(vehicle)
+    x, y = outline_points(at.x, at.y, at.heading, outline)
+    near = s[:, None] + outline[:, 0]
+    foot, l = path.project(x.ravel(), y.ravel(), near=near.ravel(), reach=5.0)
+    left, right = np.full(s.size, -np.inf), np.full(s.size, np.inf)
+    for shift in (-1, 0, 1):
+        place = np.clip(np.rint(foot / STEP).astype(int) + shift, 0, s.size - 1)
+        np.maximum.at(left, place, l)
+        np.minimum.at(right, place, l)
+    bent = np.where(np.abs(at.curvature) < BENT, BENT, at.curvature)[:, None]
+    along, across = outline[:, 0], outline[:, 1]
+    offset = (1.0 - np.hypot(1.0 - bent * across, bent * along)) / bent
+    return _Room(
+        np.maximum(left, offset.max(axis=1)), np.minimum(right, offset.min(axis=1))
+    )
+
+
+def _outline(vehicle: Vehicle) -> FloatArray:
+    """Place points on the body's sides, corners included, (p, 2), rear axle at 0."""
+    back, front = -vehicle.rear_overhang, vehicle.front_reach
+    along = np.linspace(back, front, math.ceil((front - back) / SIDE_STEP) + 1)
+    # in a bend the inner side comes nearest to the centre beside the axle
+    along = np.union1d(along, [0.0])
+    half = vehicle.width / 2.0
+    sides = [np.column_stack([along, np.full(along.size, y)]) for y in (half, -half)]
+    return np.concatenate(sides)
+
+
+def _edges(found: RoutePath, path: ReferencePath, s: FloatArray) -> _Room:
+    """Measure the way to the edges of the area, short of the centre of curvature."""
+    at = path.at(s)
+    points = np.column_stack([at.x, at.y])
+    normal = np.column_stack([-at.sin_heading, at.cos_heading])
+    left = distances_to_edge(found.area, points, normal, FARTHEST)
+    right = -distances_to_edge(found.area, points, -normal, FARTHEST)
+    centre = DOMAIN / np.where(np.abs(at.curvature) < BENT, BENT, at.curvature)
+    left = np.where(centre > 0.0, np.minimum(left, centre), left)
+    right = np.where(centre < 0.0, np.maximum(right, centre), right)
+    return _Room(left, right)

@@ -1,0 +1,178 @@
+"""The area that a car on a route may use: its lanes and the junctions between them.
+
+In the lanes of the route's own direction and in the areas of its junctions a body may
+be anywhere; oncoming lanes and pavements are left out.
+"""
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from sumo_nets.centre_line import FloatArray
+from sumo_nets.lane_choice import LaneUse, via_lanes
+from sumo_nets.net_reader import Edge, Net, NetLane
+
+# Closes the slits that rounding leaves between lanes and junctions [m].
+SEAM = 0.05
+
+# How far the route's first and last lanes are carried on straight [m]: a body whose
+# rear axle is at the begin of a route reaches beyond it.
+BEYOND = 30.0
+
+# Corners of the least area.
+CORNERS = 3
+
+
+def drivable_area(net: Net, uses: Sequence[LaneUse]) -> BaseGeometry:
+    """Unite the lanes and junctions of a route.
+
+    Args:
+        net: The network.
+        uses: The route, edge by edge.
+
+    Returns:
+        A polygon or several [m].
+
+    Raises:
+        NetworkError: If the shape of a lane or junction is damaged.
+    """
+    edges = [use.entered.edge for use in uses]
+    parts = [_strip(lane) for edge in edges for lane in edge.drivable_lanes]
+    parts += [_carried_on(uses[0].entered, 0), _carried_on(uses[-1].left, -1)]
+    for use, following in pairwise(uses):
+        if use.link is None:
+            continue
+        inside = via_lanes(net, use.link)
+        parts += [_strip(lane) for lane in inside]
+        chain = [use.left, *inside, following.entered]
+        parts += [_joint(before, after) for before, after in pairwise(chain)]
+        parts.append(_junction(net, use.left.edge, following.entered.edge))
+    grown = [part.buffer(SEAM, join_style="mitre") for part in parts]
+    return shapely.union_all(grown)
+
+
+def boundary_about(area: BaseGeometry, points: FloatArray, reach: float) -> FloatArray:
+    """List the sides of an area about some points.
+
+    The area is cut to a box, whose sides count as well.
+
+    Args:
+        area: Polygons.
+        points: (n, 2) [m].
+        reach: From the points to the box [m].
+
+    Returns:
+        Sides as x, y of both ends, (k, 4) [m].
+    """
+    low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+    cut = area.intersection(shapely.box(*low, *high))
+    rings = [
+        np.asarray(ring.coords)
+        for part in _polygons(cut)
+        for ring in (part.exterior, *part.interiors)
+    ]
+    sides = [np.hstack([ring[:-1], ring[1:]]) for ring in rings]
+    return np.concatenate(sides) if sides else np.empty((0, 4))
+
+
+def _polygons(shape: BaseGeometry) -> Iterable[shapely.Polygon]:
+    """List the polygons of any geometry."""
+    for part in getattr(shape, "geoms", (shape,)):
+        if isinstance(part, shapely.Polygon) and not part.is_empty:
+            yield part
+
+
+def _strip(lane: NetLane) -> BaseGeometry:
+    """Spread a lane over its width; a lane without length has no area."""
+    points = lane.points
+    if len(np.unique(points, axis=0)) < CORNERS - 1:
+        return shapely.Polygon()
+    line = shapely.LineString(points)
+    return line.buffer(lane.width / 2.0, cap_style="flat", join_style="mitre")
+
+
+def _carried_on(lane: NetLane, end: int) -> BaseGeometry:
+    """Carry all lanes of an edge straight on at one end (0 or -1)."""
+    parts = []
+    for beside in lane.edge.drivable_lanes:
+        points = beside.points
+        tip, before = points[end], points[1 if end == 0 else -2]
+        ahead = (tip - before) / max(float(np.hypot(*(tip - before))), SEAM)
+        line = shapely.LineString([tip, tip + BEYOND * ahead])
+        parts.append(line.buffer(beside.width / 2.0, cap_style="flat"))
+    return shapely.union_all(parts)
+
+
+def _joint(before: NetLane, after: NetLane) -> BaseGeometry:
+    """Span from the end of a lane to the begin of the next: they may not touch."""
+    corners = [*_end(before, -1), *_end(after, 0)]
+    hull: BaseGeometry = shapely.MultiPoint(corners).convex_hull
+    return hull
+
+
+def _end(lane: NetLane, end: int) -> list[FloatArray]:
+    """Place the two corners of a lane at one end (0 or -1)."""
+    points = lane.points
+    tip = points[end]
+    lengths = np.hypot(*(points - tip).T)
+    apart = np.flatnonzero(lengths > SEAM)
+    if not apart.size:
+        return [tip]
+    ahead = points[apart[0 if end == 0 else -1]] - tip
+    across = 0.5 * lane.width * np.array([-ahead[1], ahead[0]]) / np.hypot(*ahead)
+    return [tip + across, tip - across]
+
+
+def _junction(net: Net, edge: Edge, following: Edge) -> BaseGeometry:
+    """Take the junction's area without what others of its roads have for themselves."""
+    junction = net.junctions.get(edge.end)
+    outline = junction.outline if junction is not None else np.empty((0, 2))
+    if len(outline) < CORNERS:
+        return shapely.Polygon()
+    whole = shapely.Polygon(outline).buffer(0.0)
+    own = {edge.id, following.id}
+    others = [
+        _strip(x)
+        for other in net.at(edge.end)
+        if other.id not in own
+        for x in other.lanes
+    ]
+    return whole.difference(shapely.union_all(others + _pavements(net, edge.end)))
+
+
+def _pavements(net: Net, junction: str) -> list[BaseGeometry]:
+    """List the areas of a junction that are for people on foot."""
+    areas = [
+        lane.points
+        for edge in net.edges.values()
+        if edge.function == "walkingarea" and edge.id.startswith(f":{junction}_w")
+        for lane in edge.lanes
+    ]
+    kept = [shapely.Polygon(x).buffer(0.0) for x in areas if len(x) >= CORNERS]
+    return list(kept)
+
+
+def distances_to_edge(
+    area: BaseGeometry, points: FloatArray, directions: FloatArray, farthest: float
+) -> FloatArray:
+    """Measure from points along directions to where an area ends.
+
+    Args:
+        area: Polygons.
+        points: (n, 2) [m].
+        directions: Unit vectors, (n, 2).
+        farthest: No distance is larger [m].
+
+    Returns:
+        (n,) [m]; 0 for points outside.
+    """
+    rays = shapely.linestrings(np.stack([points, points + farthest * directions], 1))
+    places = shapely.points(points)
+    shapely.prepare(area)
+    hits = shapely.intersection(rays, area.boundary)
+    gaps = shapely.distance(places, hits)  # nan without a hit
+    gaps = np.where(np.isnan(gaps), farthest, gaps)
+    return np.asarray(np.where(shapely.covers(area, places), gaps, 0.0))
