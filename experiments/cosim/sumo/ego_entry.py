@@ -152,8 +152,8 @@ def _too_near(vehicle: Vehicle, start: CartesianState, others: RoadUsers) -> boo
     behind_speed = np.where(ahead, start.speed, others.speed)
     front_speed = np.where(ahead, others.speed, start.speed)
     braking = 2.0 * vehicle.limits.max_deceleration
-    longer = np.maximum(behind_speed**2 - front_speed**2, 0.0) / braking
-    needed = REACTION * behind_speed + longer
+    longer = (behind_speed**2 - front_speed**2) / braking
+    needed = np.maximum(REACTION * behind_speed + longer, 0.0)
     in_way = beside & same_way & (np.abs(along) < IN_WAY)
     return bool(np.any(in_way & (gap < needed)))
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from experiments.cosim.sumo.ego_entry import REACTION, stands_free
+from experiments.cosim.sumo.ego_entry import CLEARANCE, REACTION, stands_free
 from planner.scene import RoadUsers
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
@@ -27,15 +27,15 @@ def free(speed, there):
     ("ego", "leader"), [(8.5, 8.5), (8.5, 5.0), (12.0, 0.0), (4.0, 9.0)]
 )
 def test_gap_ahead_is_enough_to_brake(ego, leader):
-    longer = max(ego**2 - leader**2, 0.0) / (2.0 * BRAKING)
-    needed = max(REACTION * ego + longer, 0.6)
+    longer = (ego**2 - leader**2) / (2.0 * BRAKING)
+    needed = max(REACTION * ego + longer, CLEARANCE)
     assert not free(ego, other(needed - 0.05, leader))
     assert free(ego, other(needed + 0.05, leader))
 
 
 @pytest.mark.parametrize(("ego", "follower"), [(8.5, 8.5), (0.0, 13.0), (9.0, 12.0)])
 def test_gap_behind_is_enough_to_brake(ego, follower):
-    needed = REACTION * follower + max(follower**2 - ego**2, 0.0) / (2.0 * BRAKING)
+    needed = REACTION * follower + (follower**2 - ego**2) / (2.0 * BRAKING)
     assert not free(ego, other(-needed + 0.05, follower))
     assert free(ego, other(-needed - 0.05, follower))
 
