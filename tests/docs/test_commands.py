@@ -22,7 +22,8 @@ from tests.docs.documents import (
 )
 
 COMMANDS = all_commands()
-OWN_SCENARIOS, OWN_SWEEPS = {"my_road.yaml"}, {"mine.yaml", "study.yaml"}
+OWN_SCENARIOS = {"my_road.yaml", "my.net.xml"}
+OWN_SWEEPS = {"mine.yaml", "study.yaml"}
 OWN_PLANNER = "my_planner:make"
 CHEAP = [
     "rearview list",
