@@ -109,6 +109,18 @@ def folders() -> list[Path]:
     return [Path(home) / "rearview" / "kernels", PACKAGE_FOLDER, temporary]
 
 
+def is_writable() -> bool:
+    """Check whether what is compiled can be kept."""
+    for folder in folders():
+        try:
+            _prepare(folder)
+            tempfile.TemporaryFile(dir=folder).close()
+        except OSError:
+            continue
+        return True
+    return False
+
+
 def reading_order() -> list[Path]:
     """Return where machine code is looked for: also in the package itself."""
     return list(dict.fromkeys([*folders(), PACKAGE_FOLDER]))
@@ -195,10 +207,7 @@ def _write(name: str, written: bytes) -> None:
     for folder in folders():
         partial = folder / f"{name}.{uuid.uuid4().hex[:8]}"
         try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            if folder.stat().st_uid not in (os.getuid(), 0):
-                raise PermissionError(f"{folder} is another user's")
-            _forget_old(folder)
+            _prepare(folder)
             partial.write_bytes(written)
             partial.replace(folder / name)
         except OSError as error:
@@ -210,6 +219,18 @@ def _write(name: str, written: bytes) -> None:
     where = folders()[0]
     why = failure.strerror if failure and failure.strerror else failure
     _say_once(f"compiled loops cannot be kept in {where} ({why}): each run compiles")
+
+
+def _prepare(folder: Path) -> None:
+    """Make a folder, if it is ours to write to.
+
+    Raises:
+        PermissionError: If it belongs to another user, whom we do not trust with code.
+    """
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if folder.stat().st_uid not in (os.getuid(), 0):
+        raise PermissionError(f"{folder} is another user's")
+    _forget_old(folder)
 
 
 @lru_cache(maxsize=8)

@@ -8,11 +8,13 @@ machine code once. A part that Python calls too is compiled as an entry of its o
 Floating point is the same either way, as LLVM reorders none of it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from numba.core import compiler, event, sigutils, types, typing
 from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager
 from numba.core.dispatcher import (  # type: ignore[attr-defined]  # private to it
     _FunctionCompiler,
@@ -20,6 +22,8 @@ from numba.core.dispatcher import (  # type: ignore[attr-defined]  # private to 
 from numba.core.environment import lookup_environment
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering, register_pass
+from numba.extending import overload
+from numba.np import arrayobj
 
 _ENVIRONMENT = "_ZN08NumbaEnv"  # how the names of constants that a function needs begin
 _RUNTIME = "NRT_"  # numba's count of references, whose calls a pass looks for
@@ -197,6 +201,35 @@ class _Flags(compiler.Flags):  # type: ignore[misc]  # numba has no types
 _FLAGS_HASH = hash(compiler.Flags())
 
 
+def _wrong_shape(source: object, target: object) -> None:
+    """Stand in for numba's function that raises if slices differ in shape."""
+    raise NotImplementedError
+
+
+@overload(_wrong_shape)  # type: ignore[untyped-decorator]
+def _raise_wrong_shape(source: Any, target: Any) -> Any:  # noqa: ARG001
+    """Raise without the shapes."""
+
+    def raising(source: Any, target: Any) -> None:  # noqa: ARG001
+        raise ValueError("an array is assigned to a slice of another shape")
+
+    return raising
+
+
+@contextmanager
+def _short_shape_errors() -> Iterator[None]:
+    """Leave the shapes out of the error of `a[:] = b`.
+
+    Numba writes them with thirty functions on text, which take 3 to 8 s to compile.
+    """
+    kept = arrayobj.raise_with_shape_context
+    arrayobj.raise_with_shape_context = _wrong_shape
+    try:
+        yield
+    finally:
+        arrayobj.raise_with_shape_context = kept
+
+
 class _EntryFunctionCompiler(_FunctionCompiler):  # type: ignore[misc]
     """Compiles a function for Python."""
 
@@ -230,6 +263,11 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba has no types
         self._compiler = _EntryFunctionCompiler(*what, _EntryCompiler)
         self._part_compiler = _PartFunctionCompiler(*what, _PartCompiler)
         self._parts: dict[tuple[Any, ...], tuple[object, Any]] = {}
+
+    def compile(self, sig: Any) -> Any:
+        """Compile the entry for types of arguments, or load it."""
+        with global_compiler_lock, _short_shape_errors():
+            return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, Any, Any, Any]:
         """Compile the part for a caller's arguments; numba asks for its signature."""
