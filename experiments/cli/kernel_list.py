@@ -16,7 +16,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from numba.core import types
+
 from experiments.planners.registry import PLANNERS
+from planner.numerics.kernel_content import content
+from planner.numerics.linking import Kernel
 
 FILE = Path(__file__).with_name("kernels.json")
 # What calls every function of a family, among them (scenario, planner).
@@ -58,8 +62,6 @@ def family_of(planner: str) -> str | None:
 
 def missing(families: Sequence[str]) -> list[Signature]:
     """Return what is not compiled yet, the largest functions first."""
-    from planner.numerics.kernel_content import content
-
     found: dict[str, tuple[int, Signature]] = {}
     for signature in (each for name in families for each in kernel_list()[name]):
         kernel, arguments = _kernel(signature)
@@ -83,7 +85,7 @@ def _kernel(signature: Signature) -> tuple[Any, tuple[Any, ...]]:
         arguments = tuple(_type(each) for each in signature[1:])
     except (ImportError, AttributeError):
         return None, ()
-    return kernel if hasattr(kernel, "_parts") else None, arguments
+    return kernel if isinstance(kernel, Kernel) else None, arguments
 
 
 def _named(name: str) -> Any:
@@ -94,8 +96,6 @@ def _named(name: str) -> Any:
 
 def _type(word: Any) -> Any:
     """Read the type of an argument."""
-    from numba.core import types
-
     if isinstance(word, str):
         return getattr(types, word)
     kind, *rest = word
@@ -117,8 +117,6 @@ def _words(kind: Any) -> Any:
     Raises:
         TypeError: If the type cannot be listed.
     """
-    from numba.core import types
-
     if isinstance(kind, types.Array):
         return ["array", _words(kind.dtype), kind.ndim, kind.layout, not kind.mutable]
     if isinstance(kind, types.misc.Omitted):
@@ -141,7 +139,7 @@ def called_now() -> Iterator[Signature]:
         if name.partition(".")[0] not in ("planner", "experiments"):
             continue
         for attribute, value in sorted(vars(module).items()):
-            if hasattr(value, "_parts") and value.py_func.__module__ == name:
+            if isinstance(value, Kernel) and value.py_func.__module__ == name:
                 for arguments in value.overloads:
                     yield [f"{name}:{attribute}", *map(_words, arguments)]
 
@@ -166,7 +164,7 @@ def _main(families: Sequence[str]) -> None:
     listed = {}
     for family in DRIVES:
         command = [sys.executable, "-m", "experiments.cli.kernel_list", family]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
         listed[family] = json.loads(done.stdout.splitlines()[-1])
     lines = [
         f'"{family}": [\n' + ",\n".join(map(json.dumps, each)) + "\n]"
