@@ -7,6 +7,9 @@ DEV_STAMP := $(VENV)/.installed-dev
 ONLY_PYTHON := import sys; sys.exit(0 if sys.version_info >= (3, 11) else 1)
 PIP_INSTALL := $(BIN)/python -m pip install --disable-pip-version-check
 PACKAGES := planner sumo_nets experiments
+# Of pip's lines only one for each large download, and the last stage. Errors go to stderr,
+# which is left alone.
+SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collected packages'
 
 .DEFAULT_GOAL := help
 .PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs test test-slow cov docs lint fmt type imports bench nets schema ci clean
@@ -92,17 +95,20 @@ ci: ## Everything that a change must pass
 
 clean: ## Remove .venv, caches, compiled loops and all results in runs and sweeps
 	rm -rf $(VENV) runs sweeps build site .coverage .coverage.* htmlcov *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
+	rm -rf planner/_kernels "$${XDG_CACHE_HOME:-$$HOME/.cache}/rearview/kernels"
 	find $(PACKAGES) tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(USER_STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c '$(ONLY_PYTHON)' 2>/dev/null || { echo "rearview needs Python >= 3.11; PYTHON=$(PYTHON) is $$($(PYTHON) --version 2>&1 || true). Try: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
 	@echo "Installing rearview, SUMO and the numerical packages into $(VENV) (once, takes a few minutes) ..."
 	@$(PYTHON) -m venv $(VENV) || { echo "$(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt-get install python3-venv" >&2; exit 2; }
-	@$(PIP_INSTALL) -e ".[figures]" -c constraints.txt
+	@{ $(PIP_INSTALL) -e ".[figures]" -c constraints.txt && touch $@.packages; } | $(SHORTLY) || true
+	@test -e $@.packages && rm $@.packages
 	@$(BIN)/python -m experiments.cosim.sumo.system_libraries
 	@touch $@
 
 $(DEV_STAMP): $(USER_STAMP)
 	@echo "Installing what tests, checks and documentation need into $(VENV) (once) ..."
-	@$(PIP_INSTALL) -e ".[dev]" -c constraints.txt
+	@{ $(PIP_INSTALL) -e ".[dev]" -c constraints.txt && touch $@.packages; } | $(SHORTLY) || true
+	@test -e $@.packages && rm $@.packages
 	@touch $@

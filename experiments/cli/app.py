@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from experiments.cli import (
+    compile_command,
     replan_command,
     report_commands,
     results_commands,
@@ -54,6 +55,7 @@ results_commands.add_to(app)
 report_commands.add_to(app)
 replan_command.add_to(app)
 thesis_command.add_to(app)
+compile_command.add_to(app)
 
 
 def main() -> None:
@@ -201,7 +203,7 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
         from experiments.interrupts import interrupts_between_steps
 
         with (
-            compilation_announced(),
+            compilation_announced([scenario.planner.name]),
             _stdout_to_stderr(),
             interrupts_between_steps() as check_interrupt,
             progress(scenario) as show,

@@ -1,18 +1,28 @@
-"""Announces the compilation of inner loops, which makes a step take long.
+"""Compiles what a planner needs before it is needed, and announces it.
 
 What is compiled stays in a cache, function by function: another planner, or a scene
 with something new in it, may need loops that none before it needed.
 """
 
+import logging
+import multiprocessing
+import os
+import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
 from numba.core.event import Event, Listener, install_listener
 
+from experiments.cli.kernel_list import Signature, compile_one, family_of, missing
 from experiments.storage.provenance import PACKAGES
+from planner.numerics import kernel_cache
 
 NOTICE = "compiling the inner loops (once, up to a minute) ...\n"
+FEW = 3  # functions that are compiled sooner than further processes start
+MOST_PROCESSES = 4  # each takes 250 MB
 
 
 class _Announcer(Listener):  # type: ignore[misc]  # numba has no types
@@ -21,23 +31,87 @@ class _Announcer(Listener):  # type: ignore[misc]  # numba has no types
     def __init__(self) -> None:
         self._said = False
 
+    def say(self) -> None:
+        """Announce that something is compiled, once."""
+        if not self._said:
+            self._said = True
+            sys.stderr.write(NOTICE)
+            sys.stderr.flush()
+
     def on_start(self, event: Event) -> None:
         """Announce the first compilation; loading from the cache does not get here."""
-        if self._said or not _is_ours(event.data["dispatcher"].py_func.__module__):
-            return
-        self._said = True
-        sys.stderr.write(NOTICE)
-        sys.stderr.flush()
+        if _is_ours(event.data["dispatcher"].py_func.__module__):
+            self.say()
 
     def on_end(self, event: Event) -> None:
         """Do nothing."""
 
 
 @contextmanager
-def compilation_announced() -> Iterator[None]:
-    """Announce the first compilation of one of our loops within the block."""
-    with install_listener("numba:compile", _Announcer()):
+def compilation_announced(planners: Sequence[str] = ()) -> Iterator[None]:
+    """Compile what planners lack; announce it, and what the block compiles.
+
+    Args:
+        planners: Names; what another planner needs is compiled when it is called.
+    """
+    announcer = _Announcer()
+    families = sorted({name for name in map(family_of, planners) if name})
+    with cache_complaints_shown(), install_listener("numba:compile", announcer):
+        lacking = missing(families) if kernel_cache.is_writable() else []
+        if len(lacking) > FEW:
+            announcer.say()
+            compile_all(lacking)
         yield
+
+
+def compile_all(signatures: Sequence[Signature]) -> None:
+    """Compile functions into the cache on all processors, with a counter on a terminal.
+
+    What fails is compiled again where it is called, and fails there with its error.
+    """
+    _show(0, len(signatures))
+    processes = min(len(os.sched_getaffinity(0)), MOST_PROCESSES, len(signatures))
+    with ProcessPoolExecutor(
+        processes,
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_IGN),
+    ) as pool:
+        jobs = [pool.submit(compile_one, each) for each in signatures]
+        try:
+            for done, job in enumerate(as_completed(jobs), start=1):
+                if isinstance(job.exception(), BrokenProcessPool):
+                    break
+                _show(done, len(signatures))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    if sys.stderr.isatty():
+        sys.stderr.write("\n")
+
+
+def _show(done: int, of: int) -> None:
+    """Count on a terminal, in one line that is written over."""
+    if sys.stderr.isatty():
+        sys.stderr.write(f"\rcompiled {done} of {of} functions")
+        sys.stderr.flush()
+
+
+@contextmanager
+def cache_complaints_shown() -> Iterator[None]:
+    """Write what is wrong with the cache to stderr, one line for each thing."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("rearview: %(message)s"))
+    log = kernel_cache.log
+    kept = log.level, log.propagate
+    log.setLevel(logging.WARNING)
+    log.propagate = False
+    log.addHandler(handler)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.level, log.propagate = kept
 
 
 def _is_ours(module: str) -> bool:

@@ -8,8 +8,8 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import duckdb
 import numpy as np
 
 from experiments.errors import ResultsError
@@ -23,6 +23,9 @@ from experiments.trace.schema import (
     Trace,
     column,
 )
+
+if TYPE_CHECKING:
+    import duckdb  # takes 0.1 s to import, which an episode needs at its end only
 
 _SQL_TYPES = {Kind.NUMBER: "DOUBLE", Kind.COUNT: "BIGINT", Kind.TEXT: "VARCHAR"}
 _VERSION_KEY = "rearview_schema"
@@ -51,6 +54,8 @@ def write_tables(tables: Iterable[tuple[Table, Mapping[str, Kind], Path]]) -> No
     Raises:
         ResultsError: If a file cannot be written.
     """
+    import duckdb
+
     with duckdb.connect(config={"threads": 1}) as database:
         for table, kinds, path in tables:
             try:
@@ -66,6 +71,8 @@ def read_trace(folder: Path) -> Trace:
     Raises:
         ResultsError: If a file is missing, damaged or of another schema version.
     """
+    import duckdb
+
     tables: dict[str, Table] = {}
     with duckdb.connect(config={"threads": 1}) as database:
         for name, kinds in {**TABLES, "timing": TIMING}.items():
@@ -79,14 +86,18 @@ def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
     Raises:
         ResultsError: If the file is missing, damaged or of another schema version.
     """
+    import duckdb
+
     with duckdb.connect(config={"threads": 1}) as database:
         return _read_or_refuse(database, kinds, path)
 
 
 def _read_or_refuse(
-    database: duckdb.DuckDBPyConnection, kinds: Mapping[str, Kind], path: Path
+    database: "duckdb.DuckDBPyConnection", kinds: Mapping[str, Kind], path: Path
 ) -> Table:
     """Read one table; raise a one-line error if that fails."""
+    import duckdb
+
     try:
         return _read(database, kinds, path)
     except duckdb.Error as error:
@@ -94,7 +105,7 @@ def _read_or_refuse(
 
 
 def _write(
-    database: duckdb.DuckDBPyConnection,
+    database: "duckdb.DuckDBPyConnection",
     table: Table,
     kinds: Mapping[str, Kind],
     path: Path,
@@ -112,7 +123,7 @@ def _write(
 
 
 def _read(
-    database: duckdb.DuckDBPyConnection, kinds: Mapping[str, Kind], path: Path
+    database: "duckdb.DuckDBPyConnection", kinds: Mapping[str, Kind], path: Path
 ) -> Table:
     """Read one table after checking its schema version."""
     source = _quoted(path)

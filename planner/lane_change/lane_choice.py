@@ -6,6 +6,7 @@ import numpy as np
 
 from planner.bodies import bodies_of
 from planner.numerics.compiled import compiled
+from planner.numerics.interpolation import interpolated
 from planner.scene import Lanes, Scene
 from planner.states import FloatArray
 
@@ -73,7 +74,7 @@ def _lane_end(lanes_s: FloatArray, width: FloatArray, s: float, reach: float) ->
     if lanes_s.size == 1:
         return np.inf if width[0] > GONE else s
     ahead = np.arange(s, s + reach, LANE_END_STEP)
-    there = np.interp(ahead, lanes_s, width)
+    there = interpolated(ahead, lanes_s, width)
     for i in range(ahead.size):
         if there[i] <= GONE:
             return float(ahead[i])
@@ -130,11 +131,11 @@ def _worths(
     worths = np.full(centre.shape[0], -np.inf)
     here = np.array([ego_s])
     for lane in range(centre.shape[0]):
-        if not np.interp(here, lanes_s, width[lane])[0] > GONE:
+        if not interpolated(here, lanes_s, width[lane])[0] > GONE:
             continue
         end = _lane_end(lanes_s, width[lane], ego_s, WORTH_TIME * target_speed)
         worth = min(target_speed, max(end - front - gap, 0.0) / WORTH_TIME)
-        there = np.interp(s, lanes_s, centre[lane])
+        there = interpolated(s, lanes_s, centre[lane])
         for b in range(s.size):
             inside = abs(l[b] - there[b]) < half_width[b] + half_corridor
             if inside and np.isfinite(s[b]) and s[b] > ego_s:

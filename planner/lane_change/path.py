@@ -15,6 +15,7 @@ import numpy as np
 from planner.lane_change.change_shapes import BASIS, control_points, prices, sample
 from planner.lane_change.settings import PathSettings
 from planner.numerics.compiled import compiled
+from planner.numerics.interpolation import interpolate
 from planner.numerics.polynomials import quintic_coefficients
 from planner.reference_path.frenet_lines import line_in_plane
 from planner.reference_path.path import ReferencePath
@@ -218,7 +219,7 @@ def _fill_change(
     """Fill l, dl/ds, d²l/ds² at the distances driven, (3, n), from a sampled change."""
     at = np.minimum(np.maximum(driven - begin, 0.0), length)
     for order in range(3):
-        line[order] = np.interp(at, shape[0], shape[1 + order])
+        interpolate(at, 0.0, shape[0], shape[1 + order], line[order])
         if order > 0:
             for i in range(driven.size):
                 if not begin <= driven[i] <= begin + length:

@@ -21,6 +21,7 @@ SLOW = 3.0  # below it the ego may also creep [m/s]
 REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
 SPEED_EXCESS = 0.5  # over the largest speed that a profile may have [m/s]
 EMPTY = freeze(())
+NO_LEADER = np.zeros(0)  # not frozen, as the arrays of a leader: one type, one kernel
 
 # Plain numbers: numba compiles these in.
 PASSED = int(Check.PASSED)
@@ -78,8 +79,8 @@ def longitudinal_profiles(
         Stopping(_row(settings.stop_times), np.inf if stop is None else stop),
         Following(
             _row(settings.follow_times),
-            EMPTY if leader is None else leader.s,
-            EMPTY if leader is None else leader.speed,
+            NO_LEADER if leader is None else leader.s,
+            NO_LEADER if leader is None else leader.speed,
             settings.standstill_gap,
             settings.time_headway,
             vehicle.front_reach,

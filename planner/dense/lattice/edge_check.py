@@ -13,6 +13,7 @@ from planner.dense.field import (
     squared_distance,
 )
 from planner.numerics.compiled import inlined
+from planner.numerics.interpolation import interpolate
 from planner.states import FloatArray, IntArray
 
 MIN_STRETCH = 0.05  # 1 - kappa_r l, below which the frame is too close to its pole
@@ -87,13 +88,14 @@ def road_along(s: FloatArray, road: RoadColumns, offset: FloatArray) -> RoadAlon
     """
     n_discs = offset.size
     left, right = np.empty((n_discs, s.size)), np.empty((n_discs, s.size))
-    curvature = np.interp(s, road.s, road.curvature)
-    behind = np.interp(s - RATE_STEP, road.s, road.curvature)
-    ahead = np.interp(s + RATE_STEP, road.s, road.curvature)
+    curvature, behind, ahead = np.empty(s.size), np.empty(s.size), np.empty(s.size)
+    interpolate(s, 0.0, road.s, road.curvature, curvature)
+    interpolate(s, -RATE_STEP, road.s, road.curvature, behind)
+    interpolate(s, RATE_STEP, road.s, road.curvature, ahead)
     rate = (ahead - behind) / (2.0 * RATE_STEP)
     for d in range(n_discs):
-        left[d] = np.interp(s + offset[d], road.s, road.left)
-        right[d] = np.interp(s + offset[d], road.s, road.right)
+        interpolate(s, offset[d], road.s, road.left, left[d])
+        interpolate(s, offset[d], road.s, road.right, right[d])
     return RoadAlong(curvature, rate, left, right)
 
 

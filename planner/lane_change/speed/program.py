@@ -14,6 +14,7 @@ import numpy as np
 from planner.lane_change.settings import SpeedSettings
 from planner.lane_change.speed.passing_orders import Order
 from planner.numerics.compiled import compiled
+from planner.numerics.interpolation import interpolated
 from planner.piecewise_jerk.objective import free_motion, objective_value
 from planner.piecewise_jerk.problem import JerkProgram, PiecewiseJerkProblem
 from planner.states import FloatArray, Path, freeze
@@ -134,9 +135,9 @@ def _caps(
         local[i] = min(math.sqrt(lateral / bend), fastest)
     if local.min() >= fastest:
         return np.full(times.size, fastest)
-    caps = np.interp(wish * times, distance, local)
-    caps = np.minimum(caps, np.interp(0.75 * wish * times, distance, local))
-    caps = np.minimum(caps, np.interp(0.5 * wish * times, distance, local))
+    caps = interpolated(wish * times, distance, local)
+    caps = np.minimum(caps, interpolated(0.75 * wish * times, distance, local))
+    caps = np.minimum(caps, interpolated(0.5 * wish * times, distance, local))
     for k in range(times.size):
         # braking builds up: from the present speed down to the bound
         possible = speed - 0.8 * braking * max(times[k] - 1.0, 0.0)
