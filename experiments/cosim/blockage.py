@@ -37,7 +37,11 @@ class BlockageDetector:
         self._patience = patience
         self._front_reach = front_reach
         self._path = path
-        self._forget()
+        self._since: float | None = None  # the ego stands since then [s]
+        self._stood = 0.0  # of this, the time that counts [s]
+        self._counted_until: float | None = None  # None while the ego waits [s]
+        self._quiet = 0.0  # counted time since a vehicle moved nearby [s]
+        self._still: dict[str, float] = {}  # vehicle -> stood while time counted [s]
 
     def update(
         self,
@@ -86,11 +90,9 @@ class BlockageDetector:
 
     def _forget(self) -> None:
         """Start again with an ego that moves."""
-        self._since: float | None = None  # the ego stands since then [s]
-        self._stood = 0.0  # of this, the time that counts [s]
-        self._counted_until: float | None = None  # None while the ego waits [s]
-        self._quiet = 0.0  # counted time since a vehicle moved nearby [s]
-        self._still: dict[str, float] = {}  # vehicle -> stood while time counted [s]
+        self._since = self._counted_until = None
+        self._stood = self._quiet = 0.0
+        self._still.clear()
 
     def _is_blocked(self, traffic: TrafficState, stats: PlanStats) -> bool:
         """Check whether the ego has stood for long enough."""

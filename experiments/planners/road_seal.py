@@ -1,4 +1,4 @@
-"""Notices a planner that writes into the arrays of the road, which outlive its cycle."""
+"""Notices a planner that writes into the road, whose arrays outlive its cycle."""
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
@@ -34,7 +34,7 @@ def _checksum(part: object) -> int:
     """Return the checksum of all arrays of a record."""
     total = 0
     for array in _arrays(part):
-        total = crc32(np.ascontiguousarray(array).view(np.uint8), total)
+        total = crc32(array.tobytes(), total)
     return total
 
 

@@ -18,7 +18,7 @@ from typing import Any, NoReturn, TypeVar
 from experiments.config import Scenario
 from experiments.config.scenario_file import check_scenario
 from experiments.config.yaml_reader import Document
-from experiments.cosim.records import StepRecord
+from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.episode.run import run_episode
 from experiments.planners.registry import PLANNERS
 from experiments.processes.guarded import (
@@ -90,6 +90,8 @@ def drive_guarded(task: RunTask, memory_mb: float) -> RunReport:
         if task.folder.parent.is_dir():
             remove_unfinished(task.folder.parent, loss.process)
         return _lost(task, loss)
+    if report.failure is not None or report.status == EpisodeStatus.PLANNER_FAILED:
+        _end_children()  # what spoilt this run must not spoil the next
     return report
 
 
@@ -143,22 +145,27 @@ def _call(
 
     A planner may change anything in its process (NumPy's functions, signal handlers,
     threads); one process for each planner keeps that from the others. It serves
-    further runs of the planner, which keeps what was loaded and compiled.
+    further runs of the planner, which keeps what was loaded and compiled, until one
+    fails.
     """
-    guarded = _children.pop(owner, None)
-    for other in list(_children):
-        _children.pop(other).kill()
-    if guarded is None:
-        guarded = GuardedProcess()
-    _children[owner] = guarded  # first, for a signal meanwhile
+    if owner not in _children:
+        _end_children()
+        _children[owner] = GuardedProcess()
+    guarded = _children[owner]
     try:
         value = guarded.call(function, argument, limits)
     except CallLostError:
-        _children.pop(owner).kill()
+        _end_children()
         raise
     if not guarded.is_alone():  # the planner left a process behind
-        _children.pop(owner).kill()
+        _end_children()
     return value
+
+
+def _end_children() -> None:
+    """Kill the child process, with all that it started."""
+    while _children:
+        _children.popitem()[1].kill()
 
 
 def _lost(task: RunTask, loss: CallLostError) -> RunReport:
@@ -176,8 +183,7 @@ def _lost(task: RunTask, loss: CallLostError) -> RunReport:
 
 def _leave(*_: object) -> NoReturn:
     """End on SIGTERM, with everything that runs below."""
-    for guarded in _children.values():
-        guarded.kill()
+    _end_children()
     os._exit(128 + signal.SIGTERM)
 
 

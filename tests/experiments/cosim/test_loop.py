@@ -406,7 +406,9 @@ class Reversing(Scripted):
 def test_an_ego_that_goes_back_ends_the_episode():
     ending, records = run(world(), Reversing())
     assert ending.status is EpisodeStatus.PLANNER_FAILED
-    words = r"drove against the road's direction, from s = 0.0 m back to -1.6 m at t = 0"
+    words = (
+        r"drove against the road's direction, from s = 0.0 m back to -1.6 m at t = 0"
+    )
     assert re.match(words, ending.reason), ending
     assert len(records) == 3
 

@@ -59,7 +59,7 @@ def test_own_planner_without_registration():
         ("no_such_module:make", {}, "cannot import no_such_module"),
         (f"{MODULE}:mak", {}, "has no mak; did you mean make"),
         (f"{MODULE}:NOT_CALLABLE", {}, "NOT_CALLABLE is a int"),
-        (f"{MODULE}:no_planner", {}, "gave a object; allowed: an object with plan"),
+        (f"{MODULE}:no_planner", {}, "returned object; allowed: an object with plan"),
         (f"{MODULE}:make", {"depth": 1}, "refuses its settings: .*depth"),
         (":make", {}, "allowed: module:factory"),
         (
