@@ -77,9 +77,10 @@ def main() -> None:
         status = BAD_INPUT
     except typer.Exit as stop:
         status = stop.exit_code
-    except typer.Abort as abort:
-        terminated = isinstance(abort.__context__, TerminatedError)
-        status = TERMINATED if terminated else INTERRUPTED
+    except typer.Abort:
+        status = INTERRUPTED
+    if status == INTERRUPTED and TerminatedError.raised:
+        status = TERMINATED
     sys.exit(status)
 
 

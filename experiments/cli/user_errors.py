@@ -33,6 +33,8 @@ AllowPlanner = Annotated[
 class TerminatedError(KeyboardInterrupt):
     """SIGTERM, which ends a command like Ctrl-C."""
 
+    raised = False  # at any time; typer turns the exception into that of Ctrl-C
+
 
 def end_on_sigterm() -> None:
     """Raise an exception on SIGTERM, so that nothing half-written is left."""
@@ -41,6 +43,7 @@ def end_on_sigterm() -> None:
 
 def _on_terminate(*_: object) -> None:
     """Raise; an exception runs what has to be tidied up."""
+    TerminatedError.raised = True
     raise TerminatedError
 
 

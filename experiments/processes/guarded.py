@@ -66,8 +66,8 @@ class CallLostError(ExperimentError):
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
-    """Limits of a call, counted over the child and all that it starts."""
+class CallLimits:
+    """CallLimits of a call, counted over the child and all that it starts."""
 
     time: float  # wall clock [s]
     memory_mb: float  # resident
@@ -97,7 +97,7 @@ class GuardedProcess:
         self._speaks = True  # its output is open
 
     def call(
-        self, function: Callable[[Any], Any], argument: Any, limits: Limits
+        self, function: Callable[[Any], Any], argument: Any, limits: CallLimits
     ) -> Any:
         """Call a function of a module in the child.
 
@@ -146,7 +146,7 @@ class GuardedProcess:
             orphans |= {self.process}
         return with_descendants(orphans)
 
-    def _answer(self, limits: Limits) -> bytes:
+    def _answer(self, limits: CallLimits) -> bytes:
         """Wait for the answer of the child while checking the limits."""
         received = bytearray()
         deadline = monotonic() + limits.time
@@ -173,7 +173,7 @@ class GuardedProcess:
         received += chunk
         return bool(chunk)
 
-    def _check(self, limits: Limits, deadline: float, *, ended: bool) -> None:
+    def _check(self, limits: CallLimits, deadline: float, *, ended: bool) -> None:
         """Raise CallLostError if the child has died or exceeds a limit."""
         if ended and not self._dies_soon():
             self.kill()

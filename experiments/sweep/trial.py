@@ -6,9 +6,9 @@ from typing import Any
 
 from experiments.errors import ConfigError
 from experiments.planners.registry import make_planner
-from experiments.processes.guarded import CallLostError, GuardedProcess, Limits
+from experiments.processes.guarded import CallLostError, GuardedProcess, CallLimits
 
-TRIAL_LIMITS = Limits(time=600.0, memory_mb=16_000.0)  # it may load a large model
+TRIAL_LIMITS = CallLimits(time=600.0, memory_mb=16_000.0)  # it may load a large model
 
 
 def make_apart(name: str, settings: Mapping[str, Any]) -> None:

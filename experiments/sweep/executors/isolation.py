@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 from pebble import ProcessExpired, ProcessFuture, ProcessPool
 
 from experiments.errors import ExecutorError, described
-from experiments.processes.guarded import Limits, death_in_words
+from experiments.processes.guarded import CallLimits, death_in_words
 from experiments.storage.atomic_folder import remove_unfinished
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.worker import (
@@ -81,7 +81,7 @@ class IsolatedWorkers:
             A future; its result raises CallLostError if the function raises, dies,
             takes longer than `timeout` [s] or too much memory.
         """
-        limits = Limits(timeout, self._settings.memory_mb)
+        limits = CallLimits(timeout, self._settings.memory_mb)
         return self._schedule(call_guarded, (function, argument, limits), timeout)
 
     def stop(self) -> None:

@@ -25,7 +25,7 @@ from experiments.processes.guarded import (
     CallLostError,
     Cause,
     GuardedProcess,
-    Limits,
+    CallLimits,
 )
 from experiments.processes.tree import end_with_parent
 from experiments.storage.atomic_folder import remove_unfinished
@@ -84,7 +84,7 @@ def drive_guarded(task: RunTask, memory_mb: float) -> RunReport:
         return execute_run(task)
     try:
         report: RunReport = _call(
-            execute_run, task, _owner(task.config), Limits(task.timeout, memory_mb)
+            execute_run, task, _owner(task.config), CallLimits(task.timeout, memory_mb)
         )
     except CallLostError as loss:
         if task.folder.parent.is_dir():
@@ -98,7 +98,7 @@ def drive_guarded(task: RunTask, memory_mb: float) -> RunReport:
 def call_guarded(
     function: Callable[[Mapping[str, Any]], T],
     config: Mapping[str, Any],
-    limits: Limits,
+    limits: CallLimits,
 ) -> T:
     """Call a function with a scenario in a child process.
 
@@ -139,7 +139,7 @@ def _owner(config: Mapping[str, Any]) -> str:
 
 
 def _call(
-    function: Callable[[Any], Any], argument: Any, owner: str, limits: Limits
+    function: Callable[[Any], Any], argument: Any, owner: str, limits: CallLimits
 ) -> Any:
     """Call a function in the child process of an owner.
 

@@ -1,6 +1,7 @@
 """A child process under limits: what it does wrong, and that nothing of it is left."""
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -16,11 +17,11 @@ from experiments.processes.guarded import (
     CallLostError,
     Cause,
     GuardedProcess,
-    Limits,
+    CallLimits,
 )
 from experiments.processes.tree import children
 
-LIMITS = Limits(time=60.0, memory_mb=2000.0)
+LIMITS = CallLimits(time=60.0, memory_mb=2000.0)
 ROOT = Path(__file__).parents[3]
 
 
@@ -140,13 +141,19 @@ def test_a_child_that_dies(child, function, argument, words, code):
 @pytest.mark.parametrize(
     ("function", "argument", "limits", "cause", "words"),
     [
-        (sleep, 60.0, Limits(0.5, 2000.0), Cause.TIME, "exceeded 0.5 s of wall clock"),
-        (eat, 400, Limits(60.0, 350.0), Cause.MEMORY, "exceeded 350 MB of memory"),
-        (eat_twice, 800, Limits(60.0, 700.0), Cause.MEMORY, "exceeded 700 MB"),
+        (
+            sleep,
+            60.0,
+            CallLimits(0.5, 2000.0),
+            Cause.TIME,
+            "exceeded 0.5 s of wall clock",
+        ),
+        (eat, 400, CallLimits(60.0, 350.0), Cause.MEMORY, "exceeded 350 MB of memory"),
+        (eat_twice, 800, CallLimits(60.0, 700.0), Cause.MEMORY, "exceeded 700 MB"),
         (
             fork_and_sleep,
             6,
-            Limits(60.0, 2000.0, processes=5),
+            CallLimits(60.0, 2000.0, processes=5),
             Cause.PROCESSES,
             "had [67] processes",
         ),
@@ -225,3 +232,18 @@ def wait_until(condition: Callable[[], bool]) -> None:
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.02)
+
+
+def limited_tasks(_: object) -> tuple[int, int]:
+    """Set the limit as for a user who is not root and has no other process."""
+    os.getuid = lambda: 54_321
+    guarded._limit_tasks()
+    return resource.getrlimit(resource.RLIMIT_NPROC)
+
+
+def test_a_user_who_is_not_root_may_have_so_many_more_tasks(child):
+    before = resource.getrlimit(resource.RLIMIT_NPROC)
+    soft, hard = child.call(limited_tasks, None, LIMITS)
+    assert soft == guarded.SPARE_TASKS
+    assert hard == before[1]
+    assert resource.getrlimit(resource.RLIMIT_NPROC) == before
