@@ -22,10 +22,10 @@ from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.episode.run import run_episode
 from experiments.planners.registry import PLANNERS
 from experiments.processes.guarded import (
+    CallLimits,
     CallLostError,
     Cause,
     GuardedProcess,
-    CallLimits,
 )
 from experiments.processes.tree import end_with_parent
 from experiments.storage.atomic_folder import remove_unfinished

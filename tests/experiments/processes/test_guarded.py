@@ -14,10 +14,10 @@ import pytest
 
 from experiments.processes import guarded
 from experiments.processes.guarded import (
+    CallLimits,
     CallLostError,
     Cause,
     GuardedProcess,
-    CallLimits,
 )
 from experiments.processes.tree import children
 
