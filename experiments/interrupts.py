@@ -4,9 +4,24 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
-from types import FrameType
 
 SECOND_SIGNAL = 0.3  # signals closer than this are one, sent to a group [s]
+
+
+class InterruptedByUserError(KeyboardInterrupt):
+    """Ctrl-C or SIGTERM, as opposed to a KeyboardInterrupt that a planner raises."""
+
+
+def is_interrupt(error: BaseException) -> bool:
+    """Check whether an error comes from a user who wants to stop.
+
+    A planner may raise KeyboardInterrupt as well. It cannot be told from Ctrl-C where
+    Python's own handler is installed.
+    """
+    if isinstance(error, InterruptedByUserError):
+        return True
+    own_handler = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    return isinstance(error, KeyboardInterrupt) and own_handler
 
 
 @contextmanager
@@ -21,15 +36,15 @@ def interrupts_between_steps() -> Iterator[Callable[[], None]]:
     """
     first: float | None = None
 
-    def handler(number: int, frame: FrameType | None) -> None:
+    def handler(*_: object) -> None:
         nonlocal first
         if first is not None and monotonic() - first > SECOND_SIGNAL:
-            signal.default_int_handler(number, frame)
+            raise InterruptedByUserError
         first = monotonic() if first is None else first
 
     def check() -> None:
         if first is not None:
-            raise KeyboardInterrupt
+            raise InterruptedByUserError
 
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = {number: signal.signal(number, handler) for number in numbers}

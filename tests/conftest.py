@@ -14,3 +14,9 @@ def pytest_addoption(parser):
     parser.addoption(
         "--seeds", type=int, default=4, help="seeds of each road in the acceptance test"
     )
+    parser.addoption(
+        "--kills",
+        type=int,
+        default=3,
+        help="kill -9 of a sweep in the test of resuming",
+    )

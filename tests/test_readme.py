@@ -76,7 +76,7 @@ def test_own_planner_works_as_written(tmp_path):
         done = rearview(*shlex.split(command)[1:], folder=tmp_path)
         assert complaints(done.stderr) == []
         status.append((done.returncode, done.stdout.splitlines()[-3].partition(":")[0]))
-    assert status == [(0, "arrived"), (1, "timeout")]
+    assert status == [(0, "arrived"), (1, "blocked")]
 
 
 @pytest.mark.sumo

@@ -5,6 +5,7 @@ internal error, 130 Ctrl-C. Heavy modules are imported where they are needed, so
 `--help` is immediate.
 """
 
+import inspect
 import io
 import json
 import logging
@@ -12,6 +13,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import wraps
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
@@ -31,6 +33,11 @@ from experiments.cli.user_errors import (
     BAD_INPUT,
     INTERRUPTED,
     OTHER_OUTCOME,
+    TERMINATED,
+    AllowPlanner,
+    TerminatedError,
+    end_on_sigterm,
+    names_are_free,
     report_user_errors,
 )
 from experiments.errors import ConfigError
@@ -63,13 +70,19 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # ASCII terminals cannot show ³
+    end_on_sigterm()
     try:
+        names_are_free()
         status = app(prog_name="rearview", standalone_mode=False)
     except _UsageError as error:
         _show_usage_error(error)
         status = BAD_INPUT
+    except typer.Exit as stop:
+        status = stop.exit_code
     except typer.Abort:
         status = INTERRUPTED
+    if status == INTERRUPTED and TerminatedError.raised:
+        status = TERMINATED
     sys.exit(status)
 
 
@@ -96,7 +109,33 @@ def options(
     """Drives trajectory planners through SUMO traffic."""
 
 
+def _with_verbose(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the option --verbose, which is about the log and not about the command."""
+    verbose = inspect.Parameter(
+        "verbose",
+        inspect.Parameter.KEYWORD_ONLY,
+        default=False,
+        annotation=Annotated[
+            bool,
+            typer.Option("--verbose", "-v", help="Log to stderr, with tracebacks."),
+        ],
+    )
+
+    @wraps(command)
+    def logged(*arguments: Any, verbose: bool, **options: Any) -> None:
+        logging.basicConfig(level=logging.DEBUG if verbose else logging.CRITICAL)
+        for noisy in ("numba", "matplotlib"):
+            logging.getLogger(noisy).setLevel(logging.WARNING)
+        command(*arguments, **options)
+
+    own = inspect.signature(command)
+    parameters = [*own.parameters.values(), verbose]
+    logged.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+    return logged
+
+
 @app.command()
+@_with_verbose
 def run(
     scenario: Annotated[
         str,
@@ -115,6 +154,7 @@ def run(
             "--set", metavar="KEY=VALUE", help="Override a key: ego.goal_m=200."
         ),
     ] = None,
+    allow_planner: AllowPlanner = None,
     gui: Annotated[bool, typer.Option("--gui", help="Show SUMO's window.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the results row as one line of JSON.")
@@ -122,21 +162,19 @@ def run(
     out: Annotated[Path, typer.Option(help="Parent folder of run folders.")] = Path(
         "runs"
     ),
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Log to stderr, with tracebacks.")
-    ] = False,
 ) -> None:
     """Run one episode and write its run folder."""
-    logging.basicConfig(level=logging.DEBUG if verbose else logging.CRITICAL)
-    for noisy in ("numba", "matplotlib"):
-        logging.getLogger(noisy).setLevel(logging.WARNING)
     with report_user_errors():
         from experiments.config.scenario_file import load_scenario
 
         if gui:
             _require_display()
         loaded = load_scenario(
-            scenario, planner=planner, seed=seed, overrides=overrides or ()
+            scenario,
+            planner=planner,
+            seed=seed,
+            overrides=overrides or (),
+            allow_planners=allow_planner or (),
         )
 
         def episode() -> int:

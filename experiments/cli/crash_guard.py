@@ -12,14 +12,22 @@ from time import monotonic, sleep
 
 import typer
 
-from experiments.cli.user_errors import INTERNAL_ERROR, INTERRUPTED, TERMINATED
+from experiments.cli.user_errors import (
+    INTERNAL_ERROR,
+    INTERRUPTED,
+    TERMINATED,
+    TerminatedError,
+    end_on_sigterm,
+)
+from experiments.processes.tree import (
+    adopt_orphans,
+    children,
+    end_with_parent,
+    kill_all,
+)
 
 NOTICE_AFTER = 1.0  # the step still runs after Ctrl-C: tell the user [s]
 TERMINATION_GRACE = 5.0  # between SIGTERM and SIGKILL [s]
-
-
-class _TerminatedError(KeyboardInterrupt):
-    """SIGTERM, which ends an episode like Ctrl-C."""
 
 
 def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> int:
@@ -37,17 +45,28 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
         return episode()
     sys.stdout.flush()
     sys.stderr.flush()
-    signal.signal(signal.SIGTERM, _on_terminate)
+    end_on_sigterm()
+    adopt_orphans()
+    parent, before = os.getpid(), children(os.getpid())
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
+        end_with_parent(parent)
         status = _status(episode)
         os.write(writing, b"ended")
         os._exit(status)
     os.close(writing)
     try:
+        return _outcome(child, reading, crashed)
+    finally:  # what a planner has started does not outlive its episode
+        kill_all(lambda: children(parent) - before)
+
+
+def _outcome(child: int, reading: int, crashed: Callable[[int, str], int]) -> int:
+    """Wait for the child and return the exit status."""
+    try:
         _, state = os.waitpid(child, 0)
-    except _TerminatedError:  # possibly sent to the parent only
+    except TerminatedError:  # possibly sent to the parent only
         _stop(child, crashed)
         return TERMINATED
     except KeyboardInterrupt:  # from the terminal, which sends it to both
@@ -55,11 +74,6 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
         return INTERRUPTED
     death = _death(state, ended=_was_written(reading))
     return os.WEXITSTATUS(state) if death is None else crashed(child, death)
-
-
-def _on_terminate(*_: object) -> None:
-    """Raise an exception on SIGTERM, so that nothing half-written is left."""
-    raise _TerminatedError
 
 
 def _wait_for_the_step(child: int, crashed: Callable[[int, str], int]) -> None:

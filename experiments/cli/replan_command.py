@@ -6,7 +6,11 @@ from typing import Annotated
 
 import typer
 
-from experiments.cli.user_errors import OTHER_OUTCOME, report_user_errors
+from experiments.cli.user_errors import (
+    OTHER_OUTCOME,
+    AllowPlanner,
+    report_user_errors,
+)
 
 
 def add_to(app: typer.Typer) -> None:
@@ -18,6 +22,7 @@ def replan(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run.")],
     *,
     step: Annotated[int, typer.Option(help="Which step, from 0 on.")],
+    allow_planner: AllowPlanner = None,
 ) -> None:
     """Plan a recorded step again, and print whether the plan is the same.
 
@@ -28,7 +33,7 @@ def replan(
         from experiments.episode.replan import replan as plan_again
 
         with compilation_announced():
-            found = plan_again(run, step)
+            found = plan_again(run, step, allow_planner or ())
     for line in found or ("same plan",):
         sys.stdout.write(f"{line}\n")
     if found:

@@ -12,6 +12,7 @@ from experiments.cli.report_commands import write_page
 from experiments.cli.user_errors import (
     INTERRUPTED,
     OTHER_OUTCOME,
+    AllowPlanner,
     report_user_errors,
 )
 
@@ -56,6 +57,7 @@ def sweep(
     yes: Annotated[
         bool, typer.Option("--yes", help=f"Allow more than {WITHOUT_YES} runs.")
     ] = False,
+    allow_planner: AllowPlanner = None,
 ) -> None:
     """Execute the missing runs of a sweep and collect the results."""
     with report_user_errors():
@@ -63,7 +65,7 @@ def sweep(
         from experiments.config.sweep_file import load_sweep
         from experiments.errors import ConfigError
 
-        asked, document = load_sweep(file)
+        asked, document = load_sweep(file, allow_planner or ())
         if asked.count > WITHOUT_YES and not yes:
             raise ConfigError(
                 f"{document.name}: makes {asked.count} runs; allowed without --yes: "
@@ -84,6 +86,7 @@ def rerun(
         str, typer.Argument(metavar="RUN_ID", help="Run id, or its beginning.")
     ],
     *,
+    allow_planner: AllowPlanner = None,
     open_folder: Annotated[
         bool, typer.Option("--open", help="Open the new folder in the file manager.")
     ] = False,
@@ -92,7 +95,7 @@ def rerun(
     with report_user_errors():
         from experiments.sweep.rerun import repeat
 
-        repeated = repeat(folder, run_id)
+        repeated = repeat(folder, run_id, allow_planner or ())
         sys.stdout.write(f"{repeated.verdict}\nrun folder: {repeated.folder}\n")
         page = write_page(repeated.folder)
         if page is not None:
@@ -111,6 +114,13 @@ def cluster(
     port: Annotated[
         int, typer.Option(help="Port of the scheduler; 0: any free one.")
     ] = 0,
+    dashboard: Annotated[
+        str,
+        typer.Option(
+            metavar="HOST:PORT",
+            help="Of dask's page, which has no password; :PORT: all interfaces.",
+        ),
+    ] = "127.0.0.1:0",
 ) -> None:
     """Run a dask scheduler with workers on this machine until Ctrl-C."""
     with report_user_errors():
@@ -118,7 +128,7 @@ def cluster(
         from experiments.sweep.executors.local import cores
 
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-        with local_cluster(workers or cores(), port) as address:
+        with local_cluster(workers or cores(), port, dashboard) as address:
             sys.stdout.write(
                 f"{address}\nrearview sweep ... --cluster {address}; Ctrl-C ends it\n"
             )

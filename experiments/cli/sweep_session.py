@@ -8,6 +8,7 @@ from pathlib import Path
 
 from experiments.comparison.results import rebuild, refresh
 from experiments.config.sweep import Sweep
+from experiments.config.sweep_file import planner_folders
 from experiments.config.yaml_reader import Document
 from experiments.errors import ConfigError, ResultsError
 from experiments.report.html import PAGE_FILE
@@ -45,6 +46,7 @@ class SweepSession:
         self._cluster = cluster
         self._limit = limit
         self._plan = Plan(sweep, document)
+        self._planner_folders = planner_folders(sweep, document)
 
     def preview(self) -> Iterator[str]:
         """Describe what would run and estimate its duration; write nothing."""
@@ -128,7 +130,9 @@ class SweepSession:
         from experiments.sweep.executors.local import cores
 
         workers = cores() if self._workers is None else max(1, self._workers)
-        settings = WorkerSettings(self._sweep.memory_mb, log, Path.cwd())
+        settings = WorkerSettings(
+            self._sweep.memory_mb, log, Path.cwd(), self._planner_folders
+        )
         estimate = estimate_duration(found, settings, self._sweep.timeout_s, workers)
         warm = replace(settings, warm_up=estimate.warm_up)
         if estimate.seconds is None:

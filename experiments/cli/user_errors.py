@@ -1,12 +1,16 @@
 """Report errors that users can fix in one line."""
 
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from experiments.errors import ExperimentError
+from experiments.errors import ExperimentError, in_one_line
 
 # exit statuses
 ARRIVED = 0  # or done
@@ -16,6 +20,50 @@ INTERNAL_ERROR = 3
 INTERRUPTED = 130  # by Ctrl-C
 TERMINATED = 143  # by SIGTERM
 
+AllowPlanner = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--allow-planner",
+        metavar="MODULE",
+        help="Allow the file to name this module as planner; its code is run.",
+    ),
+]
+
+
+class TerminatedError(KeyboardInterrupt):
+    """SIGTERM, which ends a command like Ctrl-C."""
+
+    raised = False  # at any time; typer turns the exception into that of Ctrl-C
+
+
+def end_on_sigterm() -> None:
+    """Raise an exception on SIGTERM, so that nothing half-written is left."""
+    signal.signal(signal.SIGTERM, _on_terminate)
+
+
+def _on_terminate(*_: object) -> None:
+    """Raise; an exception runs what has to be tidied up."""
+    TerminatedError.raised = True
+    raise TerminatedError
+
+
+def names_are_free() -> None:
+    """Check that no module of the user's hides a package of this project.
+
+    Raises:
+        typer.Exit: After a line that says which, and what to do.
+    """
+    root = Path(__file__).resolve().parents[2]
+    for name in ("planner", "sumo_nets"):
+        spec = find_spec(name)
+        origin = None if spec is None else spec.origin
+        if origin is None or Path(origin).resolve().parent != root / name:
+            sys.stderr.write(
+                f"rearview: {origin or name}: the name {name} is taken by rearview; "
+                f"allowed: another name for this file, such as my_{name}.py\n"
+            )
+            raise typer.Exit(BAD_INPUT)
+
 
 @contextmanager
 def report_user_errors() -> Iterator[None]:
@@ -23,8 +71,7 @@ def report_user_errors() -> Iterator[None]:
     try:
         yield
     except _user_errors() as error:
-        line = " ".join(str(error).split())
-        sys.stderr.write(f"rearview: {line}\n")
+        sys.stderr.write(f"rearview: {in_one_line(str(error))}\n")
         raise typer.Exit(BAD_INPUT) from error
 
 

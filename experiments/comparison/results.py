@@ -7,6 +7,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 RUN_ID, LABEL, REASON, FAILURE = "run_id", "label", "reason", "failure"
 ATTEMPTS, EXIT_CODE, WALL = "attempts", "exit_code", "wall_s"
 TRACE_HASH, TRACE_KEPT = "trace_hash", "trace_kept"
+
+SQL_TIME = 60.0  # of one query [s]
+SQL_MEMORY = "4GB"
 
 ALL_RUNS = "SELECT * FROM runs"
 
@@ -87,14 +91,14 @@ def query(
     Raises:
         ConfigError: If the question is not one SELECT, or SQL cannot understand it.
     """
-    connection = duckdb.connect()
-    quoted = str(refresh(folder)).replace("'", "''")
-    connection.execute(f"CREATE TABLE runs AS SELECT * FROM '{quoted}'")
+    connection = _runs_alone(refresh(folder))
     try:
         statements = connection.extract_statements(sql)
         if [one.type for one in statements] != [duckdb.StatementType.SELECT]:
             raise ConfigError(f"{option}: allowed: one SELECT on the table runs")
-        return connection.sql(sql)
+        answer = f"CREATE TEMP TABLE answer AS {statements[0].query}"
+        _execute(connection, answer, option)
+        return connection.table("answer")
     except duckdb.Error as error:
         raise _misunderstood(option, error) from error
 
@@ -108,6 +112,45 @@ def fetch(
     except duckdb.Error as error:
         raise _misunderstood(option, error) from error
     return found
+
+
+def _runs_alone(file: Path) -> duckdb.DuckDBPyConnection:
+    """Load a sweep's rows into a database that can reach nothing else.
+
+    SQL may read and write any file (`read_text('/etc/passwd')`), and load extensions
+    from the network.
+    """
+    connection = duckdb.connect()
+    quoted = str(file).replace("'", "''")
+    connection.execute(
+        f"CREATE TABLE runs AS SELECT * FROM read_parquet('{quoted}', "
+        "hive_partitioning = false)"
+    )
+    connection.execute(f"SET memory_limit = '{SQL_MEMORY}'")
+    connection.execute("SET enable_external_access = false")
+    connection.execute("SET lock_configuration = true")
+    return connection
+
+
+def _execute(connection: duckdb.DuckDBPyConnection, sql: str, option: str) -> None:
+    """Execute a statement for at most `SQL_TIME`, in a thread.
+
+    DuckDB does not look for Ctrl-C while it computes; waiting for a thread does.
+
+    Raises:
+        ConfigError: If it takes longer.
+        KeyboardInterrupt: After Ctrl-C.
+    """
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        executed = pool.submit(connection.execute, sql)
+        try:
+            executed.result(timeout=SQL_TIME)
+        except TimeoutError as error:
+            raise ConfigError(f"{option}: takes more than {SQL_TIME:.0f} s") from error
+        finally:
+            while not executed.done():  # it may not have begun yet
+                connection.interrupt()
+                wait((executed,), timeout=0.1)
 
 
 def rows(folder: Path, sql: str = ALL_RUNS, option: str = "--sql") -> list[Row]:

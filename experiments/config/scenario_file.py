@@ -3,7 +3,7 @@
 import hashlib
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from copy import deepcopy
 from itertools import pairwise
 from pathlib import Path
@@ -14,8 +14,10 @@ from pydantic import ValidationError
 
 from experiments.config import DEFAULT_PLANNER, Scenario
 from experiments.config.network_scenario import is_network_file, network_document
+from experiments.config.planner_modules import require_allowed
 from experiments.config.validation_errors import describe, unknown_name
 from experiments.config.yaml_reader import (
+    OPTION,
     Document,
     KeyPath,
     Plain,
@@ -66,6 +68,7 @@ def load_scenario(
     planner: str | None = None,
     seed: int | None = None,
     overrides: Sequence[str] = (),
+    allow_planners: Collection[str] = (),
 ) -> Scenario:
     """Read a scenario and lay options over it.
 
@@ -75,6 +78,8 @@ def load_scenario(
         seed: Seed to take instead of the file's.
         overrides: `key.path=value`, the value written as in YAML; laid over all else,
             the last one wins.
+        allow_planners: Modules of planners that the file may name though they are not
+            beside it.
 
     Returns:
         The checked scenario; a network file's path is absolute.
@@ -90,7 +95,12 @@ def load_scenario(
     for override in overrides:
         _override(document, *_parse_override(override))
     _anchor_network(document)
-    return check_scenario(document)
+    scenario = check_scenario(document)
+    named = document.where(("planner", "name"))
+    if scenario.planner.name != planner and not named.startswith(OPTION):
+        folder = Path(document.name).parent
+        require_allowed(scenario.planner.name, named, folder, allow_planners)
+    return scenario
 
 
 def scenario_document(name: str) -> Document:

@@ -1,10 +1,13 @@
 """Reads sweep files: a file or a shipped name."""
 
+import sys
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
+from experiments.config.planner_modules import require_allowed
 from experiments.config.scenario_file import tuples
 from experiments.config.sweep import Sweep
 from experiments.config.validation_errors import describe, unknown_name
@@ -39,11 +42,15 @@ def find_sweep(name: str) -> Path:
     return SWEEP_FOLDER / f"{name}.yaml"
 
 
-def load_sweep(name: str) -> tuple[Sweep, Document]:
+def load_sweep(
+    name: str, allow_planners: Collection[str] = ()
+) -> tuple[Sweep, Document]:
     """Read and check a sweep.
 
     Args:
         name: Shipped name, or path of a YAML file.
+        allow_planners: Modules of planners that the file may name though they are not
+            beside it.
 
     Returns:
         The sweep, its scenario files absolute, and the document for messages.
@@ -60,7 +67,17 @@ def load_sweep(name: str) -> tuple[Sweep, Document]:
         sweep = Sweep.model_validate(tuples(document.data))
     except ValidationError as error:
         raise ConfigError(describe(error, document, sweep_schema())) from error
+    for index, planner in enumerate(sweep.planners):
+        where = document.where(("planners", index))
+        require_allowed(planner.name, where, path.parent, allow_planners)
     return sweep, document
+
+
+def planner_folders(sweep: Sweep, document: Document) -> tuple[str, ...]:
+    """Return the folders that workers have to search for a sweep's planners."""
+    folder = str(Path(document.name).parent.absolute())
+    own = any(":" in planner.name for planner in sweep.planners)
+    return (folder,) if own and folder in sys.path else ()
 
 
 def sweep_schema() -> dict[str, Any]:

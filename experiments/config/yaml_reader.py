@@ -20,6 +20,8 @@ Plain = None | bool | int | float | str | list["Plain"] | dict[str, "Plain"]
 
 OPTION = "--"  # how the place of a value begins that was not in the file
 
+MAX_SIZE = 1_000_000  # of a file; 1 MB takes seconds [bytes]
+
 _TAG = "tag:yaml.org,2002:"
 _KINDS = ("str", "bool", "int", "float", "null", "seq", "map")
 _FLOAT = (
@@ -93,10 +95,14 @@ def read_document(path: Path) -> Document:
         Its data, with line numbers.
 
     Raises:
-        ConfigError: If the file cannot be read or is not plain YAML.
+        ConfigError: If the file cannot be read, is not plain YAML or larger than
+            `MAX_SIZE`.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            read = file.read(MAX_SIZE + 1)
+        _require_small(len(read), str(path))
+        text = read.decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "is not UTF-8 text"
         raise ConfigError(f"{path}: cannot be read: {reason}") from error
@@ -105,6 +111,7 @@ def read_document(path: Path) -> Document:
 
 def parse_document(text: str, name: str) -> Document:
     """Parse YAML text; `name` stands in the messages. Raises ConfigError."""
+    _require_small(len(text), name)
     try:
         root = yaml.compose(text, _CoreLoader)
     except yaml.YAMLError as error:
@@ -123,6 +130,14 @@ def parse_document(text: str, name: str) -> Document:
         return Document(name, _Converter(name, places).convert(root, ()), places)
     except RecursionError as error:
         raise ConfigError(f"{name}: is nested too deeply") from error
+
+
+def _require_small(size: int, name: str) -> None:
+    """Reject what would take many seconds to parse."""
+    if size > MAX_SIZE:
+        raise ConfigError(
+            f"{name}: is too large; allowed: up to {MAX_SIZE // 10**6} MB"
+        )
 
 
 def parse_scalar(text: str) -> Plain:

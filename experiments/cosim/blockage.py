@@ -1,35 +1,52 @@
 """Detects an ego that stands because there is no way on."""
 
+import numpy as np
+
 from experiments.cosim.records import TrafficState
 from planner.interface import PlanStats
+from planner.reference_path.path import ReferencePath
+from planner.states import CartesianState, FrenetState
 
 STANDING = 0.1  # slower is standing [m/s]
-WAITING_ROOM = 15.0  # from the front bumper to the line one waits at [m]
+WAITING_ROOM = 15.0  # from the front bumper to the line or vehicle one waits at [m]
+QUEUE_WIDTH = 2.5  # lateral offset up to which a vehicle is in the ego's queue [m]
+QUEUE_SPEED = 2.0  # slower vehicles before a closed line are its queue [m/s]
+NEAR = 30.0  # a vehicle that moves within this may be what the ego gives way to [m]
+UNNAMED = 3.0  # patience with a planner that names no reason while others drive by [-]
+_TOLERANCE = 1e-9  # [s]
 
 
 class BlockageDetector:
     """Distinguishes an ego that is blocked from one that waits.
 
-    The ego is blocked if it has stood for `patience` while the planner named a static
-    body, a vehicle that stood just as long, or only a reason. An ego that stands at a
-    closed stop line waits, and so does one behind a vehicle on the way to the line:
-    the queue will move. Waiting does not count as standing.
+    The ego is blocked if it has stood for `patience` before a static body, a vehicle
+    that stood just as long, or for any other reason, also one that its planner does not
+    name. An ego that stands at a closed stop line waits, and so does one behind a
+    vehicle on the way to the line: the queue will move. Waiting does not count as
+    standing; what was counted before counts on afterwards, until the ego moves.
 
     Args:
         patience: Time of standing after which the ego is blocked [s].
         front_reach: From the ego's rear axle to its front bumper [m].
+        path: Of the ego.
     """
 
-    def __init__(self, patience: float, front_reach: float) -> None:
+    def __init__(
+        self, patience: float, front_reach: float, path: ReferencePath
+    ) -> None:
         self._patience = patience
         self._front_reach = front_reach
+        self._path = path
         self._since: float | None = None  # the ego stands since then [s]
-        self._still: dict[str, float] = {}  # vehicle -> stands since then [s]
+        self._stood = 0.0  # of this, the time that counts [s]
+        self._counted_until: float | None = None  # None while the ego waits [s]
+        self._quiet = 0.0  # counted time since a vehicle moved nearby [s]
+        self._still: dict[str, float] = {}  # vehicle -> stood while time counted [s]
 
     def update(
         self,
-        s: float,
-        speed: float,
+        place: FrenetState,
+        ego: CartesianState,
         traffic: TrafficState,
         stop_lines: tuple[float, ...],
         stats: PlanStats,
@@ -37,32 +54,60 @@ class BlockageDetector:
         """Update with one step.
 
         Args:
-            s: Of the ego's rear axle [m].
-            speed: Of the ego [m/s].
+            place: Of the ego along its path.
+            ego: The ego's state.
             traffic: All other vehicles, now.
             stop_lines: The closed ones ahead [m].
             stats: Of the last plan.
 
         Returns:
-            The reason why the ego is blocked, or None if it is not (yet).
+            The reason why the ego is blocked and since when it stands, or None if it is
+            not (yet).
         """
-        if abs(speed) >= STANDING or self._waits(s, traffic, stop_lines, stats):
-            self._since = None
-            self._still.clear()
+        now = traffic.time
+        if abs(ego.speed) >= STANDING:
+            self._forget()
             return None
-        since = self._since = traffic.time if self._since is None else self._since
-        self._watch(traffic)
-        if traffic.time - since < self._patience - 1e-9:
+        self._since = now if self._since is None else self._since
+        if self._waits(place, traffic, stop_lines, stats):
+            self._counted_until = None
             return None
-        cause = stats.blocker or stats.reason
-        if not cause or not self._stands_as_long(traffic, stats.blocker):
+        passed = 0.0 if self._counted_until is None else now - self._counted_until
+        self._counted_until = now
+        self._stood += passed
+        self._watch(ego, traffic, passed)
+        if not self._is_blocked(traffic, stats):
             return None
-        why = stats.reason or f"{cause} is in the way"
-        return f"stood {traffic.time - since:.0f} s at s = {s:.1f} m: {why}"
+        why = stats.reason or (
+            f"{stats.blocker} is in the way"
+            if stats.blocker
+            else "the planner gives no reason"
+        )
+        return (
+            f"stood {now - self._since:.0f} s at s = {place.s:.1f} m, since "
+            f"t = {self._since:.1f} s: {why}"
+        )
+
+    def _forget(self) -> None:
+        """Start again with an ego that moves."""
+        self._since = self._counted_until = None
+        self._stood = self._quiet = 0.0
+        self._still.clear()
+
+    def _is_blocked(self, traffic: TrafficState, stats: PlanStats) -> bool:
+        """Check whether the ego has stood for long enough."""
+        patience = self._patience - _TOLERANCE
+        if self._stood < patience:
+            return False
+        if stats.blocker in traffic.vehicles.ids:
+            return self._still.get(stats.blocker or "", 0.0) >= patience
+        if stats.blocker or stats.reason:
+            return True
+        return self._quiet >= patience or self._stood >= UNNAMED * patience
 
     def _waits(
         self,
-        s: float,
+        place: FrenetState,
         traffic: TrafficState,
         stop_lines: tuple[float, ...],
         stats: PlanStats,
@@ -70,21 +115,37 @@ class BlockageDetector:
         """Check whether the ego stands because of a closed stop line."""
         if not stop_lines:
             return False
-        at_line = min(stop_lines) - s - self._front_reach <= WAITING_ROOM
-        return at_line or stats.blocker in traffic.vehicles.ids
+        line, front = min(stop_lines), place.s + self._front_reach
+        if line - front <= WAITING_ROOM or stats.blocker in traffic.vehicles.ids:
+            return True
+        return self._queues(place.l, front, line, traffic)
 
-    def _watch(self, traffic: TrafficState) -> None:
-        """Record since when each vehicle stands."""
+    def _queues(
+        self, l: float, front: float, line: float, traffic: TrafficState
+    ) -> bool:
+        """Check whether vehicles stand in a row from the ego to the line."""
         users = traffic.vehicles
-        for name, speed in zip(users.ids, users.speed.tolist(), strict=True):
-            if speed < STANDING:
-                self._still.setdefault(name, traffic.time)
-            else:
-                self._still.pop(name, None)
+        s, offset = self._path.project(users.x, users.y)
+        ahead = (np.abs(offset - l) <= QUEUE_WIDTH) & (s > front) & (s < line)
+        ahead &= users.speed < QUEUE_SPEED
+        for index in np.flatnonzero(ahead)[np.argsort(s[ahead])].tolist():
+            half = 0.5 * float(users.length[index])
+            if float(s[index]) - half - front > WAITING_ROOM:
+                return False
+            front = float(s[index]) + half
+            if line - front <= WAITING_ROOM:
+                return True
+        return False
 
-    def _stands_as_long(self, traffic: TrafficState, blocker: str | None) -> bool:
-        """Check that the blocker is static or has stood for as long as the ego."""
-        if blocker not in traffic.vehicles.ids:
-            return True  # a static body, or no body at all
-        since = self._still.get(blocker or "", traffic.time)
-        return traffic.time - since >= self._patience - 1e-9
+    def _watch(self, ego: CartesianState, traffic: TrafficState, passed: float) -> None:
+        """Record for how long each vehicle stands, and whether one moves nearby."""
+        users = traffic.vehicles
+        moving = users.speed >= STANDING
+        near = np.hypot(users.x - ego.x, users.y - ego.y) <= NEAR
+        self._quiet = 0.0 if bool((moving & near).any()) else self._quiet + passed
+        for name, moves in zip(users.ids, moving.tolist(), strict=True):
+            if moves:
+                self._still.pop(name, None)
+            else:
+                known = self._still.get(name)
+                self._still[name] = 0.0 if known is None else known + passed

@@ -4,7 +4,10 @@ The loop uses a `World`, not a simulator. Its caller owns the world and closes i
 """
 
 import logging
-from collections.abc import Callable
+import math
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -25,7 +28,8 @@ from experiments.cosim.road import EgoTask
 from experiments.cosim.scene_builder import Outlook, build_scene
 from experiments.cosim.signals import closed_stop_lines
 from experiments.cosim.world import World
-from experiments.errors import EntryError, SimulationError
+from experiments.errors import EntryError, SimulationError, described
+from experiments.interrupts import is_interrupt
 from planner.errors import OutsidePathDomainError
 from planner.interface import Planner, PlanResult, PlanStats
 from planner.prediction import Predictor, constant_speed
@@ -37,6 +41,7 @@ log = logging.getLogger(__name__)
 
 TIME_TOLERANCE = 1e-9  # [s]
 TO_MS = 1e3  # from seconds
+BACKWARD_ROOM = 1.0  # that an ego may lose along the road, as when rolling back [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +88,24 @@ def run_loop(
         return Ending(EpisodeStatus.SIMULATOR_FAILED, str(error))
 
 
+@contextmanager
+def failures_of_the_planner() -> Iterator[None]:
+    """Turn whatever a planner raises into a PlannerOutputError.
+
+    A planner may be anyone's code, and what it returns too: it may raise SystemExit,
+    CancelledError or an exception of its own that has no text.
+    """
+    try:
+        yield
+    except PlannerOutputError:
+        raise
+    except BaseException as error:
+        if is_interrupt(error):
+            raise
+        log.warning("the planner raised", exc_info=True)
+        raise PlannerOutputError(described(error)) from error
+
+
 class _Episode:
     """The state that a running episode carries from step to step."""
 
@@ -105,10 +128,14 @@ class _Episode:
         self._road = road
         self._outlook = Outlook(world.step, options.horizon, options.predictor)
         self._monitor = CollisionMonitor(road, vehicle)
-        self._blockage = BlockageDetector(options.blocked_after, vehicle.front_reach)
+        self._blockage = BlockageDetector(
+            options.blocked_after, vehicle.front_reach, road.path
+        )
         self._memory: object = None
         self._stats = PlanStats()
         self._off_road_steps = 0
+        self._farthest = -math.inf  # along the path [m]
+        self._process = os.getpid()
 
     def run(self, ego: CartesianState) -> Ending:
         """Step until something ends the episode."""
@@ -178,8 +205,15 @@ class _Episode:
                 EpisodeStatus.TIMEOUT,
                 f"s = {frenet.s:.1f} m of {self._task.goal:.1f} m {time}",
             )
+        self._farthest = max(frenet.s, self._farthest)
+        if frenet.s < self._farthest - BACKWARD_ROOM:
+            return Ending(
+                EpisodeStatus.PLANNER_FAILED,
+                f"drove against the road's direction, from s = {self._farthest:.1f} m "
+                f"back to {frenet.s:.1f} m {time}",
+            )
         reason = self._blockage.update(
-            frenet.s, record.ego.speed, record.traffic, record.stop_lines, self._stats
+            frenet, record.ego, record.traffic, record.stop_lines, self._stats
         )
         return None if reason is None else Ending(EpisodeStatus.BLOCKED, reason)
 
@@ -201,9 +235,10 @@ class _Episode:
         """
         plan, planning_ms = self._plan(record)
         step = self._world.step
-        trajectory = drivable_trajectory(plan, record.ego, step)
-        after = self._plant.step(record.ego, trajectory, step)
-        check_motion(record.ego, after, step)
+        with failures_of_the_planner():
+            trajectory = drivable_trajectory(plan, record.ego, step)
+            after = self._plant.step(record.ego, trajectory, step)
+            check_motion(record.ego, after, step)
         self._memory, self._stats = plan.memory, plan.stats
         return replace(record, plan=plan, planning_ms=planning_ms), after
 
@@ -222,10 +257,11 @@ class _Episode:
         )
         started = perf_counter()
         try:
-            plan: object = self._planner.plan(scene, self._memory)
-        except Exception as error:  # a planner may be anyone's code
-            log.warning("the planner raised", exc_info=True)
-            raise PlannerOutputError(f"{type(error).__name__}: {error}") from error
+            with failures_of_the_planner():
+                plan: object = self._planner.plan(scene, self._memory)
+        finally:
+            if os.getpid() != self._process:  # plan() forked: end the copy of the run
+                os._exit(0)
         planning_ms = (perf_counter() - started) * TO_MS
         if not isinstance(plan, PlanResult):
             raise PlannerOutputError(f"plan() returned {type(plan).__name__}")

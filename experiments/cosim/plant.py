@@ -3,6 +3,8 @@
 import math
 from typing import Protocol
 
+import numpy as np
+
 from experiments.errors import ExperimentError
 from planner.interface import PlanResult
 from planner.numerics.angles import wrapped
@@ -11,6 +13,8 @@ from planner.states import CartesianState, Trajectory
 START_TOLERANCE = 0.1  # from the ego to the trajectory's first point [m]
 IMPOSSIBLE_SPEED = 150.0  # no road vehicle goes as fast [m/s]
 TIME_TOLERANCE = 1e-9  # [s]
+SPEED_TOLERANCE = 0.05  # a standing ego's speed may be rounded below zero [m/s]
+BACKWARD_TOLERANCE = 0.2  # and its place along the road may waver [m]
 
 
 class PlannerOutputError(ExperimentError):
@@ -70,7 +74,8 @@ def drivable_trajectory(
 
     Raises:
         PlannerOutputError: If there is none, it holds numbers that are not finite,
-            it does not start at the ego now, or it is too short.
+            it does not start at the ego now, it is too short, or it leads against
+            the direction of the road.
     """
     trajectory = plan.trajectory
     if trajectory is None:
@@ -89,7 +94,26 @@ def drivable_trajectory(
     gap = math.hypot(x - ego.x, y - ego.y)
     if gap > START_TOLERANCE:
         raise PlannerOutputError(f"the trajectory starts {gap:.2f} m from the ego")
+    _check_direction(trajectory)
     return trajectory
+
+
+def _check_direction(trajectory: Trajectory) -> None:
+    """Raise if a trajectory drives backwards, or against the road's direction."""
+    slowest = int(trajectory.speed.argmin())
+    speed = float(trajectory.speed[slowest])
+    if speed < -SPEED_TOLERANCE:
+        when = f"at t = {trajectory.t[slowest]:.2f} s"
+        raise PlannerOutputError(
+            f"the trajectory has a speed of {speed:.2f} m/s {when}; allowed: 0 or more"
+        )
+    lost = np.maximum.accumulate(trajectory.s) - trajectory.s
+    worst = int(lost.argmax())
+    if lost[worst] > BACKWARD_TOLERANCE:
+        raise PlannerOutputError(
+            f"the trajectory goes {lost[worst]:.2f} m against the road's direction "
+            f"until t = {trajectory.t[worst]:.2f} s"
+        )
 
 
 def check_motion(before: CartesianState, after: CartesianState, step: float) -> None:

@@ -7,7 +7,7 @@ planned again in order, each with the memory of the one before; `Planner.plan` i
 function of scene and memory, so that the plans must be those of the run, bit by bit.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import numpy as np
 
 from experiments.config import Scenario
 from experiments.config.scenario_file import CONFIG_FILE, load_scenario
+from experiments.cosim.loop import failures_of_the_planner
 from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.scene_builder import Outlook, build_scene
@@ -80,12 +81,15 @@ _CELLS = (
 )
 
 
-def replan(folder: Path, step: int) -> tuple[str, ...]:
+def replan(
+    folder: Path, step: int, allow_planners: Collection[str] = ()
+) -> tuple[str, ...]:
     """Plan a recorded cycle again and compare the plans.
 
     Args:
         folder: Of a run with its trace.
         step: Index of the step.
+        allow_planners: Modules of users' planners that may be run.
 
     Returns:
         One line for each column that differs; empty if the plans are the same.
@@ -95,12 +99,13 @@ def replan(folder: Path, step: int) -> tuple[str, ...]:
             configuration cannot be read.
         ResultsError: If the trace is missing, damaged or of another schema version.
     """
-    recorded = Recorded.read(folder)
+    recorded = Recorded.read(folder, allow_planners)
     recorded.check_planned(step)
     planner = make_scenario_planner(recorded.scenario)
     plan: PlanResult | None = None
     for scene in recorded.scenes(step):
-        plan = planner.plan(scene, None if plan is None else plan.memory)
+        with failures_of_the_planner():
+            plan = planner.plan(scene, None if plan is None else plan.memory)
     return recorded.differences(step, plan)
 
 
@@ -115,7 +120,7 @@ class Recorded:
     outlook: Outlook
 
     @classmethod
-    def read(cls, folder: Path) -> "Recorded":
+    def read(cls, folder: Path, allow_planners: Collection[str] = ()) -> "Recorded":
         """Read the run of a folder.
 
         Raises:
@@ -123,7 +128,8 @@ class Recorded:
             ResultsError: If its trace is missing, damaged or of another version.
         """
         trace = read_trace(folder)
-        scenario = load_scenario(str(folder / CONFIG_FILE))
+        config = str(folder / CONFIG_FILE)
+        scenario = load_scenario(config, allow_planners=allow_planners)
         simulation = scenario.simulation
         predictor = PREDICTORS[simulation.predictor]
         outlook = Outlook(simulation.step_s, simulation.horizon_s, predictor)

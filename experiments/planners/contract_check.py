@@ -8,12 +8,14 @@ it: the status is `planner_failed`.
 import logging
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import fields
 from numbers import Integral, Real
 
 import numpy as np
 
-from experiments.errors import ExperimentError
+from experiments.errors import ExperimentError, described, in_one_line
+from experiments.interrupts import is_interrupt
+from experiments.planners.road_seal import RoadSeal
 from planner.interface import (
     Alternative,
     Planner,
@@ -27,6 +29,8 @@ from planner.states import Trajectory
 
 log = logging.getLogger(__name__)
 
+MAX_POINTS = 100_000  # of a trajectory
+
 
 class PlannerContractError(ExperimentError):
     """A planner returned something that no plan is, or tried to end the process."""
@@ -37,6 +41,7 @@ class CheckedPlanner:
 
     def __init__(self, planner: Planner) -> None:
         self.planner = planner
+        self._seal: RoadSeal | None = None
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         """Plan.
@@ -44,13 +49,29 @@ class CheckedPlanner:
         Raises:
             PlannerContractError: If the planner breaks its contract.
         """
+        if memory is None or self._seal is None:
+            self._seal = RoadSeal(scene)
         try:
             result: object = self.planner.plan(scene, memory)
-        except (SystemExit, GeneratorExit) as error:
+        except BaseException as error:
+            if isinstance(error, Exception) or is_interrupt(error):
+                raise
+            raise PlannerContractError(f"plan() raised {described(error)}") from error
+        broken = self._seal.broken()
+        if broken is not None:
             raise PlannerContractError(
-                f"plan() raised {type(error).__name__}({error})"
+                f"plan() changed scene.{broken}; allowed: reading"
+            )
+        try:
+            return checked(result)
+        except PlannerContractError:
+            raise
+        except BaseException as error:  # what was returned may be anyone's code too
+            if is_interrupt(error):
+                raise
+            raise PlannerContractError(
+                f"what plan() returned raises {described(error)}"
             ) from error
-        return checked(result)
 
 
 def checked(result: object) -> PlanResult:
@@ -66,13 +87,28 @@ def checked(result: object) -> PlanResult:
         raise _wrong("status", result.status, names)
     if not isinstance(result.trajectory, Trajectory | None):
         raise _wrong("trajectory", result.trajectory, "a Trajectory or None")
-    return replace(
-        result,
+    return PlanResult(  # a new one: a subclass may do anything
         status=PlanStatus(result.status),
+        trajectory=_checked_trajectory(result.trajectory),
+        memory=result.memory,
         stats=_checked_stats(result.stats),
         alternatives=_checked_alternatives(result.alternatives),
         speed_graph=_checked_graph(result.speed_graph),
     )
+
+
+def _checked_trajectory(trajectory: Trajectory | None) -> Trajectory | None:
+    """Copy a trajectory, which checks its shapes and times again."""
+    if trajectory is None:
+        return None
+    columns = {
+        one.name: np.asarray(getattr(trajectory, one.name))
+        for one in fields(Trajectory)
+    }
+    for name, column in columns.items():
+        if column.size > MAX_POINTS:
+            raise _wrong(f"trajectory.{name}", column, f"up to {MAX_POINTS} points")
+    return Trajectory(**columns)
 
 
 def _checked_stats(stats: object) -> PlanStats:
@@ -85,8 +121,9 @@ def _checked_stats(stats: object) -> PlanStats:
         raise _wrong("stats.explanation", stats.explanation, "text")
     if not isinstance(stats.blocker, str | None):
         raise _wrong("stats.blocker", stats.blocker, "text or None")
-    return replace(
-        stats,
+    return PlanStats(
+        reason=in_one_line(stats.reason),
+        blocker=None if stats.blocker is None else str(stats.blocker),
         candidates=_count("stats.candidates", stats.candidates),
         survivors=_count("stats.survivors", stats.survivors),
         removed={
@@ -97,7 +134,7 @@ def _checked_stats(stats: object) -> PlanStats:
             key: _number(f"stats.costs[{key!r}]", value)
             for key, value in _named("stats.costs", stats.costs).items()
         },
-        explanation=str(stats.explanation),
+        explanation=in_one_line(stats.explanation),
     )
 
 
@@ -113,7 +150,9 @@ def _checked_alternatives(
     def checked_ones() -> tuple[Alternative, ...]:
         try:
             return tuple(_plain(one) for one in give())
-        except Exception:  # anyone's code, called after the plan is made
+        except BaseException as error:  # anyone's code, called after the plan is made
+            if is_interrupt(error):
+                raise
             log.warning("the planner's alternatives cannot be drawn", exc_info=True)
             return ()
 
@@ -130,7 +169,9 @@ def _checked_graph(give: object) -> Callable[[], SpeedGraph | None] | None:
     def checked_one() -> SpeedGraph | None:
         try:
             return _sound_graph(give())
-        except Exception:  # anyone's code, called after the plan is made
+        except BaseException as error:  # anyone's code, called after the plan is made
+            if is_interrupt(error):
+                raise
             log.warning("the planner's s-T graph cannot be drawn", exc_info=True)
             return None
 
@@ -194,6 +235,9 @@ def _number(name: str, value: object) -> float:
 
 def _wrong(name: str, value: object, allowed: str) -> PlannerContractError:
     """Make the error about one thing."""
-    shown = f"{type(value).__name__} {value!r}"
+    try:
+        shown = f"{type(value).__name__} {value!r}"
+    except BaseException:  # noqa: BLE001, anyone's code
+        shown = type(value).__name__
     shown = f"{shown[:60]}..." if len(shown) > 60 else shown  # noqa: PLR2004, one line
     return PlannerContractError(f"{name} is {shown}; allowed: {allowed}")

@@ -14,8 +14,11 @@ from typing import Any, cast
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from experiments.config.validation_errors import unknown_name
-from experiments.errors import ConfigError
+from experiments.errors import ConfigError, described
+from experiments.interrupts import is_interrupt
 from experiments.planners.contract_check import CheckedPlanner
+from experiments.planners.hints import file_hint
+from experiments.storage.provenance import PACKAGES
 from planner.errors import PlannerError
 from planner.interface import Planner
 
@@ -115,14 +118,34 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
             return _call(name, factory, _checked(settings, _load(registered.settings)))
         return _call(name, factory, **settings)
     if ":" not in name:
-        hint = unknown_name(name, list(PLANNERS))
-        raise ConfigError(f"planner: {name}: no such planner; {hint}, module:factory")
+        known = f"{unknown_name(name, list(PLANNERS))}, module:factory"
+        problem = f"no such planner; {file_hint(name) or known}"
+        raise ConfigError(f"planner: {name}: {problem}")
     return CheckedPlanner(_call(name, _load(name), **settings))
 
 
 def user_module(name: str) -> str | None:
     """Return the module of a user's planner, None for a registered one."""
-    return None if name in PLANNERS else name.partition(":")[0]
+    if name in PLANNERS:
+        return None
+    _search_here()
+    return name.partition(":")[0]
+
+
+def require_name_is_free(module_name: str) -> None:
+    """Raise ConfigError if a module of the user's has the name of a package of ours."""
+    if module_name in PACKAGES:
+        raise ConfigError(
+            f"planner: the name {module_name} is taken by rearview; allowed: another "
+            f"name for the file, such as my_{module_name}.py"
+        )
+
+
+def _search_here() -> None:
+    """Search the working folder for planners too."""
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
 
 
 def _call(
@@ -132,16 +155,29 @@ def _call(
     try:
         made = factory(*arguments, **settings)
     except (TypeError, ValueError, PlannerError) as error:
-        problem = f"{name} refuses its settings: {error}"
+        text = described(error).partition(": ")[2] or described(error)
+        problem = f"{name} refuses its settings: {text}"
         raise ConfigError(f"planner.settings: {problem}") from error
-    except (Exception, SystemExit) as error:  # a user's factory may raise anything
-        raise ConfigError(f"planner: {name} raises {_shown(error)}") from error
-    if not callable(getattr(made, "plan", None)):
+    except BaseException as error:  # a user's factory may raise anything
+        if is_interrupt(error):
+            raise
+        raise ConfigError(f"planner: {name} raises {described(error)}") from error
+    if not _has_plan(made):
         raise ConfigError(
-            f"planner: {name} gave a {type(made).__name__}; allowed: an object with "
+            f"planner: {name} returned {type(made).__name__}; allowed: an object with "
             "plan(scene, memory)"
         )
     return cast(Planner, made)
+
+
+def _has_plan(made: object) -> bool:
+    """Check for a method `plan`; asking for it may raise anything."""
+    try:
+        return callable(getattr(made, "plan", None))
+    except BaseException as error:
+        if is_interrupt(error):
+            raise
+        return False
 
 
 def _load(address: str) -> Any:
@@ -153,9 +189,10 @@ def _load(address: str) -> Any:
     try:
         loaded = getattr(module, attribute)
     except AttributeError:
+        own = _own_callables(module)
+        hint = unknown_name(attribute, own) if own else "it defines no function"
         raise ConfigError(
-            f"planner: {address}: {module_name} has no {attribute}; "
-            f"{unknown_name(attribute, _own_callables(module))}"
+            f"planner: {address}: {module_name} has no {attribute}; {hint}"
         ) from None
     if not callable(loaded):
         raise ConfigError(
@@ -169,22 +206,25 @@ def _import(address: str, module_name: str) -> ModuleType:
     """Import a module, from the working folder too."""
     parts = module_name.split(".")
     if parts[-1] == "py" or not all(part.isidentifier() for part in parts):
+        hint = file_hint(address)
         raise ConfigError(
-            f"planner: {address}: {module_name} is not a module name; allowed: a name "
-            "as after import, without folder and .py"
+            f"planner: {address}: {module_name} is not a module name; "
+            + (hint or "allowed: a name as after import, without folder and .py")
         )
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
+    require_name_is_free(module_name)
+    _search_here()
     try:
         return importlib.import_module(module_name)
     except ImportError as error:
         raise ConfigError(
-            f"planner: {address}: cannot import {module_name}: {error}"
+            f"planner: {address}: cannot import {module_name}: "
+            f"{described(error).partition(': ')[2]}"
         ) from error
-    except (Exception, SystemExit) as error:  # a user's module may raise anything
+    except BaseException as error:  # a user's module may raise anything
+        if is_interrupt(error):
+            raise
         raise ConfigError(
-            f"planner: {address}: importing {module_name} raises {_shown(error)}"
+            f"planner: {address}: importing {module_name} raises {described(error)}"
         ) from error
 
 
@@ -195,11 +235,6 @@ def _own_callables(module: ModuleType) -> list[str]:
         for name, value in vars(module).items()
         if callable(value) and getattr(value, "__module__", "") == module.__name__
     ]
-
-
-def _shown(error: BaseException) -> str:
-    """Format an error of a user's code in one line."""
-    return f"{type(error).__name__}: {error}"
 
 
 def _checked(settings: Mapping[str, Any], schema: type) -> object:

@@ -1,15 +1,17 @@
 """Source files of a user's planner: its own, and those it imports from its folder.
 
 Imports are read from the sources, not from what happens to be loaded: a planner may
-import as late as in its first cycle. Other installed packages are left out, and this
+import as late as in its first cycle. Nothing is imported for it either: that could
+take this process down. Other installed packages are left out, and this
 project's own have the hash of the code.
 """
 
 import sys
+from collections.abc import Sequence
 from functools import cache
+from importlib.machinery import ModuleSpec
 from modulefinder import Module, ModuleFinder
 from pathlib import Path
-from types import ModuleType
 from typing import IO, Any
 
 from experiments.errors import ConfigError
@@ -23,21 +25,21 @@ def planner_sources(module_name: str) -> tuple[Path, ...]:
     """Return the source files, sorted; empty for a module without a file.
 
     Args:
-        module_name: Of the planner, already imported.
+        module_name: Of the planner.
 
     Raises:
         ConfigError: If one of the files is no Python.
     """
-    module = sys.modules.get(module_name)
-    if module is None or getattr(module, "__file__", None) is None:
+    spec = _find(module_name)
+    if spec is None or spec.origin is None or not spec.has_location:
         return ()
-    root = _root(module)
+    root = _root(spec)
     package = module_name.partition(".")[0]
     finder = _Finder(root, package, alone=root.name in INSTALLED)
     try:
         finder.import_hook(module_name)
     except ImportError:  # within a namespace package, or one of ours by its address
-        return (Path(str(module.__file__)),)
+        return (Path(spec.origin),)
     except SyntaxError as error:
         place = f"{error.filename}, line {error.lineno}"
         raise ConfigError(f"planner: {module_name}: {place}: {error.msg}") from error
@@ -45,10 +47,34 @@ def planner_sources(module_name: str) -> tuple[Path, ...]:
     return tuple(sorted(Path(file) for file in files if file is not None))
 
 
-def _root(module: ModuleType) -> Path:
+def _find(module_name: str) -> ModuleSpec | None:
+    """Find a module without importing it or the packages around it."""
+    parts = module_name.split(".")
+    spec: ModuleSpec | None = None
+    for depth in range(1, len(parts) + 1):
+        places = None if spec is None else spec.submodule_search_locations
+        if depth > 1 and places is None:
+            return None
+        spec = _first_spec(".".join(parts[:depth]), places)
+        if spec is None:
+            return None
+    return spec
+
+
+def _first_spec(name: str, places: Sequence[str] | None) -> ModuleSpec | None:
+    """Ask every finder of this process for a module."""
+    for finder in sys.meta_path:
+        find = getattr(finder, "find_spec", None)
+        spec: ModuleSpec | None = find(name, places) if find else None
+        if spec is not None:
+            return spec
+    return None
+
+
+def _root(spec: ModuleSpec) -> Path:
     """Return the folder that holds the module or its package."""
-    depth = module.__name__.count(".") + hasattr(module, "__path__")
-    return Path(str(module.__file__)).resolve().parents[depth]
+    depth = spec.name.count(".") + (spec.submodule_search_locations is not None)
+    return Path(str(spec.origin)).resolve().parents[depth]
 
 
 class _Finder(ModuleFinder):

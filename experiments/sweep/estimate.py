@@ -14,13 +14,11 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, TypeVar
 
-from pebble import ProcessExpired
-
 from experiments.config import Scenario
 from experiments.config.scenario_file import check_scenario
 from experiments.config.yaml_reader import Document
 from experiments.episode.run import run_episode
-from experiments.errors import ExperimentError
+from experiments.errors import described
 from experiments.interrupts import interrupts_between_steps
 from experiments.planners.registry import PLANNERS
 from experiments.sweep.executors.executor import POLL_INTERVAL, WorkerSettings
@@ -90,8 +88,8 @@ def time_run(config: Config) -> float | None:
     try:
         with tempfile.TemporaryDirectory(prefix="rearview-") as out:
             run_episode(scenario, out=Path(out))
-    except (Exception, KeyboardInterrupt, SystemExit):  # the run itself reports it
-        log.exception("estimate")
+    except BaseException as error:  # noqa: BLE001, the run itself reports it
+        log.warning("estimate: %s", described(error))
         return None
     return perf_counter() - started
 
@@ -130,6 +128,6 @@ def _outcome(future: Future[T], check_interrupt: Callable[[], None]) -> T | None
         check_interrupt()
     try:
         return future.result()
-    except (TimeoutError, ProcessExpired, RuntimeError, ExperimentError) as error:
-        log.warning("estimate: %s", error)
+    except BaseException as error:  # noqa: BLE001, the run itself reports it
+        log.warning("estimate: %s", described(error))
         return None

@@ -11,7 +11,8 @@ from experiments.cosim.records import Ending, EpisodeStatus
 from experiments.episode.identity import code_hash
 from experiments.episode.run import run_episode
 from experiments.episode.run_folder import OutputOptions
-from experiments.errors import ConfigError, ExperimentError, ResultsError
+from experiments.errors import ConfigError, ExperimentError, ResultsError, described
+from experiments.interrupts import is_interrupt
 from experiments.sweep.task import (
     Failure,
     RunReport,
@@ -42,10 +43,11 @@ def execute_run(task: RunTask) -> RunReport:
         report = failed(task, Failure.INVALID, str(error), wall=since(started))
     except ExperimentError as error:
         report = failed(task, Failure.ERROR, str(error), wall=since(started))
-    except Exception as error:  # one run must not end the sweep
+    except BaseException as error:  # one run must not end the sweep
+        if is_interrupt(error):
+            raise
         log.exception("run %s", task.run_id)
-        words = f"{type(error).__name__}: {error}"
-        report = failed(task, Failure.ERROR, words, wall=since(started))
+        report = failed(task, Failure.ERROR, described(error), wall=since(started))
     else:
         ending = outcome.ending
         status, wall = str(ending.status), since(started)

@@ -20,6 +20,7 @@ from experiments.config.yaml_reader import Document, KeyPath, Plain
 from experiments.episode.identity import run_hashes
 from experiments.errors import ConfigError
 from experiments.planners.registry import PLANNERS, make_planner
+from experiments.sweep.trial import make_apart
 from sumo_nets import catalogue
 from sumo_nets.errors import NetworkError
 
@@ -110,13 +111,16 @@ class Plan:
     def _check_planner(self, scenario: Scenario, point: Point, *, first: bool) -> None:
         """Create the planner to check its settings.
 
-        That of a user once only, which also loads it for its identity; it may be slow.
+        That of a user once only: it may be slow.
         """
         choice = scenario.planner
         if not (first or choice.name in PLANNERS):
             return
         try:
-            make_planner(choice.name, choice.settings)
+            if choice.name in PLANNERS:
+                make_planner(choice.name, choice.settings)
+            else:
+                make_apart(choice.name, choice.settings)
         except ConfigError as error:
             raise ConfigError(f"{self._blamed(point, str(error))}: {error}") from error
 

@@ -1,10 +1,12 @@
 """Repeat one run of a sweep with its full trace."""
 
 import shlex
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from experiments.config.planner_modules import ALLOW_PLANNER
 from experiments.config.scenario_file import CONFIG_FILE, load_scenario
 from experiments.config.sweep import KeepTraces
 from experiments.episode.identity import run_hashes
@@ -33,12 +35,13 @@ class Repeated:
     verdict: str
 
 
-def repeat(folder: Path, run_id: str) -> Repeated:
+def repeat(folder: Path, run_id: str, allow_planners: Collection[str] = ()) -> Repeated:
     """Repeat a run of a sweep in an isolated process.
 
     Args:
         folder: Of the sweep.
         run_id: Of the run, or how it begins.
+        allow_planners: Modules of users' planners that may be run.
 
     Returns:
         Where the new run folder is, and whether the trace hash is the same.
@@ -50,7 +53,7 @@ def repeat(folder: Path, run_id: str) -> Repeated:
     require_sweep(folder)
     run = find_run(folder, run_id)
     before = read_manifest(run)
-    task = _task(folder, run, before)
+    task = _task(folder, run, before, allow_planners)
     sweep = load_sweep_copy(folder)
     settings = WorkerSettings(sweep.memory_mb, folder / LOG, Path.cwd())
     with interrupts_between_steps() as check_interrupt:
@@ -75,12 +78,17 @@ def find_run(folder: Path, run_id: str) -> Path:
     raise ConfigError(f"{run_id}: begins {len(found)} ids ({names}, ...); allowed: one")
 
 
-def _task(folder: Path, run: Path, before: dict[str, Any]) -> RunTask:
+def _task(
+    folder: Path, run: Path, before: dict[str, Any], allow_planners: Collection[str]
+) -> RunTask:
     """Build the task, which keeps its trace."""
-    scenario = load_scenario(str(run / CONFIG_FILE))
+    config = str(run / CONFIG_FILE)
+    scenario = load_scenario(config, allow_planners=allow_planners)
     sweep = load_sweep_copy(folder)
     hashes = run_hashes(scenario, net_file_of(scenario))
     command = ["rearview", "rerun", str(folder), run.name]
+    for module in allow_planners:
+        command += [ALLOW_PLANNER, module]
     return RunTask(
         run_id=run.name,
         config=scenario.resolved(),

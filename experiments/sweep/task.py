@@ -9,7 +9,7 @@ from typing import Any
 from experiments.config.sweep import KeepTraces
 from experiments.cosim.records import EpisodeStatus
 from experiments.episode.run_folder import write_files
-from experiments.errors import ResultsError
+from experiments.errors import ResultsError, in_one_line
 from experiments.metrics.row import row_without_episode
 from experiments.storage.atomic_folder import atomic_folder
 
@@ -20,6 +20,7 @@ class Failure(StrEnum):
     PROCESS_DIED = "process_died"
     WALL_CLOCK = "wall_clock"
     MEMORY = "memory"
+    PROCESSES = "processes"  # too many of them
     LOST_WORKER = "lost_worker"
     INVALID = "invalid_configuration"
     ERROR = "error"  # internal
@@ -68,6 +69,7 @@ class RunReport:
             Failure.PROCESS_DIED,
             Failure.WALL_CLOCK,
             Failure.MEMORY,
+            Failure.PROCESSES,
             Failure.LOST_WORKER,
         )
 
@@ -86,7 +88,7 @@ def failed(
     exit_code: int | None = None,
 ) -> RunReport:
     """Build the report of a run without an episode."""
-    line = " ".join(reason.split())
+    line = in_one_line(reason)
     return RunReport(task, EpisodeStatus.CRASHED, wall, failure, line, exit_code)
 
 

@@ -47,6 +47,7 @@ ALLOWED_ADDRESS = (
 CONNECT_PATIENCE = 10.0  # [s]
 COUNT_INTERVAL = 1.0  # between two queries of the workers [s]
 NO_WORKER_PATIENCE = 60.0  # without any worker, before the sweep stops [s]
+WORKER_PAGE = "127.0.0.1:0"  # of each worker, which would listen everywhere
 DAEMON = "distributed.worker.daemon"
 # daemonic processes cannot have children, and a run needs one
 DAEMON_HINT = "DASK_DISTRIBUTED__WORKER__DAEMON=false"
@@ -203,12 +204,13 @@ def require_scheduler(address: str) -> None:
 
 
 @contextmanager
-def local_cluster(workers: int, port: int) -> Iterator[str]:
+def local_cluster(workers: int, port: int, dashboard: str) -> Iterator[str]:
     """Start a scheduler and workers on this machine.
 
     Args:
         workers: Processes with one thread each.
         port: Of the scheduler, 0 for any.
+        dashboard: HOST:PORT of dask's page.
 
     Yields:
         The scheduler's address.
@@ -220,7 +222,8 @@ def local_cluster(workers: int, port: int) -> Iterator[str]:
             threads_per_worker=1,
             processes=True,
             scheduler_port=port,
-            dashboard_address=":0",
+            dashboard_address=dashboard,
+            worker_dashboard_address=WORKER_PAGE,
         ) as cluster,
     ):
         yield cluster.scheduler_address

@@ -16,7 +16,8 @@ class WorkerSettings:
 
     memory_mb: float  # resident memory that ends a run
     log: Path  # output of SUMO and planners; absolute
-    directory: Path  # searched for users' planners
+    directory: Path  # the working folder, searched for users' planners
+    planner_folders: tuple[str, ...] = ()  # searched before it
     warm_up: tuple[Mapping[str, Any], ...] = ()  # scenarios, driven before any run
 
 

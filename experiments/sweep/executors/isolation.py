@@ -1,17 +1,14 @@
 """Isolated worker processes: a crash, hang or memory overrun fails one run only.
 
-Both the local and the cluster executor drive their runs in here. pebble notices a
-process that died or took too long and puts a new one in its place; the watch ends one
-that takes too much memory.
+Both the local and the cluster executor drive their runs in here. Each worker executes
+its runs in a child process and watches it; pebble replaces a worker that dies all the
+same, or that does not end a run in time.
 """
 
 import multiprocessing
 import os
-import shutil
-import signal
 import sys
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -20,11 +17,15 @@ from typing import Any, TypeVar
 
 from pebble import ProcessExpired, ProcessFuture, ProcessPool
 
-from experiments.errors import ExecutorError
+from experiments.errors import ExecutorError, described
+from experiments.processes.guarded import CallLimits, death_in_words
 from experiments.storage.atomic_folder import remove_unfinished
 from experiments.sweep.executors.executor import WorkerSettings
-from experiments.sweep.executors.memory_watch import MemoryWatch
-from experiments.sweep.executors.worker import call_watched, drive_watched, start_worker
+from experiments.sweep.executors.worker import (
+    call_guarded,
+    drive_guarded,
+    start_worker,
+)
 from experiments.sweep.task import Failure, RunReport, RunTask, failed
 
 T = TypeVar("T")
@@ -32,6 +33,7 @@ OnReport = Callable[[RunReport], None]
 
 # one thread each: workers with many threads would compete for cores
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS")
+WORKER_GRACE = 30.0  # beyond the time-out of a run, which its worker keeps [s]
 MAX_BREAKS = 5  # consecutive broken pools before giving up
 
 
@@ -43,8 +45,6 @@ class IsolatedWorkers:
             os.environ.setdefault(variable, "1")
         self._settings = settings
         self._workers = workers
-        self._register = Path(tempfile.mkdtemp(prefix="rearview-workers-"))
-        self._watch = MemoryWatch(self._register, settings.memory_mb)
         self._pool = self._new_pool()
         self._breaks = 0  # since the last run that finished normally
         self._stopped = False
@@ -60,7 +60,8 @@ class IsolatedWorkers:
         Raises:
             ExecutorError: If processes cannot be kept alive.
         """
-        future = self._schedule(drive_watched, (task, self._register), task.timeout)
+        arguments = (task, self._settings.memory_mb)
+        future = self._schedule(drive_guarded, arguments, task.timeout)
 
         def over(future: Future[RunReport]) -> None:
             if not self._stopped:
@@ -69,29 +70,31 @@ class IsolatedWorkers:
         future.add_done_callback(over)
 
     def call(
-        self, function: Callable[[Any], T], argument: Any, timeout: float
+        self,
+        function: Callable[[Mapping[str, Any]], T],
+        argument: Mapping[str, Any],
+        timeout: float,
     ) -> "ProcessFuture[T]":
-        """Call a function in a worker.
+        """Call a function with a scenario in a child process of a worker.
 
         Returns:
-            A future; its result raises TimeoutError after `timeout` [s], and
-            ProcessExpired if the process dies or takes too much memory.
+            A future; its result raises CallLostError if the function raises, dies,
+            takes longer than `timeout` [s] or too much memory.
         """
-        arguments = (function, argument, self._register)
-        return self._schedule(call_watched, arguments, timeout)
+        limits = CallLimits(timeout, self._settings.memory_mb)
+        return self._schedule(call_guarded, (function, argument, limits), timeout)
 
     def stop(self) -> None:
         """Stop all workers at once."""
         self._stopped = True
-        self._watch.stop()
         self._pool.stop()
         self._pool.join()
-        shutil.rmtree(self._register, ignore_errors=True)
 
     def _schedule(
         self, function: Callable[..., Any], arguments: Sequence[Any], timeout: float
     ) -> "ProcessFuture[Any]":
-        """Schedule a call, replacing a broken pool."""
+        """Schedule a call, replacing a broken pool; `timeout` is the worker's [s]."""
+        timeout += WORKER_GRACE
         try:
             return self._pool.schedule(function, arguments, timeout=timeout)
         except (BrokenProcessPool, RuntimeError):
@@ -131,31 +134,14 @@ class IsolatedWorkers:
             return failed(task, Failure.WALL_CLOCK, words, wall=task.timeout)
         except ProcessExpired as death:
             _tidy(task, death.pid)
-            return self._death(task, death.pid, death.exitcode)
+            words = f"its worker {death_in_words(death.exitcode)}"
+            code = death.exitcode
+            return failed(task, Failure.PROCESS_DIED, words, exit_code=code)
         except BaseException as error:  # noqa: BLE001, a run without report is waited for
-            words = f"the worker failed: {type(error).__name__}: {error}"
+            words = f"the worker failed: {described(error)}"
             return failed(task, Failure.LOST_WORKER, words)
         self._breaks = 0
         return report
-
-    def _death(
-        self, task: RunTask, process: int | None, exit_code: int | None
-    ) -> RunReport:
-        """Build the report of a run whose process died."""
-        if process is not None and self._watch.ended(process):
-            words = f"exceeded {self._settings.memory_mb:.0f} MB of memory"
-            return failed(task, Failure.MEMORY, words, exit_code=exit_code)
-        words = f"the process of the episode {death_in_words(exit_code)}"
-        return failed(task, Failure.PROCESS_DIED, words, exit_code=exit_code)
-
-
-def death_in_words(exit_code: int | None) -> str:
-    """Describe how a process ended, from its exit code."""
-    if exit_code is None or exit_code >= 0:
-        return f"left with exit status {exit_code} before the end"
-    name = signal.Signals(-exit_code).name
-    hint = " (as the kernel does when memory runs out)" if name == "SIGKILL" else ""
-    return f"died of {name}{hint}"
 
 
 def _tidy(task: RunTask, process: int | None) -> None:

@@ -1,22 +1,34 @@
-"""Inside of a worker process: start, warm-up, execution."""
+"""Inside of a worker process: start, warm-up, execution.
 
-import ctypes
+A worker never runs a user's planner itself: that happens in a child process, whose
+time, memory and processes it watches.
+"""
+
 import faulthandler
 import logging
 import os
 import signal
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from experiments.config import Scenario
 from experiments.config.scenario_file import check_scenario
 from experiments.config.yaml_reader import Document
-from experiments.cosim.records import StepRecord
+from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.episode.run import run_episode
+from experiments.planners.registry import PLANNERS
+from experiments.processes.guarded import (
+    CallLimits,
+    CallLostError,
+    Cause,
+    GuardedProcess,
+)
+from experiments.processes.tree import end_with_parent
+from experiments.storage.atomic_folder import remove_unfinished
 from experiments.sweep.execute import execute_run
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.task import (
@@ -28,7 +40,15 @@ from experiments.sweep.task import (
 )
 
 WARM_UP_DRIVE = 10.0  # of each warm-up scenario, after which all loops are loaded [s]
-_PR_SET_PDEATHSIG = 1  # of prctl(2)
+
+_CAN_FORK = hasattr(os, "fork")
+_FAILURES = {
+    Cause.DIED: Failure.PROCESS_DIED,
+    Cause.TIME: Failure.WALL_CLOCK,
+    Cause.MEMORY: Failure.MEMORY,
+    Cause.PROCESSES: Failure.PROCESSES,
+}
+_children: dict[str, GuardedProcess] = {}  # of this worker, by owner; at most one
 
 T = TypeVar("T")
 
@@ -41,36 +61,54 @@ class _WarmError(Exception):
 
 def start_worker(settings: WorkerSettings) -> None:
     """Initialise a worker process."""
-    _die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the sweep handles Ctrl-C
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.signal(signal.SIGTERM, _leave)
+    end_with_parent(os.getppid(), signal.SIGTERM)
     _send_output_to(settings.log)
     if settings.directory.is_dir():
         os.chdir(settings.directory)
         sys.path.insert(0, str(settings.directory))
+    for folder in settings.planner_folders:
+        sys.path.insert(0, folder)
     warm_up(settings.warm_up)
 
 
-def drive_watched(task: RunTask, register: Path) -> RunReport:
-    """Execute a run under the memory watch.
+def drive_guarded(task: RunTask, memory_mb: float) -> RunReport:
+    """Execute a run in a child process; whatever happens there becomes a report.
 
     Args:
         task: The run.
-        register: Folder where the process leaves its id while it drives. One that
-            waits for work must not be ended: it may hold the lock of the queue.
+        memory_mb: Resident memory that ends it.
     """
-    with _watched(register):
-        try:
-            return execute_run(task)
-        except (KeyboardInterrupt, SystemExit) as error:  # raised by a user's planner
-            words = f"{type(error).__name__}: {error}"
-            return record_failure(failed(task, Failure.ERROR, words))
+    if not _CAN_FORK:
+        return execute_run(task)
+    try:
+        report: RunReport = _call(
+            execute_run, task, _owner(task.config), CallLimits(task.timeout, memory_mb)
+        )
+    except CallLostError as loss:
+        if task.folder.parent.is_dir():
+            remove_unfinished(task.folder.parent, loss.process)
+        return _lost(task, loss)
+    if report.failure is not None or report.status == EpisodeStatus.PLANNER_FAILED:
+        _end_children()  # what spoilt this run must not spoil the next
+    return report
 
 
-def call_watched(function: Callable[[Any], T], argument: Any, register: Path) -> T:
-    """Call a function under the memory watch; arguments as above."""
-    with _watched(register):
-        return function(argument)
+def call_guarded(
+    function: Callable[[Mapping[str, Any]], T],
+    config: Mapping[str, Any],
+    limits: CallLimits,
+) -> T:
+    """Call a function with a scenario in a child process.
+
+    Raises:
+        CallLostError: If it raises, dies or exceeds a limit.
+    """
+    if not _CAN_FORK:
+        return function(config)
+    value: T = _call(function, config, _owner(config), limits)
+    return value
 
 
 def warm_up(scenarios: Iterable[Mapping[str, Any]]) -> None:
@@ -94,21 +132,59 @@ def drive_shortly(scenario: Scenario) -> None:
         run_episode(scenario, out=Path(out), on_step=on_step)
 
 
-@contextmanager
-def _watched(register: Path) -> Iterator[None]:
-    """Register this process with the memory watch."""
-    mark = register / str(os.getpid())
-    mark.touch()
+def _owner(config: Mapping[str, Any]) -> str:
+    """Return whose code a scenario runs: a user's planner, or only this project's."""
+    name = str(config["planner"]["name"])
+    return "" if name in PLANNERS else name
+
+
+def _call(
+    function: Callable[[Any], Any], argument: Any, owner: str, limits: CallLimits
+) -> Any:
+    """Call a function in the child process of an owner.
+
+    A planner may change anything in its process (NumPy's functions, signal handlers,
+    threads); one process for each planner keeps that from the others. It serves
+    further runs of the planner, which keeps what was loaded and compiled, until one
+    fails.
+    """
+    if owner not in _children:
+        _end_children()
+        _children[owner] = GuardedProcess()
+    guarded = _children[owner]
     try:
-        yield
-    finally:
-        mark.unlink(missing_ok=True)
+        value = guarded.call(function, argument, limits)
+    except CallLostError:
+        _end_children()
+        raise
+    if not guarded.is_alone():  # the planner left a process behind
+        _end_children()
+    return value
 
 
-def _die_with_parent() -> None:
-    """Let the kernel end this process when its parent dies."""
-    if sys.platform.startswith("linux"):
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
+def _end_children() -> None:
+    """Kill the child process, with all that it started."""
+    while _children:
+        _children.popitem()[1].kill()
+
+
+def _lost(task: RunTask, loss: CallLostError) -> RunReport:
+    """Build the report of a run whose process did not finish it."""
+    if loss.cause is Cause.RAISED:
+        return record_failure(failed(task, Failure.ERROR, str(loss)))
+    wall = task.timeout if loss.cause is Cause.TIME else None
+    words = str(loss)
+    if loss.cause is Cause.DIED:
+        words = f"the process of the episode {words}"
+    failure = _FAILURES[loss.cause]
+    code = loss.exit_code if loss.cause is not Cause.TIME else None
+    return failed(task, failure, words, wall=wall, exit_code=code)
+
+
+def _leave(*_: object) -> NoReturn:
+    """End on SIGTERM, with everything that runs below."""
+    _end_children()
+    os._exit(128 + signal.SIGTERM)
 
 
 def _send_output_to(file: Path) -> None:

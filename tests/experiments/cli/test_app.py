@@ -505,3 +505,34 @@ def test_same_seed_same_trace_in_two_processes_other_seed_another(tmp_path):
         folder = Path(str(row_of(done)["run_folder"]))
         hashes.append(json.loads((folder / "manifest.json").read_text())["trace_hash"])
     assert hashes[0] == hashes[1] != hashes[2]
+
+
+@pytest.mark.parametrize("name", ["planner", "sumo_nets"])
+def test_a_file_of_the_users_that_hides_a_package_of_ours(tmp_path, name):
+    file = tmp_path / f"{name}.py"
+    file.write_text("def make(): ...\n")
+    path = f"{tmp_path}{os.pathsep}{ROOT}"
+    for command in (("run", "straight", "--planner", f"{name}:make"), ("list",)):
+        done = rearview(*command, folder=tmp_path, PYTHONPATH=path)
+        assert done.returncode == 2
+        words = f"the name {name} is taken by rearview; allowed: another name"
+        assert done.stderr.startswith(f"rearview: {file}: {words}"), done.stderr
+        assert done.stderr.count("\n") == 1
+
+
+def test_messages_are_not_longer_than_a_few_lines(tmp_path, refusal):
+    file = tmp_path / "long.yaml"
+    file.write_text(EMPTY_ROAD.replace("60", "x" * 20_000))
+    message = refusal("run", str(file))
+    assert message.endswith("...\n")
+    assert len(message) < 520
+
+
+def test_a_scenario_that_names_a_strangers_module_is_refused(tmp_path, refusal):
+    file = tmp_path / "theirs.yaml"
+    mark = tmp_path / "gotcha"
+    settings = f"{{name: 'os:system', settings: {{command: touch {mark}}}}}"
+    file.write_text(f"{EMPTY_ROAD}planner: {settings}\n")
+    message = refusal("run", str(file), "--out", str(tmp_path / "runs"))
+    assert "theirs.yaml:5: planner: os:system: a file may not name" in message
+    assert not mark.exists()

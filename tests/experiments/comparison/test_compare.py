@@ -3,7 +3,11 @@
 import csv
 import io
 import json
+import os
+import signal
 from pathlib import Path
+from threading import Timer
+from time import monotonic
 
 import numpy as np
 import pytest
@@ -229,3 +233,59 @@ def test_commands(sweep, capsys, tmp_path):
         str(target),
     )
     assert r"\toprule" in target.read_text()
+
+
+@pytest.mark.parametrize(
+    "sql",
+    [
+        "SELECT * FROM read_text('{file}')",
+        "SELECT * FROM '{file}'",
+        "SELECT * FROM glob('{folder}/*')",
+        "SELECT * FROM read_csv('{file}')",
+        "SELECT * FROM read_parquet('{results}')",
+        "SELECT count(*) FROM runs WHERE label IN (SELECT content FROM "
+        "read_text('{file}'))",
+    ],
+)
+def test_sql_reads_no_file(sweep, tmp_path, sql):
+    secret = tmp_path / "secret.csv"
+    secret.write_text("a,b\n1,2\n")
+    found = results.refresh(sweep)
+    places = {"file": secret, "folder": tmp_path, "results": found}
+    with pytest.raises(ConfigError, match="--sql: "):
+        results.rows(sweep, sql.format(**places))
+    where = f"WHERE label IN (SELECT content FROM read_text('{secret}'))"
+    with pytest.raises(ConfigError, match="--where: "):
+        results.rows(sweep, f"{results.ALL_RUNS} {where}", "--where")
+
+
+SLOW = "SELECT count(*) FROM range(10000000) a, range(10000000) b WHERE a.range % 7 = 3"
+
+
+def test_sql_has_a_time_limit(sweep, monkeypatch):
+    monkeypatch.setattr(results, "SQL_TIME", 1.0)
+    before = monotonic()
+    with pytest.raises(ConfigError, match=r"^--sql: takes more than 1 s$"):
+        results.rows(sweep, SLOW)
+    assert monotonic() - before < 20.0
+
+
+def test_ctrl_c_ends_a_query(sweep):
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer = Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    started = monotonic()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            results.rows(sweep, SLOW)
+    finally:
+        timer.cancel()
+        signal.signal(signal.SIGINT, before)
+    assert monotonic() - started < 20.0
+
+
+def test_folders_named_like_partitions_do_not_change_the_rows(sweep):
+    odd = sweep / "seed=77"
+    odd.mkdir()
+    (sweep / "runs").rename(odd / "runs")
+    assert {row["seed"] for row in results.rows(odd)} == set(range(12))

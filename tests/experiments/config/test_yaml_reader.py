@@ -1,6 +1,7 @@
 """The traps of YAML, one by one."""
 
 import math
+from time import monotonic
 
 import pytest
 import yaml
@@ -106,3 +107,18 @@ def test_dotted():
 def test_bottomless_nesting_is_one_line(depth):
     with pytest.raises(ConfigError, match=r"^deep.yaml: is nested too deeply$"):
         parse_document("a: " + "[" * depth + "]" * depth, "deep.yaml")
+
+
+def test_large_files_are_refused_before_they_are_parsed(tmp_path):
+    file = tmp_path / "large.yaml"
+    file.write_text("# comment\n" * 500_000)
+    before = monotonic()
+    with pytest.raises(
+        ConfigError, match=r"large.yaml: is too large; allowed: up to 1"
+    ):
+        read_document(file)
+    assert monotonic() - before < 1.0
+    with pytest.raises(ConfigError, match="too large"):
+        parse_scalar(f"'{'x' * 1_000_001}'")
+    file.write_text(f"a: {'x' * 999_000}")
+    assert len(read_document(file).data["a"]) == 999_000

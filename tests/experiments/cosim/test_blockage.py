@@ -1,9 +1,13 @@
 from experiments.cosim.blockage import BlockageDetector
 from experiments.cosim.records import TrafficState
 from planner.interface import PlanStats
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import line
+from planner.states import CartesianState, FrenetState
 from tests.experiments.road_users import road_users
 
 STEP = 0.5
+PATH = ReferencePath.from_segments([line(200.0)])
 NAMED = PlanStats("every way ahead is taken", blocker="wall")
 
 
@@ -14,11 +18,13 @@ def traffic(time: float, **speeds: float) -> TrafficState:
 
 def first_blocked(at, patience: float = 5.0, until: float = 30.0) -> float | None:
     """Stand at s = 10 m; `at(t)` gives (speed, traffic, stop lines, stats)."""
-    detector = BlockageDetector(patience, front_reach=3.8)
+    detector = BlockageDetector(patience, 3.8, PATH)
+    place = FrenetState(10.0, *(0.0,) * 7)
     for k in range(int(until / STEP)):
         time = k * STEP
         speed, others, lines, stats = at(time)
-        if detector.update(10.0, speed, others, lines, stats):
+        ego = CartesianState(10.0, 0.0, 0.0, 0.0, speed, 0.0)
+        if detector.update(place, ego, others, lines, stats):
             return time
     return None
 
@@ -32,8 +38,62 @@ def test_a_reason_alone_blocks():
     assert first_blocked(lambda t: (0.0, traffic(t), (), stats)) == 5.0
 
 
-def test_standing_for_no_reason_is_not_blocked():
-    assert first_blocked(lambda t: (0.0, traffic(t), (), PlanStats())) is None
+def test_standing_for_good_is_blocked_also_without_a_reason():
+    assert first_blocked(lambda t: (0.0, traffic(t), (), PlanStats())) == 5.0
+    parked = first_blocked(lambda t: (0.0, traffic(t, parked=0.0), (), PlanStats()))
+    assert parked == 5.0
+
+
+def test_without_a_reason_the_ego_may_give_way_for_longer():
+    def at(t):
+        return 0.0, traffic(t, crossing=9.0), (), PlanStats()
+
+    assert first_blocked(at) == 15.0
+
+
+def test_the_reason_says_since_when():
+    detector = BlockageDetector(5.0, 3.8, PATH)
+    place = FrenetState(10.0, *(0.0,) * 7)
+    ego = CartesianState(10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    said = [
+        detector.update(place, ego, traffic(2.0 + STEP * k), (), stats)
+        for stats in (PlanStats(), NAMED)
+        for k in range(11)
+    ]
+    assert said[9] is None
+    words = "stood 5 s at s = 10.0 m, since t = 2.0 s: "
+    assert said[10] == f"{words}the planner gives no reason"
+    assert said[-1] == f"{words}every way ahead is taken"
+
+
+def queue(time: float, *places: float, speed: float = 0.0) -> TrafficState:
+    """Stand in the ego's lane, centres at these places [m]."""
+    cars = [(f"car{k}", s, 0.0, 0.0, speed) for k, s in enumerate(places)]
+    return TrafficState(time, road_users(*cars))
+
+
+def test_a_queue_at_a_red_light_is_not_blocked_when_it_turns_green():
+    """The planner says nothing while it stands, and names a reason at green."""
+
+    def at(t):
+        red = t < 20.0
+        stats = PlanStats() if red else PlanStats("no room", blocker=None)
+        return 0.0, queue(t, 20.0, 28.0, 36.0), ((42.0,) if red else ()), stats
+
+    assert first_blocked(at) == 25.0
+
+
+def test_a_parked_vehicle_far_before_a_red_light_is_no_queue():
+    assert first_blocked(lambda t: (0.0, queue(t, 20.0), (90.0,), PlanStats())) == 5.0
+
+
+def test_a_wall_behind_a_light_blocks_though_no_green_lasts_long_enough():
+    """Green for 4 s, red for 6 s: the greens add up."""
+
+    def at(t):
+        return 0.0, traffic(t), ((15.0,) if t % 10.0 >= 4.0 else ()), NAMED
+
+    assert first_blocked(at) == 11.5
 
 
 def test_moving_starts_the_clock_again():

@@ -1,6 +1,9 @@
+import asyncio
 import hashlib
 import json
 import math
+import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 
@@ -182,7 +185,7 @@ def test_leaving_the_path_s_domain_ends_at_once():
             heading = ego.heading + T
             x = ego.x + np.sin(heading) - math.sin(ego.heading)
             y = ego.y - np.cos(heading) + math.cos(ego.heading)
-            trajectory = Trajectory(T, x, y, heading, zero + 1, zero + 1, zero, x, y)
+            trajectory = Trajectory(T, x, y, heading, zero + 1, zero + 1, zero, T, y)
             return PlanResult(PlanStatus.OK, trajectory, memory)
 
     ending, records = run(world(), Turns())
@@ -387,3 +390,56 @@ def test_a_sumo_episode_is_repeatable_and_its_rear_car_reacts(straight):
 def test_settings_are_values():
     assert replace(task(), goal=60.0) == task()
     assert replace(EpisodeOptions(), duration=90.0) == EpisodeOptions()
+
+
+@dataclass
+class Reversing(Scripted):
+    """Creeps back, and lies about its speed and its place along the road."""
+
+    def plan(self, scene, memory):
+        plan = super().plan(scene, memory)
+        forward = plan.trajectory
+        back = replace(forward, x=2.0 * forward.x[0] - forward.x)
+        return replace(plan, trajectory=back)
+
+
+def test_an_ego_that_goes_back_ends_the_episode():
+    ending, records = run(world(), Reversing())
+    assert ending.status is EpisodeStatus.PLANNER_FAILED
+    words = (
+        r"drove against the road's direction, from s = 0.0 m back to -1.6 m at t = 0"
+    )
+    assert re.match(words, ending.reason), ending
+    assert len(records) == 3
+
+
+class MuteError(BaseException):
+    def __str__(self):
+        raise self
+
+
+@pytest.mark.parametrize(
+    "error", [asyncio.CancelledError(), GeneratorExit(), SystemExit(3), MuteError()]
+)
+def test_whatever_a_planner_raises_is_its_failure(error):
+    def raises(scene):
+        raise error
+
+    ending, records = run(world(), Scripted(raises))
+    assert ending.status is EpisodeStatus.PLANNER_FAILED
+    assert ending.reason.startswith(type(error).__name__)
+    assert len(records) == 1
+
+
+def test_a_copy_of_the_process_that_a_planner_forks_does_not_drive_on(tmp_path):
+    copies = []
+
+    def forks(scene):
+        if scene.time == 0.0 and (child := os.fork()):
+            copies.append(child)
+        return 8.0
+
+    ending, _ = run(world(), Scripted(forks))
+    assert ending.status is EpisodeStatus.ARRIVED
+    (copy,) = copies
+    assert os.waitpid(copy, 0)[1] == 0

@@ -67,6 +67,32 @@ def test_a_trajectory_that_is_not_from_here_is_refused(changes, message):
         drivable_trajectory(plan(straight_on(**changes)), EGO, 0.1)
 
 
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"speed": np.linspace(10.0, -3.0, 11)},
+            r"speed of -3.00 m/s at t = 1.00 s; allowed: 0 or more",
+        ),
+        (
+            {"x": np.arange(11) * -1.0, "s": np.arange(11) * -1.0},
+            r"goes 10.00 m against the road's direction until t = 1.00 s",
+        ),
+        ({"s": np.append(np.arange(10.0), 5.0)}, r"goes 4.00 m against"),
+    ],
+)
+def test_a_trajectory_that_leads_backwards_is_refused(changes, message):
+    with pytest.raises(PlannerOutputError, match=message):
+        drivable_trajectory(plan(straight_on(**changes)), EGO, 0.1)
+
+
+def test_rounding_below_zero_is_allowed():
+    wavering = straight_on(
+        speed=np.full(11, -0.04), s=np.where(np.arange(11) % 2, -0.1, 0.05)
+    )
+    assert drivable_trajectory(plan(wavering), EGO, 0.1) is wavering
+
+
 def test_a_trajectory_shorter_than_a_step_is_refused():
     with pytest.raises(PlannerOutputError, match="before the step"):
         drivable_trajectory(plan(straight_on()), EGO, 1.5)

@@ -1,16 +1,24 @@
 """The contract of a user's planner."""
 
+import asyncio
 import math
-from dataclasses import fields, replace
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
 
+from experiments.cosim.kinematic_world import constant_bounds
+from experiments.cosim.records import TrafficState
+from experiments.cosim.road import EgoTask, Road
+from experiments.cosim.scene_builder import Outlook, build_scene
+from experiments.interrupts import interrupts_between_steps
 from experiments.planners.contract_check import (
     CheckedPlanner,
     PlannerContractError,
     checked,
 )
+from experiments.world_setup.bodies_on_road import PlacedBody, obstacles_on_path
 from planner.interface import (
     KEPT,
     Alternative,
@@ -19,8 +27,33 @@ from planner.interface import (
     PlanStatus,
     SpeedGraph,
 )
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import line
+from planner.scene import Obstacles, Scene
+from planner.states import CartesianState, FrenetState, Trajectory
+from planner.vehicle import Vehicle
+from tests.experiments.road_users import road_users
 
 OK = PlanStatus.OK
+PATH = ReferencePath.from_segments([line(100.0)])
+
+
+def scene(obstacles: Obstacles | None = None) -> Scene:
+    """Stand at the start of a road of one's own, whose arrays may be spoilt."""
+    road = Road(PATH, constant_bounds(PATH, 5.0), obstacles=obstacles or one_disc())
+    return build_scene(
+        road,
+        EgoTask(Vehicle(), 80.0, 8.0),
+        Outlook(0.1),
+        TrafficState(0.0, road_users()),
+        CartesianState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        FrenetState(*(0.0,) * 8),
+        (),
+    )
+
+
+def one_disc() -> Obstacles:
+    return obstacles_on_path(PATH, [PlacedBody("disc", 50.0, 1.0, radius=0.5)])
 
 
 def result(**stats) -> PlanResult:
@@ -161,14 +194,114 @@ def test_what_breaks_it_is_named(given, message):
         checked(given)
 
 
-@pytest.mark.parametrize("leaving", [SystemExit("bye"), GeneratorExit()])
-def test_a_planner_cannot_end_the_process(leaving):
-    class Leaves:
-        def plan(self, scene, memory):
-            raise leaving
+class SpeechlessError(BaseException):
+    """Its text raises."""
 
+    def __str__(self) -> str:
+        raise self
+
+
+@dataclass
+class Doing:
+    """Does something in each cycle, then gives back something."""
+
+    action: Callable[[Scene], object]
+
+    def plan(self, scene, memory):
+        return self.action(scene)
+
+
+def raising(error: BaseException) -> Doing:
+    def throw(_):
+        raise error
+
+    return Doing(throw)
+
+
+@pytest.mark.parametrize(
+    "leaving",
+    [SystemExit("bye"), GeneratorExit(), asyncio.CancelledError(), SpeechlessError()],
+)
+def test_a_planner_cannot_end_the_process(leaving):
     with pytest.raises(PlannerContractError, match=type(leaving).__name__):
-        CheckedPlanner(Leaves()).plan(None, None)
+        CheckedPlanner(raising(leaving)).plan(scene(), None)
+
+
+def test_a_keyboard_interrupt_that_is_no_ctrl_c_is_a_failure_of_the_planner():
+    with (
+        interrupts_between_steps(),
+        pytest.raises(PlannerContractError, match="KeyboardInterrupt"),
+    ):
+        CheckedPlanner(raising(KeyboardInterrupt())).plan(scene(), None)
+
+
+def write(array: np.ndarray) -> None:
+    array.setflags(write=True)
+    array += 1.0
+
+
+@pytest.mark.parametrize(
+    ("part", "name"),
+    [
+        (lambda scene: scene.path.x, "path"),
+        (lambda scene: scene.path.table.knots, "path"),
+        (lambda scene: scene.road.left, "road"),
+        (lambda scene: scene.obstacles.x, "obstacles"),
+    ],
+)
+def test_writing_into_the_road_is_noticed(part, name):
+    own = scene()
+    fresh = replace(own, path=ReferencePath.from_segments([line(100.0)]))
+    planner = CheckedPlanner(Doing(lambda scene: write(part(scene)) or result()))
+    with pytest.raises(PlannerContractError, match=rf"changed scene\.{name};"):
+        planner.plan(fresh, None)
+
+
+def test_reading_the_road_is_allowed():
+    planner = CheckedPlanner(Doing(lambda scene: result()))
+    for memory in (None, 1):
+        assert planner.plan(scene(), memory).status is OK
+
+
+class Odd(PlanResult):
+    """A result that is more than one."""
+
+    __slots__ = ()
+
+    def __getattribute__(self, name):
+        if name == "stats":
+            raise SpeechlessError
+        return super().__getattribute__(name)
+
+
+def hollow() -> PlanResult:
+    """Give a trajectory that was never filled."""
+    return PlanResult(OK, object.__new__(Trajectory), None)
+
+
+@pytest.mark.parametrize("given", [Odd(OK, None, None), hollow()])
+def test_what_raises_when_it_is_looked_at_is_the_planners_failure(given):
+    with pytest.raises(PlannerContractError, match=r"what plan\(\) returned raises"):
+        CheckedPlanner(Doing(lambda _: given)).plan(scene(), None)
+
+
+def test_a_trajectory_of_a_class_of_ones_own_becomes_a_plain_one():
+    class Bent(Trajectory):
+        def at(self, t):
+            raise SystemExit
+
+    times = [0.0, 0.1]
+    given = PlanResult(OK, Bent(times, *([0.0, 0.0] for _ in range(8))), None)
+    passed = CheckedPlanner(Doing(lambda _: given)).plan(scene(), None)
+    assert type(passed.trajectory) is Trajectory
+    assert passed.trajectory.at(0.1).speed == 0.0
+
+
+def test_a_trajectory_without_end_is_refused():
+    times = np.arange(200_000) * 0.1
+    given = PlanResult(OK, Trajectory(*(times for _ in range(9))), None)
+    with pytest.raises(PlannerContractError, match=r"allowed: up to 100000 points"):
+        checked(given)
 
 
 def test_ctrl_c_goes_through():
@@ -177,4 +310,4 @@ def test_ctrl_c_goes_through():
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        CheckedPlanner(Interrupted()).plan(None, None)
+        CheckedPlanner(Interrupted()).plan(scene(), None)

@@ -1,9 +1,19 @@
 """Planners by name and by address."""
 
+import re
+import sys
+from dataclasses import fields, is_dataclass
+from math import ceil
+from typing import get_type_hints
+
 import pytest
 
 from experiments.errors import ConfigError
+from experiments.interrupts import interrupts_between_steps
+from experiments.planners import registry
 from experiments.planners.registry import PLANNERS, make_planner
+from experiments.sweep.trial import make_apart
+from planner.errors import PlannerError
 
 MODULE = "tests.experiments.constant_speed_planner"
 
@@ -59,7 +69,7 @@ def test_own_planner_without_registration():
         ("no_such_module:make", {}, "cannot import no_such_module"),
         (f"{MODULE}:mak", {}, "has no mak; did you mean make"),
         (f"{MODULE}:NOT_CALLABLE", {}, "NOT_CALLABLE is a int"),
-        (f"{MODULE}:no_planner", {}, "gave a object; allowed: an object with plan"),
+        (f"{MODULE}:no_planner", {}, "returned object; allowed: an object with plan"),
         (f"{MODULE}:make", {"depth": 1}, "refuses its settings: .*depth"),
         (":make", {}, "allowed: module:factory"),
         (
@@ -101,3 +111,135 @@ def test_a_missing_factory_is_looked_for_among_the_modules_own():
         make_planner(f"{MODULE}:mke", {})
     assert "ConstantSpeed" in str(caught.value)
     assert "Trajectory" not in str(caught.value), "that one is imported"
+
+
+def ints_for_floats(kind: type) -> dict[str, object]:
+    """Give whole numbers to all fields of a settings class that are floats."""
+    given: dict[str, object] = {}
+    hints = get_type_hints(kind)
+    for one in fields(kind):
+        hint, default = hints[one.name], getattr(kind(), one.name)
+        if is_dataclass(hint):
+            given[one.name] = ints_for_floats(hint)
+        elif hint in (float, float | None):
+            given[one.name] = ceil(default) if default is not None else 1
+        elif hint == tuple[float, ...]:
+            given[one.name] = [ceil(number) for number in default]
+    return given
+
+
+def whole_numbers(settings: object, hints: dict[str, object]) -> list[str]:
+    """Name the float fields that hold an int after all."""
+    found = []
+    for name, hint in hints.items():
+        value = getattr(settings, name)
+        if is_dataclass(hint):
+            found += whole_numbers(value, get_type_hints(hint))
+        elif "float" in str(hint):
+            numbers = value if isinstance(value, tuple) else (value,)
+            found += [name for number in numbers if type(number) is int]
+    return found
+
+
+FLOATS = {"cruise": 40, "lane_change": 30, "dense": 40}  # fields, at least
+
+
+@pytest.mark.parametrize("name", list(FLOATS))
+def test_whole_numbers_become_floats_in_every_settings_class(name):
+    """A kernel that gets an int is compiled again, for minutes."""
+    kind = registry._load(PLANNERS[name].settings)
+    given = ints_for_floats(kind)
+    tried, refused = [], []
+    for key, value in flat(given):
+        nested = value
+        for part in reversed(key):
+            nested = {part: nested}
+        try:
+            settings = registry._checked(nested, kind)
+        except (ConfigError, PlannerError):  # the whole number itself is not allowed
+            refused.append(key)
+            continue
+        tried.append(key)
+        assert whole_numbers(settings, get_type_hints(kind)) == []
+    assert len(tried) >= 0.6 * FLOATS[name], (tried, refused)
+
+
+def flat(given: dict, path: tuple[str, ...] = ()):
+    for key, value in given.items():
+        if isinstance(value, dict):
+            yield from flat(value, (*path, key))
+        else:
+            yield (*path, key), value
+
+
+@pytest.mark.parametrize("name", ["planner:make", "experiments:make", "sumo_nets:make"])
+def test_names_of_our_packages_are_taken(name):
+    module = name.partition(":")[0]
+    words = f"the name {module} is taken by rearview; allowed: .* my_{module}.py"
+    with pytest.raises(ConfigError, match=words):
+        make_planner(name, {})
+
+
+MINE = """\
+import no_such_package
+
+class Slow: ...
+def _hidden(): ...
+def make_fast(): ...
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("my_planner.py", "my_planner:make_fast"),
+        ("my_planner", "my_planner:make_fast"),
+        ("my_planner.py:Slow", "my_planner:Slow"),
+        ("my_planner.py:make", "my_planner:make_fast"),
+        ("./my_planner.py", "my_planner:make_fast"),
+    ],
+)
+def test_a_file_instead_of_a_module_is_understood(tmp_path, monkeypatch, name, meant):
+    (tmp_path / "my_planner.py").write_text(MINE)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError) as caught:
+        make_planner(name, {})
+    words = f"did you mean {meant}? my_planner.py offers make_fast, Slow"
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("raised", "words"),
+    [
+        ("__import__('asyncio').CancelledError()", "raises CancelledError"),
+        ("GeneratorExit()", "raises GeneratorExit"),
+        ("KeyboardInterrupt()", "raises KeyboardInterrupt"),
+        ("Mute()", "raises Mute: .its text raises Mute"),
+        ("ValueError('x' * 9999)", "refuses its settings: x{100,500}"),
+    ],
+)
+def test_whatever_a_factory_or_a_module_raises_is_one_line(
+    tmp_path, monkeypatch, raised, words
+):
+    mute = "class Mute(BaseException):\n    def __str__(self): raise self\n"
+    (tmp_path / "odd_factory.py").write_text(f"{mute}def make(): raise {raised}\n")
+    (tmp_path / "odd_module.py").write_text(f"{mute}raise {raised}\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with interrupts_between_steps():
+        for address in ("odd_factory:make", "odd_module:make"):
+            monkeypatch.delitem(sys.modules, address.partition(":")[0], raising=False)
+            with pytest.raises(ConfigError) as caught:
+                make_planner(address, {})
+            assert len(str(caught.value)) < 700
+            if address.startswith("odd_factory"):
+                assert re.search(words, str(caught.value))
+
+
+def test_a_factory_that_ends_its_process_is_one_line(tmp_path, monkeypatch):
+    (tmp_path / "leaves.py").write_text("import os\ndef make(): os._exit(3)\n")
+    (tmp_path / "crashes.py").write_text("import os\nos.abort()\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(ConfigError, match="the process that makes it left with exit"):
+        make_apart("leaves:make", {})
+    with pytest.raises(ConfigError, match="the process that makes it died of SIGABRT"):
+        make_apart("crashes:make", {})

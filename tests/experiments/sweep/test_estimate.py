@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from experiments.config.scenario_file import load_scenario
+from experiments.interrupts import interrupts_between_steps
 from experiments.sweep import estimate
 from experiments.sweep.estimate import estimate_duration, time_run
 from experiments.sweep.executors.executor import WorkerSettings
@@ -97,4 +98,5 @@ def test_time_of_a_run(scenario, monkeypatch):
     assert seconds is not None
     assert seconds > 0.0
     leaves = scenario("faulty_planner:make", "planner.settings.fault=leave").resolved()
-    assert time_run(leaves) is None
+    with interrupts_between_steps():  # as in a sweep: it is no Ctrl-C
+        assert time_run(leaves) is not None, "its planner fails, the run ends"

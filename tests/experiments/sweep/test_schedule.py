@@ -3,6 +3,7 @@
 import fcntl
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -51,6 +52,8 @@ ego: {goal_m: 60}
 def write_sweep(folder: Path, count: int, faults: dict[int, str] | None = None, **keys):
     """Write a sweep of light runs, of which some go wrong."""
     (folder / "empty_road.yaml").write_text(ROAD)
+    for module in ("faulty_planner.py", "constant_speed_planner.py"):
+        shutil.copy(HERE / module, folder)
     chosen = [(faults or {}).get(k, "none") for k in range(count)]
     speeds = [round(10 + 0.01 * k, 2) for k in range(count)]
     axes = {"planner.settings.fault": chosen, "ego.target_speed_mps": speeds}
@@ -160,6 +163,10 @@ def test_sweep_resume_rerun(tmp_path):
     )
 
     again = rearview("rerun", out, found[0]["run_id"][:9])
+    assert again.returncode == 2
+    assert "--allow-planner faulty_planner" in last_words(again.stderr)
+    allowed = ("--allow-planner", "faulty_planner")
+    again = rearview("rerun", out, found[0]["run_id"][:9], *allowed)
     assert again.returncode == 0, again.stdout + again.stderr
     assert "identical trace" in again.stdout
     folder = out / "reruns" / found[0]["run_id"]
@@ -309,7 +316,7 @@ def test_fault_in_the_very_first_run(tmp_path, fault):
         "hang": "wall_clock",
         "raise": None,
         "memory": "memory",
-        "leave": "error",
+        "leave": None,
     }
     assert rows(out)[0]["failure"] == failure[fault]
 

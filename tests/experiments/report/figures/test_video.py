@@ -1,7 +1,9 @@
 """The film of a run: how many pictures, what is on them, and what can be missing."""
 
 import shutil
+import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -78,3 +80,21 @@ def test_mistakes_are_one_line(run, tmp_path, capsys, monkeypatch):
     with pytest.raises(ResultsError, match="rearview video needs matplotlib"):
         film.save_film(run, tmp_path / "a.gif")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_sigterm_leaves_no_unfinished_film(tmp_path):
+    """A run so long that its film takes a while."""
+    folder = write_run(tmp_path / "one", driven_trace(2000))
+    films = tmp_path / "films"
+    films.mkdir()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "experiments", "video", folder, "-o", films / "a.gif"]
+    )
+    deadline = time.monotonic() + 120.0
+    while not list(films.glob(".unfinished-*")):
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    process.terminate()
+    assert process.wait(timeout=60) == 143
+    assert list(films.iterdir()) == []

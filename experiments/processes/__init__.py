@@ -1,0 +1,1 @@
+"""Child processes that can neither outlive their parent nor exceed their limits."""
