@@ -14,3 +14,6 @@ def pytest_addoption(parser):
     parser.addoption(
         "--seeds", type=int, default=4, help="seeds of each road in the acceptance test"
     )
+    parser.addoption(
+        "--mutations", type=int, default=400, help="damaged inputs for the readers"
+    )

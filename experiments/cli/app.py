@@ -30,6 +30,7 @@ from experiments.cli.user_errors import (
     BAD_INPUT,
     INTERRUPTED,
     OTHER_OUTCOME,
+    reader_may_leave,
     report_user_errors,
 )
 from experiments.errors import ConfigError
@@ -62,7 +63,10 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # ASCII terminals cannot show ³
     try:
-        status = app(prog_name="rearview", standalone_mode=False)
+        with reader_may_leave():
+            status = app(prog_name="rearview", standalone_mode=False)
+    except typer.Exit as leave:
+        status = leave.exit_code
     except _UsageError as error:
         _show_usage_error(error)
         status = BAD_INPUT

@@ -299,7 +299,7 @@ class Facts {
     const text = this.run.cycles.costs(step);
     return Object.entries(text ? JSON.parse(text) : {}).map(([name, value]) => ({
       name: name.replaceAll("_", " "),
-      value: String(value),
+      value: value === null ? "not finite" : String(value),
       look: null,
     }));
   }

@@ -1,6 +1,7 @@
 """What a run page replays: every body in every step, plans, and what was decided."""
 
 import json
+import math
 from typing import Any
 
 import numpy as np
@@ -161,7 +162,12 @@ def _shortened(column: Column) -> Column:
     """Round the costs: four digits can be read."""
     cells = np.ma.filled(column, "").tolist()
     short = [
-        json.dumps({k: float(f"{v:.4g}") for k, v in json.loads(cell).items()})
+        json.dumps(
+            {
+                k: float(f"{v:.4g}") if math.isfinite(v) else None
+                for k, v in json.loads(cell).items()
+            }
+        )
         if cell
         else ""
         for cell in cells
