@@ -117,9 +117,10 @@ _SAFETY = (
         column=columns.MIN_TIME_HEADWAY,
         label="min time headway",
         compute=lambda e: safety.min_time_headway(e.trace),
-        formula="smallest (bumper-to-bumper gap to the leader) / (ego speed) at 1 m/s "
-        "and above; the leader is the nearest vehicle ahead within 100 m that travels "
-        "in the ego's direction and overlaps the ego's width",
+        formula="smallest (gap to a leader) / (ego speed) at 1 m/s and above; a leader "
+        "travels in the ego's direction, its rear bumper is 0 to 100 m ahead of the "
+        "ego's front bumper, and its footprint reaches into the corridor of the ego's "
+        "width along the path, where the gap ends",
         unit="s",
         digits=2,
         better=HIGHER,

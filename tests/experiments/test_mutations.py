@@ -17,6 +17,7 @@ import pytest
 import yaml
 
 from experiments.cli.user_errors import MESSAGE_LIMIT, error_line, user_errors
+from experiments.comparison import inference
 from experiments.comparison.compare import compare
 from experiments.comparison.results import rebuild, rows
 from experiments.config.scenario_file import (
@@ -77,6 +78,12 @@ def originals(tmp_path_factory) -> Path:
     write_json(sweep / "code.json", {"sweep": "made", "code": {"the code": "abc"}})
     rebuild(sweep)
     return folder
+
+
+@pytest.fixture(autouse=True)
+def _few_resamples(monkeypatch) -> None:
+    """Intervals of a comparison take most of the time, and read nothing."""
+    monkeypatch.setattr(inference, "RESAMPLES", 99)
 
 
 def one_line(read: Callable[[], object]) -> bool:
