@@ -5,6 +5,7 @@ campaign.
 """
 
 import json
+import math
 import random
 import shutil
 from collections.abc import Callable
@@ -37,7 +38,7 @@ from experiments.storage.run_files import write_json
 from experiments.sweep.folder import load_sweep_copy, take
 from experiments.sweep.plan import Plan
 from experiments.trace.candidates import CandidateLog, write_candidates
-from experiments.trace.files import file_name, read_trace
+from experiments.trace.files import file_name
 from experiments.trace.road_map import MAP_FILE, MapLane, RoadMap, read_map, write_map
 from experiments.trace.schema import TABLES
 from experiments.trace.speed_graphs import GRAPHS_FILE, write_graphs
@@ -52,13 +53,14 @@ from tests.experiments.report.run_folders import driven_trace, write_run, write_
 
 pytestmark = pytest.mark.slow
 
+TRACE = driven_trace(4)
+
 
 @pytest.fixture(scope="module")
 def originals(tmp_path_factory) -> Path:
     """A run with everything in it, and a sweep of two seeds."""
     folder = tmp_path_factory.mktemp("originals")
-    trace = driven_trace(4)
-    run = write_run(folder / "run", trace, sweep={"label": "a", "point": {"ego.x": 1}})
+    run = write_run(folder / "run", TRACE, sweep={"label": "a", "point": {"ego.x": 1}})
     line = np.arange(8.0).reshape(4, 2)
     lanes = tuple(
         MapLane("a", index, 3.2, inside_junction=False, points=line)
@@ -162,8 +164,7 @@ def _json_of_a_run(
 def _map(rng: random.Random, folder: Path, there: Path) -> Callable[[], object]:
     text = (there / "run" / MAP_FILE).read_text()
     (folder / MAP_FILE).write_text(mutated_json(text, rng), encoding="utf-8")
-    trace = read_trace(there / "run")
-    return lambda: page_road(trace, read_map(folder))
+    return lambda: page_road(TRACE, read_map(folder))
 
 
 def _sweep_files(rng: random.Random, folder: Path, there: Path) -> Callable[[], object]:
@@ -206,15 +207,16 @@ def _parquet(rng: random.Random, folder: Path, there: Path) -> Callable[[], obje
     return read
 
 
+# kind of input -> how it is mutated and read, and its share of the campaign
 MUTATIONS = {
-    "scenario": _scenario,
-    "set": _set,
-    "sweep": _sweep,
-    "manifest": _manifest,
-    "metrics": _metrics,
-    "map": _map,
-    "sweep_files": _sweep_files,
-    "parquet": _parquet,
+    "scenario": (_scenario, 0.25),
+    "set": (_set, 0.25),
+    "sweep": (_sweep, 0.15),
+    "map": (_map, 0.15),
+    "parquet": (_parquet, 0.08),
+    "manifest": (_manifest, 0.05),
+    "metrics": (_metrics, 0.04),
+    "sweep_files": (_sweep_files, 0.03),
 }
 
 
@@ -238,11 +240,12 @@ def test_originals_are_read(originals, tmp_path):
 
 @pytest.mark.parametrize("kind", MUTATIONS)
 def test_damaged_inputs_are_one_line(kind, originals, tmp_path, request):
-    count = max(request.config.getoption("--mutations") // len(MUTATIONS), 1)
+    mutated, share = MUTATIONS[kind]
+    count = math.ceil(share * request.config.getoption("--mutations"))
     refused, wrong = 0, []
     for number in range(count):
         rng = random.Random(f"{kind} {number}")
-        read = MUTATIONS[kind](rng, tmp_path, originals)
+        read = mutated(rng, tmp_path, originals)
         try:
             refused += one_line(read)
         except Exception as error:  # noqa: BLE001, that is what is looked for
