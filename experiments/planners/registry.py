@@ -16,6 +16,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError
 from experiments.planners.contract_check import CheckedPlanner
+from experiments.planners.factory_settings import check_factory_settings
 from planner.errors import PlannerError
 from planner.interface import Planner
 
@@ -113,11 +114,14 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
         factory = _load(registered.factory)
         if registered.settings is not None and settings:
             return _call(name, factory, _checked(settings, _load(registered.settings)))
+        check_factory_settings(name, factory, settings)
         return _call(name, factory, **settings)
     if ":" not in name:
         hint = unknown_name(name, list(PLANNERS))
         raise ConfigError(f"planner: {name}: no such planner; {hint}, module:factory")
-    return CheckedPlanner(_call(name, _load(name), **settings))
+    factory = _load(name)
+    check_factory_settings(name, factory, settings)
+    return CheckedPlanner(_call(name, factory, **settings))
 
 
 def user_module(name: str) -> str | None:
@@ -138,7 +142,7 @@ def _call(
         raise ConfigError(f"planner: {name} raises {_shown(error)}") from error
     if not callable(getattr(made, "plan", None)):
         raise ConfigError(
-            f"planner: {name} gave a {type(made).__name__}; allowed: an object with "
+            f"planner: {name} returned {type(made).__name__}; allowed: an object with "
             "plan(scene, memory)"
         )
     return cast(Planner, made)
@@ -159,8 +163,8 @@ def _load(address: str) -> Any:
         ) from None
     if not callable(loaded):
         raise ConfigError(
-            f"planner: {address}: {attribute} is a {type(loaded).__name__}; allowed: "
-            "a function or class that makes a planner"
+            f"planner: {address}: {attribute} is of type {type(loaded).__name__}; "
+            "allowed: a function or class that makes a planner"
         )
     return loaded
 
