@@ -145,6 +145,7 @@ def _words(
         "commit": commit + changed,
         "wall": about.get("wall_s"),
         "curves": [] if data is None else data["curves"],
+        "counts_candidates": data is not None and data["counts_candidates"],
         "has_graphs": data is not None and data["graphs"] is not None,
         "has_candidates": data is not None and data["candidates"] is not None,
     }

@@ -45,6 +45,7 @@ def replay(
         "vehicles": _vehicles(trace),
         "plans": _plans(trace),
         "cycles": _cycles(trace),
+        "counts_candidates": bool(np.ma.filled(trace.steps["candidates"], 0).any()),
         "road": page_road(trace, road_map),
         "obstacles": page_obstacles(trace.obstacles),
         "signals": page_signals(trace),

@@ -28,7 +28,7 @@ def test_failures_come_first_by_reason(sweep):
     page = sweep_page(sweep, sweep)
     assert "<strong>40</strong> runs" in page
     assert page.index("<h2>Failures") < page.index("<h2>Comparison")
-    assert "touched own.# at t = # s" in page
+    assert "touched own.3 at t = 1.5 to 5.5 s" in page
     assert page.count('/">') >= 4  # each of the four is a link to its folder
     kinds = failure_kinds(rows(sweep), ["ego.target_speed_mps"], ["x"] * 40)
     assert [(kind.status, kind.count) for kind in kinds] == [("collision", 4)]
