@@ -20,3 +20,6 @@ def pytest_addoption(parser):
         default=3,
         help="kill -9 of a sweep in the test of resuming",
     )
+    parser.addoption(
+        "--mutations", type=int, default=400, help="damaged inputs for the readers"
+    )

@@ -7,10 +7,12 @@ import re
 import shlex
 import shutil
 
+import numpy as np
 import pytest
 
 from experiments.cli.compile_notice import NOTICE
 from experiments.metrics.catalogue import IN_TERMINAL
+from experiments.trace.files import read_trace
 from sumo_nets.build import net_path
 from tests.docs.documents import ROOT, TEXTS, blocks, commands, make, rearview
 
@@ -87,3 +89,6 @@ def test_own_network_works_as_written(tmp_path):
     done = rearview("run", "my_road.yaml", folder=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "arrived: " in done.stdout
+    (run,) = (tmp_path / "runs").iterdir()
+    heading = np.unwrap(read_trace(run).steps["heading_rad"])
+    assert heading[-1] - heading[0] == pytest.approx(np.pi / 2.0, abs=0.1)  # it turns

@@ -38,6 +38,7 @@ from experiments.cli.user_errors import (
     TerminatedError,
     end_on_sigterm,
     names_are_free,
+    reader_may_leave,
     report_user_errors,
 )
 from experiments.errors import ConfigError
@@ -72,8 +73,9 @@ def main() -> None:
             stream.reconfigure(errors="replace")  # ASCII terminals cannot show ³
     end_on_sigterm()
     try:
-        names_are_free()
-        status = app(prog_name="rearview", standalone_mode=False)
+        with reader_may_leave():
+            names_are_free()
+            status = app(prog_name="rearview", standalone_mode=False)
     except _UsageError as error:
         _show_usage_error(error)
         status = BAD_INPUT

@@ -8,6 +8,9 @@ from experiments.episode.run_folder import Outcome
 from experiments.metrics import columns
 from experiments.metrics.catalogue import IN_TERMINAL
 
+# Rows left out for planners that do not choose among candidates.
+_OF_CANDIDATES = (columns.CANDIDATES_MEAN, columns.FEASIBLE_MEAN)
+
 
 def print_outcome(outcome: Outcome, console: Console | None = None) -> None:
     """Print the metrics with units, status and reason, and the run folder."""
@@ -20,7 +23,10 @@ def print_outcome(outcome: Outcome, console: Console | None = None) -> None:
     table.add_column()
     table.add_column(justify="right")
     table.add_column()
+    counts_candidates = bool(row[columns.CANDIDATES_MEAN])
     for metric in IN_TERMINAL:
+        if metric.column in _OF_CANDIDATES and not counts_candidates:
+            continue
         table.add_row(metric.label, metric.text(row[metric.column]), metric.unit)
     console.print(title, soft_wrap=True)
     console.print(table)

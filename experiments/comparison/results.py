@@ -18,8 +18,14 @@ import numpy as np
 from experiments.errors import ConfigError, ResultsError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import ALL_COLUMNS
-from experiments.storage.run_files import METRICS, read_json, read_manifest
-from experiments.sweep.folder import RESULTS, finished, require_sweep, run_folders
+from experiments.metrics.row import read_row
+from experiments.storage.parquet_source import (
+    parquet_source,
+    quoted_name,
+    quoted_text,
+)
+from experiments.storage.run_files import MANIFEST, METRICS, read_manifest
+from experiments.sweep.folder import RESULTS, require_sweep, run_folders
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,6 +44,7 @@ Row = dict[str, Any]
 _BEHIND = (REASON, FAILURE, ATTEMPTS, EXIT_CODE, TRACE_HASH, TRACE_KEPT, WALL)
 _TEXTS = {REASON, FAILURE, TRACE_HASH, columns.FIRST_COLLISION_WITH}
 _COUNTS = {EXIT_CODE}
+_ROW_FILES = (MANIFEST, METRICS)  # of a run, that its row is made from
 
 
 def rebuild(folder: Path) -> int:
@@ -59,18 +66,18 @@ def rebuild(folder: Path) -> int:
     try:
         _write(rows, aside)
         aside.replace(path)
-    except (duckdb.Error, OSError) as error:
+    except (duckdb.Error, ValueError, OSError) as error:
         aside.unlink(missing_ok=True)
-        line = str(error).splitlines()[0]
+        line = str(error).splitlines()[0][:200]
         raise ResultsError(f"{path}: cannot be written: {line}") from error
     return len(rows)
 
 
 def refresh(folder: Path) -> Path:
-    """Return the Parquet file, rebuilt if the number of runs has changed."""
+    """Return the Parquet file, rebuilt if a run has come, gone or changed since."""
     require_sweep(folder)
     path = folder / RESULTS
-    if not path.exists() or _rows_in(path) != len(finished(folder)):
+    if not _is_current(path, folder):
         rebuild(folder)
     return path
 
@@ -91,7 +98,7 @@ def query(
     Raises:
         ConfigError: If the question is not one SELECT, or SQL cannot understand it.
     """
-    connection = _runs_alone(refresh(folder))
+    connection = _runs_alone(folder)
     try:
         statements = connection.extract_statements(sql)
         if [one.type for one in statements] != [duckdb.StatementType.SELECT]:
@@ -114,18 +121,14 @@ def fetch(
     return found
 
 
-def _runs_alone(file: Path) -> duckdb.DuckDBPyConnection:
+def _runs_alone(folder: Path) -> duckdb.DuckDBPyConnection:
     """Load a sweep's rows into a database that can reach nothing else.
 
     SQL may read and write any file (`read_text('/etc/passwd')`), and load extensions
     from the network.
     """
     connection = duckdb.connect()
-    quoted = str(file).replace("'", "''")
-    connection.execute(
-        f"CREATE TABLE runs AS SELECT * FROM read_parquet('{quoted}', "
-        "hive_partitioning = false)"
-    )
+    _load_runs(connection, folder)
     connection.execute(f"SET memory_limit = '{SQL_MEMORY}'")
     connection.execute("SET enable_external_access = false")
     connection.execute("SET lock_configuration = true")
@@ -189,17 +192,17 @@ def _misunderstood(option: str, error: duckdb.Error) -> ConfigError:
 def _row(run: Path) -> Row:
     """Read the row of one run: identity, axes, metrics, execution."""
     try:
-        about, metrics = read_manifest(run), read_json(run / METRICS)
+        about, metrics = read_manifest(run), read_row(run)
     except ResultsError as error:
         raise ResultsError(
             f"{error}; remove its folder and run the sweep again"
         ) from error
-    sweep = about.get("sweep", {})
+    sweep = about.get("sweep") or {}
     point = {key: _cell(value) for key, value in sweep.get("point", {}).items()}
     row = {
+        **{key: value for key, value in point.items() if key not in ALL_COLUMNS},
         RUN_ID: run.name,
         LABEL: sweep.get("label"),
-        **{key: value for key, value in point.items() if key not in ALL_COLUMNS},
         **metrics,
         **{key: about.get(key) for key in _BEHIND},
     }
@@ -242,14 +245,13 @@ def _write(rows: Sequence[Row], path: Path) -> None:
             dtype=object,
         )
     selected = ", ".join(
-        f"CAST({_quoted(name)} AS {kind}) AS {_quoted(name)}"
+        f"CAST({quoted_name(name)} AS {kind}) AS {quoted_name(name)}"
         for name, kind in types.items()
     )
     with duckdb.connect(config={"threads": 1}) as database:
         database.register("source", table)
-        target = str(path).replace("'", "''")
         database.execute(
-            f"COPY (SELECT {selected} FROM source) TO '{target}' "
+            f"COPY (SELECT {selected} FROM source) TO {quoted_text(str(path))} "
             "(FORMAT parquet, COMPRESSION zstd)"
         )
 
@@ -273,17 +275,39 @@ def _typed(value: Any, kind: str) -> Any:
     )
 
 
-def _quoted(name: str) -> str:
-    """Quote a column name for SQL."""
-    return '"' + name.replace('"', '""') + '"'
+def _is_current(path: Path, folder: Path) -> bool:
+    """Check whether a file of results is younger than all runs and has all of them."""
+    try:
+        written = path.stat().st_mtime_ns
+        count = 0
+        for run in run_folders(folder):
+            count += 1
+            changed = max((run / name).stat().st_mtime_ns for name in _ROW_FILES)
+            if changed > written:
+                return False
+    except OSError:  # the file is not there, or one of a run: reading says which
+        return False
+    return _rows_in(path) == count
 
 
 def _rows_in(path: Path) -> int:
-    """Count the rows of a Parquet file; -1 if it is not one."""
-    quoted = str(path).replace("'", "''")
+    """Count the rows of a file of results; -1 if it is not one."""
+    source = parquet_source(path)
     try:
         with duckdb.connect() as database:
-            found = database.execute(f"SELECT count(*) FROM '{quoted}'").fetchone()
-    except duckdb.Error:
+            described = database.execute(f"DESCRIBE SELECT * FROM {source}").fetchall()
+            found = database.execute(f"SELECT count(*) FROM {source}").fetchone()
+    except (duckdb.Error, ValueError):
         return -1
-    return int(found[0]) if found else -1
+    missing = {RUN_ID, LABEL, *ALL_COLUMNS, *_BEHIND} - {name for name, *_ in described}
+    return int(found[0]) if found and not missing else -1
+
+
+def _load_runs(connection: duckdb.DuckDBPyConnection, folder: Path) -> None:
+    """Create the table `runs`; a damaged file of results is built anew."""
+    create = f"CREATE TABLE runs AS SELECT * FROM {parquet_source(refresh(folder))}"
+    try:
+        connection.execute(create)
+    except duckdb.Error:
+        rebuild(folder)
+        connection.execute(create)

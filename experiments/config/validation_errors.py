@@ -43,13 +43,15 @@ def describe(error: ValidationError, document: Document, schema: Schema) -> str:
     """
     found: dict[KeyPath, str] = {}
     items = error.errors(include_url=False)
-    mistakes = [item for item in items if item["type"] not in _CONSEQUENCES] or items
-    for item in mistakes:
+    causes = [item for item in items if item["type"] not in _CONSEQUENCES] or items
+    for item in causes:
         path = _written_path(item, document.data)
         clash = document.beside(path) if item["type"] == "inconsistent" else ""
         found.setdefault(path, _problem(item, path, document, schema) + clash)
     path, problem = next(iter(found.items()))
-    more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    others = len(found) - 1
+    mistakes = "mistake" if others == 1 else "mistakes"
+    more = f" ({others} more {mistakes} in the file)" if others else ""
     key = dotted(path) or "the file"
     return f"{document.where(path)}: {key}: {problem}{more}"
 

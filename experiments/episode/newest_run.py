@@ -1,10 +1,10 @@
 """The newest run of a folder, by the times in the manifests."""
 
-import json
 from datetime import UTC, datetime
 from pathlib import Path
 
-from experiments.errors import ConfigError
+from experiments.errors import ConfigError, ResultsError
+from experiments.storage.json_files import read_json
 from experiments.storage.run_files import MANIFEST
 
 RUNS = Path("runs")  # where `rearview run` puts run folders
@@ -32,7 +32,8 @@ def newest_run(runs: Path = RUNS) -> Path:
 def _ended(manifest: Path) -> datetime:
     """Return when a run ended, by the manifest or else by the file's time."""
     try:
-        about = json.loads(manifest.read_text(encoding="utf-8"))
+        about = read_json(manifest)
         return datetime.fromisoformat(about[ENDED]).astimezone(UTC)
-    except (OSError, ValueError, KeyError, TypeError):  # an older or a damaged one
+    except (ResultsError, ValueError, KeyError, TypeError, OverflowError):
+        # an older or a damaged one
         return datetime.fromtimestamp(manifest.stat().st_mtime, UTC)

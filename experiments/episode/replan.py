@@ -23,6 +23,7 @@ from experiments.cosim.scene_builder import Outlook, build_scene
 from experiments.cosim.signals import closed_stop_lines
 from experiments.episode.run import make_scenario_planner
 from experiments.errors import ConfigError
+from experiments.storage.atomic_folder import require_there
 from experiments.trace.files import read_trace
 from experiments.trace.recording import PLAN_COLUMNS, plan_cells
 from experiments.trace.schema import Column, Table, Trace
@@ -127,6 +128,7 @@ class Recorded:
             ConfigError: If its configuration cannot be read.
             ResultsError: If its trace is missing, damaged or of another version.
         """
+        require_there(folder)
         trace = read_trace(folder)
         config = str(folder / CONFIG_FILE)
         scenario = load_scenario(config, allow_planners=allow_planners)

@@ -19,14 +19,16 @@ from experiments.metrics import (
     safety,
     without_ego,
 )
-from experiments.metrics.metric import Better, Metric
+from experiments.metrics.metric import Better, CellKind, Metric
 
 LOWER, HIGHER = Better.LOWER, Better.HIGHER
+TEXT, WHOLE, FLAG = CellKind.TEXT, CellKind.WHOLE, CellKind.FLAG
 
 _IDENTITY = (
     Metric(
         column=columns.SCENARIO,
         label="scenario",
+        kind=TEXT,
         compute=lambda e: str(e.trace.fact("scenario")),
         formula="name of the resolved scenario",
         identity=True,
@@ -34,6 +36,7 @@ _IDENTITY = (
     Metric(
         column=columns.PLANNER,
         label="planner",
+        kind=TEXT,
         compute=lambda e: str(e.trace.fact("planner")),
         formula="name of the planner",
         identity=True,
@@ -41,6 +44,7 @@ _IDENTITY = (
     Metric(
         column=columns.SEED,
         label="seed",
+        kind=WHOLE,
         compute=lambda e: int(e.trace.fact("seed")),
         formula="seed of traffic and obstacles",
         identity=True,
@@ -48,6 +52,7 @@ _IDENTITY = (
     Metric(
         column=columns.STATUS,
         label="status",
+        kind=TEXT,
         compute=lambda e: str(e.trace.fact("status")),
         formula="how the episode ended: `arrived`, `blocked`, `timeout`, `collision`, "
         "`off_road`, `no_room`, `planner_failed`, `simulator_failed` or `crashed`",
@@ -56,6 +61,7 @@ _IDENTITY = (
     Metric(
         column=columns.ARRIVED,
         label="arrived",
+        kind=FLAG,
         compute=lambda e: efficiency.arrived(e.trace),
         formula="whether the status is `arrived`",
         better=HIGHER,
@@ -79,6 +85,7 @@ _SAFETY = (
     Metric(
         column=columns.FIRST_COLLISION_WITH,
         label="first collision with",
+        kind=TEXT,
         compute=lambda e: next(iter(safety.contacts(e.trace)), None),
         formula="id of the first body touched",
     ),
@@ -110,9 +117,10 @@ _SAFETY = (
         column=columns.MIN_TIME_HEADWAY,
         label="min time headway",
         compute=lambda e: safety.min_time_headway(e.trace),
-        formula="smallest (bumper-to-bumper gap to the leader) / (ego speed) at 1 m/s "
-        "and above; the leader is the nearest vehicle ahead within 100 m that travels "
-        "in the ego's direction and overlaps the ego's width",
+        formula="smallest (gap to a leader) / (ego speed) at 1 m/s and above; a leader "
+        "travels in the ego's direction, its rear bumper is 0 to 100 m ahead of the "
+        "ego's front bumper, and its footprint reaches into the corridor of the ego's "
+        "width along the path, where the gap ends",
         unit="s",
         digits=2,
         better=HIGHER,
@@ -391,6 +399,7 @@ _LANE_CHANGE = (
     Metric(
         column=columns.BEFORE_BLOCKAGE,
         label="changed before blockage",
+        kind=FLAG,
         compute=lambda e: lane_change.changed_before_blockage(e.trace),
         formula="whether the ego was at least 2.5 m from its initial offset when its "
         "front reached the blockage, the near end of the first obstacle ahead that "

@@ -1,6 +1,7 @@
 """Comfort: jerk, acceleration, curvature, and the planner's own cost terms."""
 
 import json
+import math
 
 import numpy as np
 
@@ -16,11 +17,11 @@ def mean_cost(trace: Trace, term: str) -> float | None:
 
     `jerk_integral` is the integral of the squared jerk over the trajectory [m²/s⁵],
     `mean_offset_squared` the mean of l² over its points [m²]. None if the planner
-    never reports the term.
+    never reports the term as a finite number.
     """
     cells = np.ma.compressed(trace.steps["costs"])
     costs = [json.loads(cell) for cell in cells]
-    values = [cost[term] for cost in costs if term in cost]
+    values = [cost[term] for cost in costs if math.isfinite(cost.get(term, math.inf))]
     return float(np.mean(values)) if values else None
 
 

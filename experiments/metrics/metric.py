@@ -1,6 +1,6 @@
 """One metric of the results row, and the recorded episode it is computed from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -8,6 +8,7 @@ from typing import Any
 
 from experiments.metrics import without_ego
 from experiments.metrics.columns import Cell
+from experiments.trace.content_check import LARGEST_NUMBER
 from experiments.trace.schema import Table, Trace
 
 
@@ -34,6 +35,23 @@ class Better(StrEnum):
     NEITHER = "-"
 
 
+class CellKind(StrEnum):
+    """What the cells of a column hold."""
+
+    NUMBER = "a number"
+    WHOLE = "a whole number"
+    TEXT = "a text"
+    FLAG = "true or false"
+
+
+_TYPES: Mapping[CellKind, type | tuple[type, ...]] = {
+    CellKind.NUMBER: (int, float),
+    CellKind.WHOLE: int,
+    CellKind.TEXT: str,
+    CellKind.FLAG: bool,
+}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metric:
     """One column of the results row: how it is computed, named and shown."""
@@ -44,6 +62,7 @@ class Metric:
     formula: str  # definition in words
     unit: str = ""
     digits: int = 0  # after the decimal point
+    kind: CellKind = CellKind.NUMBER
     better: Better = Better.NEITHER
     identity: bool = False  # names the run or its outcome, measures nothing
     in_terminal: bool = False  # listed when `rearview run` ends
@@ -55,6 +74,16 @@ class Metric:
     def label_with_unit(self) -> str:
         """Label with the unit in brackets."""
         return f"{self.label} [{self.unit}]" if self.unit else self.label
+
+    def holds(self, value: object) -> bool:
+        """Check whether a value, or None, may stand in the column."""
+        if value is None:
+            return not self.identity
+        if isinstance(value, bool):
+            return self.kind is CellKind.FLAG
+        if isinstance(value, float) and not abs(value) <= LARGEST_NUMBER:
+            return False
+        return isinstance(value, _TYPES[self.kind])
 
     def text(self, value: Any) -> str:
         """Format a value, `-` where the metric does not apply."""

@@ -1,9 +1,17 @@
 """The results row: every column of the catalogue, in its order."""
 
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from experiments.errors import ResultsError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import ALL_COLUMNS, METRICS
 from experiments.metrics.columns import Cell as Cell  # part of the signatures below
 from experiments.metrics.metric import MeasuredEpisode
+from experiments.storage.json_files import read_json, short, short_text
+from experiments.storage.run_files import METRICS as METRICS_FILE
 from experiments.trace.schema import Table, Trace
 
 
@@ -19,7 +27,43 @@ def metric_row(trace: Trace, without_ego: Table | None = None) -> dict[str, Cell
         not apply.
     """
     episode = MeasuredEpisode(trace, without_ego)
-    return {column: metric.compute(episode) for column, metric in METRICS.items()}
+    return {
+        column: _finite(metric.compute(episode)) for column, metric in METRICS.items()
+    }
+
+
+def read_row(run: Path) -> dict[str, Cell]:
+    """Read the results row of a run folder; columns that it lacks are None.
+
+    Raises:
+        ResultsError: If its file is missing or damaged, or has columns that are not in
+            the catalogue.
+    """
+    file = run / METRICS_FILE
+    content = read_json(file)
+    check_row(content, file)
+    return {column: content.get(column) for column in ALL_COLUMNS}
+
+
+def check_row(content: Mapping[str, Any], file: Path) -> None:
+    """Raise a ResultsError unless a mapping is a row of the results."""
+    unknown = next((key for key in content if key not in METRICS), None)
+    if unknown is not None:
+        raise ResultsError(
+            f"{file}: {short_text(unknown)} is not a metric of this version"
+        )
+    for column, metric in METRICS.items():
+        value = content.get(column)
+        if not metric.holds(value):
+            raise ResultsError(
+                f"{file}: is damaged: {column}: is {short(value)}; "
+                f"allowed: {metric.kind}"
+            )
+
+
+def _finite(value: Cell) -> Cell:
+    """Return a value, None in the place of NaN and of infinity."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def row_without_episode(

@@ -12,6 +12,7 @@ from planner.states import FloatArray
 TTC_HORIZON = 10.0  # later contacts do not count [s]
 MIN_HEADWAY_SPEED = 1.0  # below it a time headway is meaningless [m/s]
 STILL = 1e-9  # bodies approaching more slowly never meet [m/s]
+GRAZE = 1e-9  # what overlaps a corridor by less is beside it [m]
 LEADER_RANGE = 100.0  # front bumper to rear bumper [m]
 
 
@@ -77,25 +78,20 @@ def time_to_contact(pairs: Neighbours) -> FloatArray:
 
 
 def min_time_headway(trace: Trace) -> float | None:
-    """Return the smallest time headway to the leader [s].
+    """Return the smallest time headway to a leader [s].
 
-    The leader is the nearest same-direction vehicle ahead within 100 m that overlaps
-    the ego's width in l; headway = bumper-to-bumper gap / ego speed, at 1 m/s and
-    above. None without a leader.
+    A leader travels in the ego's direction, its rear bumper is at most 100 m ahead of
+    the ego's front bumper, and its footprint reaches into the ego's corridor: as wide
+    as the ego, along the reference path at the ego's offset. The headway is the gap
+    from the front bumper to that part of the footprint over the ego's speed, at 1 m/s
+    and above. None without a leader.
     """
     pairs = neighbours(trace)
-    across = np.abs(pairs.dl) < (
-        pairs.ego_width / 2.0
-        + _half_extent(pairs.length, pairs.width, pairs.heading - np.pi / 2.0)
-    )
-    gap = (
-        pairs.ds
-        - pairs.ego_length / 2.0
-        - _half_extent(pairs.length, pairs.width, pairs.heading)
-    )
+    front = pairs.ego_length / 2.0 * np.cos(pairs.ego_heading)
+    rear = pairs.ds - pairs.length / 2.0 * np.cos(pairs.heading)
+    gap = _corridor_entry(pairs) - front
     leads = (
-        across
-        & (pairs.ds > 0.0)
+        (rear >= front)
         & (np.cos(pairs.heading) > 0.0)
         & (gap <= LEADER_RANGE)
         & (pairs.ego_speed >= MIN_HEADWAY_SPEED)
@@ -103,6 +99,39 @@ def min_time_headway(trace: Trace) -> float | None:
     if not leads.any():
         return None
     return float((np.maximum(gap[leads], 0.0) / pairs.ego_speed[leads]).min())
+
+
+def _corridor_entry(pairs: Neighbours) -> FloatArray:
+    """Return where each footprint begins in the ego's corridor, (n_pairs,) [m].
+
+    From the ego's centre along the path; inf if it is beside the corridor. The first
+    point of a convex footprint between two lines is a corner or lies on an edge that
+    crosses one of them.
+    """
+    along, across = np.cos(pairs.heading), np.sin(pairs.heading)
+    ends = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]
+    half_length, half_width = pairs.length / 2.0, pairs.width / 2.0
+    corners = [
+        (
+            pairs.ds + k * half_length * along - m * half_width * across,
+            pairs.dl + k * half_length * across + m * half_width * along,
+        )
+        for k, m in ends
+    ]
+    reach = pairs.ego_width / 2.0 - GRAZE
+    first = np.full(pairs.ds.size, np.inf)
+    for (s, l), (next_s, next_l) in zip(
+        corners, corners[1:] + corners[:1], strict=True
+    ):
+        first = np.minimum(first, np.where(np.abs(l) <= reach, s, np.inf))
+        level = np.abs(next_l - l) < STILL
+        slope = np.where(level, 1.0, next_l - l)
+        for line in (-reach, reach):
+            share = (line - l) / slope
+            crosses = ~level & (share >= 0.0) & (share <= 1.0)
+            place = s + share * (next_s - s)
+            first = np.minimum(first, np.where(crosses, place, np.inf))
+    return first
 
 
 def off_road_steps(trace: Trace) -> int:

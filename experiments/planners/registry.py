@@ -17,6 +17,7 @@ from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError, described
 from experiments.interrupts import is_interrupt
 from experiments.planners.contract_check import CheckedPlanner
+from experiments.planners.factory_settings import check_factory_settings
 from experiments.planners.hints import file_hint
 from experiments.storage.provenance import PACKAGES
 from planner.errors import PlannerError
@@ -116,12 +117,15 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
         factory = _load(registered.factory)
         if registered.settings is not None and settings:
             return _call(name, factory, _checked(settings, _load(registered.settings)))
+        check_factory_settings(name, factory, settings)
         return _call(name, factory, **settings)
     if ":" not in name:
         known = f"{unknown_name(name, list(PLANNERS))}, module:factory"
         problem = f"no such planner; {file_hint(name) or known}"
         raise ConfigError(f"planner: {name}: {problem}")
-    return CheckedPlanner(_call(name, _load(name), **settings))
+    factory = _load(name)
+    check_factory_settings(name, factory, settings)
+    return CheckedPlanner(_call(name, factory, **settings))
 
 
 def user_module(name: str) -> str | None:
@@ -196,8 +200,8 @@ def _load(address: str) -> Any:
         ) from None
     if not callable(loaded):
         raise ConfigError(
-            f"planner: {address}: {attribute} is a {type(loaded).__name__}; allowed: "
-            "a function or class that makes a planner"
+            f"planner: {address}: {attribute} is of type {type(loaded).__name__}; "
+            "allowed: a function or class that makes a planner"
         )
     return loaded
 

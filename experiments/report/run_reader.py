@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.errors import ResultsError
+from experiments.storage.atomic_folder import require_there
 from experiments.trace.files import file_name, read_trace
 from experiments.trace.road_map import RoadMap, read_map
 from experiments.trace.schema import Column, Table, Trace
@@ -39,6 +40,7 @@ def read_run(folder: Path) -> RunRecord:
     Raises:
         ResultsError: If it is not a run folder, is damaged, or holds no steps.
     """
+    require_there(folder)
     if not (folder / file_name("steps")).is_file():
         raise ResultsError(
             f"{folder}: is not a run folder; allowed: one written by rearview run, "

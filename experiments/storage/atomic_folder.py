@@ -76,6 +76,12 @@ def make_folder(folder: Path) -> None:
         raise ResultsError(f"{folder}: {_reason(error)}") from error
 
 
+def require_there(folder: Path) -> None:
+    """Raise a ResultsError if a folder is missing: a mistyped name, most likely."""
+    if not folder.exists():
+        raise ResultsError(f"{folder}: there is no such folder")
+
+
 def file_in_place_of(folder: Path) -> Path | None:
     """Return a file in the place of a folder or one of its parents; None if absent."""
     for place in (folder, *folder.parents):

@@ -1,39 +1,71 @@
-"""JSON files of run folders and sweeps: names, reading, writing."""
+"""The JSON files that every run folder has: names, schema, reading, writing."""
 
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from experiments.errors import ResultsError
+from pydantic import Field
+
 from experiments.storage.atomic_folder import write_atomically
+from experiments.storage.json_files import FileSchema, checked, read_json
 
 MANIFEST = "manifest.json"
 METRICS = "metrics.json"
 
 
-def read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON object.
+class GitState(FileSchema):
+    """State of the repository."""
 
-    Raises:
-        ResultsError: If the file is missing or is not a JSON object.
-    """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ResultsError(f"{path}: cannot be read: {error}") from error
-    if not isinstance(content, dict):
-        raise ResultsError(f"{path}: is damaged: not a JSON object")
-    return content
+    commit: str
+    dirty: bool
+
+
+class SweepPoint(FileSchema):
+    """Place of a run in its sweep."""
+
+    name: str | None = None
+    label: str | None = None
+    point: dict[str, Any] = Field(default_factory=dict)
+
+
+class Manifest(FileSchema):
+    """What a run was made from, and how it ended; the optional keys came later."""
+
+    scenario: str
+    planner: str
+    seed: int
+    status: str
+    reason: str | None = None
+    run_hash: str | None = None
+    config_hash: str | None = None
+    network_hash: str | None = None
+    code_hash: str | None = None
+    planner_hash: str | None = None
+    trace_hash: str | None = None
+    trace_schema: int | None = None
+    trace_kept: bool | None = None
+    versions: dict[str, str | None] | None = None
+    git: GitState | None = None
+    wall_s: float | None = None
+    ended_at: str | None = None
+    command: str | None = None
+    sweep: SweepPoint | None = None
+    run_id: str | None = None
+    attempts: int | None = None
+    exit_code: int | None = None
+    failure: str | None = None
 
 
 def read_manifest(run: Path) -> dict[str, Any]:
     """Read the manifest of a run folder.
 
     Raises:
-        ResultsError: If it is missing or is not a JSON object.
+        ResultsError: If it is missing or does not fit its schema.
     """
-    return read_json(run / MANIFEST)
+    content = read_json(run / MANIFEST)
+    checked(Manifest, content, run / MANIFEST)
+    return content
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:

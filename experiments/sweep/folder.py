@@ -20,15 +20,24 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from pydantic import ValidationError
 
 from experiments.config.sweep import Sweep
 from experiments.errors import ConfigError, ResultsError
 from experiments.storage.atomic_folder import (
     file_in_place_of,
     make_folder,
+    require_there,
     write_atomically,
 )
-from experiments.storage.run_files import MANIFEST, read_json, replace_json
+from experiments.storage.json_files import (
+    FileSchema,
+    checked,
+    first_mistake,
+    read_json,
+    short_text,
+)
+from experiments.storage.run_files import MANIFEST, replace_json
 
 SHARD = 2  # characters of the id that name the folder above the run's
 RESULTS = "results.parquet"
@@ -36,6 +45,13 @@ PROGRESS = "progress.json"
 LOG = "workers.log"
 RERUNS = "reruns"  # folder of repeated runs
 _SWEEP, _CODE, _LOCK = "sweep.yaml", "code.json", ".lock"
+
+
+class CodeFile(FileSchema):
+    """Which sweep a folder belongs to, and the code of its runs."""
+
+    sweep: str
+    code: dict[str, str]
 
 
 def run_folder(folder: Path, run_id: str) -> Path:
@@ -61,7 +77,8 @@ def is_sweep(folder: Path) -> bool:
 
 
 def require_sweep(folder: Path) -> None:
-    """Raise ConfigError unless a folder is the folder of a sweep."""
+    """Raise an error unless a folder is there and is that of a sweep."""
+    require_there(folder)
     if not (folder / "runs").is_dir():
         raise ConfigError(f"{folder}: is not the folder of a sweep: it has no runs")
 
@@ -147,18 +164,19 @@ def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
         ResultsError: If the folder cannot be written.
     """
     code_file = folder / _CODE
-    before = read_json(code_file) if code_file.exists() else None
-    if before is not None:
-        if before["sweep"] != sweep.name:
+    before = None
+    if code_file.exists():
+        before = checked(CodeFile, read_json(code_file), code_file)
+        if before.sweep != sweep.name:
             raise ConfigError(
-                f"{folder}: belongs to the sweep {before['sweep']}; allowed for "
+                f"{folder}: belongs to the sweep {before.sweep}; allowed for "
                 f"{sweep.name}: another --out"
             )
-        _check_code(folder, before["code"], code)
+        _check_code(folder, before.code, code)
     remove_unfinished(folder)
     asked = sweep.model_dump(mode="json", exclude_none=True)
     write_atomically(folder / _SWEEP, yaml.safe_dump(asked, sort_keys=False))
-    known = {**(before["code"] if before else {}), **code}
+    known = {**(before.code if before else {}), **code}
     replace_json(code_file, {"sweep": sweep.name, "code": known})
 
 
@@ -168,8 +186,11 @@ def load_sweep_copy(folder: Path) -> Sweep:
     try:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
         return Sweep.model_validate(data, strict=False)
-    except (OSError, ValueError, yaml.YAMLError) as error:
-        raise ResultsError(f"{path}: cannot be read: {error}") from error
+    except ValidationError as error:
+        raise ResultsError(f"{path}: is damaged: {first_mistake(error)}") from error
+    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
+        words = short_text(" ".join(str(error).split()))
+        raise ResultsError(f"{path}: cannot be read: {words}") from error
 
 
 def remove_unfinished(folder: Path) -> None:

@@ -95,7 +95,7 @@ def _task(
         folder=folder / RERUNS / run.name,
         keep_traces=KeepTraces.ALL,
         timeout=sweep.timeout_s,
-        facts={**hashes, "sweep": before["sweep"], "command": shlex.join(command)},
+        facts={**hashes, "sweep": before.get("sweep"), "command": shlex.join(command)},
     )
 
 
@@ -106,15 +106,15 @@ def _judged(before: dict[str, Any], report: RunReport) -> Repeated:
     if not (report.task.folder / MANIFEST).exists():
         raise ResultsError(report.reason)
     now = read_manifest(report.task.folder)
-    outcome = f"{now['status']}: {now['reason']}"
-    known = before["trace_hash"] is not None and now["trace_hash"] is not None
+    outcome = f"{now['status']}: {now.get('reason')}"
+    known = bool(before.get("trace_hash") and now.get("trace_hash"))
     key = "trace_hash" if known else "failure"
     same = now.get(key) == before.get(key)
     if not known:
         words = "no trace, as before" if same else f"before: {before['status']}"
     elif same:
         words = "identical trace"
-    elif before["code_hash"] != now["code_hash"]:
+    elif before.get("code_hash") != now.get("code_hash"):
         words = "the trace differs, and so does the version of the code"
     else:
         words = "the trace differs"

@@ -10,7 +10,7 @@ from typing import Any
 from experiments.episode.identity import code_hash, shaping_versions
 from experiments.errors import ResultsError
 from experiments.storage.atomic_folder import write_atomically
-from experiments.storage.provenance import ROOT
+from experiments.storage.provenance import ROOT, text_hash
 from experiments.thesis.claims import Chapter
 from experiments.thesis.cruise.chapter import cruise_chapter
 from experiments.thesis.dense.chapter import dense_chapter
@@ -71,7 +71,8 @@ def chapter_data(name: str, effort: Effort, work: Work, out: Path) -> tuple[Data
     if kept is not None:
         return kept, False
     data = as_data(CHAPTERS[name](effort, work))
-    whole = {"identity": identity(effort), "chapter": data}
+    loaded: Data = json.loads(json.dumps(data))
+    whole = {"identity": identity(effort), "hash": _hash(loaded), "chapter": data}
     file = out / FOLDER / f"{name}.json"
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -80,7 +81,6 @@ def chapter_data(name: str, effort: Effort, work: Work, out: Path) -> tuple[Data
             f"{file.parent}: cannot be made: {error.strerror}"
         ) from error
     write_atomically(file, json.dumps(whole, ensure_ascii=False, allow_nan=False))
-    loaded: Data = json.loads(json.dumps(data))
     return loaded, True
 
 
@@ -89,9 +89,15 @@ def kept_chapter(name: str, effort: Effort, out: Path) -> Data | None:
     try:
         whole = json.loads((out / FOLDER / f"{name}.json").read_text(encoding="utf-8"))
         same = whole["identity"] == json.loads(json.dumps(identity(effort)))
-        return whole["chapter"] if same else None
-    except (OSError, ValueError, KeyError, TypeError):
+        whole_one = whole["hash"] == _hash(whole["chapter"])
+        return whole["chapter"] if same and whole_one else None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None  # none, or not a whole one: it is computed anew
+
+
+def _hash(chapter: Data) -> str:
+    """Hash a chapter, so that a damaged file is noticed."""
+    return text_hash(json.dumps(chapter, sort_keys=True))
 
 
 def as_data(chapter: Chapter) -> Data:

@@ -13,6 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from experiments.errors import ResultsError
+from experiments.storage.parquet_source import (
+    literal_path,
+    parquet_source,
+    quoted_name,
+    quoted_text,
+)
+from experiments.trace.content_check import check_table, check_trace
 from experiments.trace.schema import (
     SCHEMA_VERSION,
     TABLES,
@@ -29,6 +36,9 @@ if TYPE_CHECKING:
 
 _SQL_TYPES = {Kind.NUMBER: "DOUBLE", Kind.COUNT: "BIGINT", Kind.TEXT: "VARCHAR"}
 _VERSION_KEY = "rearview_schema"
+# What reading a damaged file raises beside DuckDB's own errors: texts that are not
+# UTF-8, numbers beyond the type of their column.
+_DAMAGE = (ValueError, OverflowError, RuntimeError, MemoryError)
 
 
 def file_name(table: str) -> str:
@@ -69,15 +79,32 @@ def read_trace(folder: Path) -> Trace:
     """Read a trace that `write_trace` wrote.
 
     Raises:
+        ResultsError: If a file is missing, damaged or of another schema version, or
+            its content cannot be that of a trace.
+    """
+    trace = read_tables(folder)
+    files = {name: folder / file_name(name) for name in (*TABLES, "timing")}
+    for name, kinds in {**TABLES, "timing": TIMING}.items():
+        check_table(name, kinds, getattr(trace, name), files[name])
+    check_trace(trace, files)
+    return trace
+
+
+def read_tables(folder: Path) -> Trace:
+    """Read all tables of a trace, whatever they hold.
+
+    Raises:
         ResultsError: If a file is missing, damaged or of another schema version.
     """
     import duckdb
 
-    tables: dict[str, Table] = {}
     with duckdb.connect(config={"threads": 1}) as database:
-        for name, kinds in {**TABLES, "timing": TIMING}.items():
-            tables[name] = _read_or_refuse(database, kinds, folder / file_name(name))
-    return Trace(**tables)
+        return Trace(
+            **{
+                name: _read_or_refuse(database, kinds, folder / file_name(name))
+                for name, kinds in {**TABLES, "timing": TIMING}.items()
+            }
+        )
 
 
 def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
@@ -89,7 +116,9 @@ def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
     import duckdb
 
     with duckdb.connect(config={"threads": 1}) as database:
-        return _read_or_refuse(database, kinds, path)
+        table = _read_or_refuse(database, kinds, path)
+    check_table(path.stem, kinds, table, path)
+    return table
 
 
 def _read_or_refuse(
@@ -100,7 +129,7 @@ def _read_or_refuse(
 
     try:
         return _read(database, kinds, path)
-    except duckdb.Error as error:
+    except (duckdb.Error, *_DAMAGE) as error:
         raise ResultsError(f"{path}: cannot be read: {_short(error)}") from error
 
 
@@ -113,10 +142,12 @@ def _write(
     """Write one table."""
     database.register("source", dict(table))
     columns = ", ".join(
-        f'CAST("{key}" AS {_SQL_TYPES[kind]}) AS "{key}"' for key, kind in kinds.items()
+        f"CAST({quoted_name(key)} AS {_SQL_TYPES[kind]}) AS {quoted_name(key)}"
+        for key, kind in kinds.items()
     )
     database.execute(
-        f"COPY (SELECT {columns} FROM source) TO '{_quoted(path)}' (FORMAT parquet, "
+        f"COPY (SELECT {columns} FROM source) TO {quoted_text(str(path))} "
+        f"(FORMAT parquet, "
         f"COMPRESSION zstd, KV_METADATA {{{_VERSION_KEY}: '{SCHEMA_VERSION}'}})"
     )
     database.unregister("source")
@@ -125,19 +156,30 @@ def _write(
 def _read(
     database: "duckdb.DuckDBPyConnection", kinds: Mapping[str, Kind], path: Path
 ) -> Table:
-    """Read one table after checking its schema version."""
-    source = _quoted(path)
+    """Read one table after checking its schema version and its columns."""
+    if not path.is_file():
+        raise ResultsError(f"{path}: cannot be read: No such file")
     found = database.execute(
-        f"SELECT value FROM parquet_kv_metadata('{source}') "
+        f"SELECT value FROM parquet_kv_metadata({literal_path(path)}) "
         f"WHERE key = '{_VERSION_KEY}'::BLOB"
     ).fetchone()
     version = bytes(found[0]).decode() if found else "none"
     if version != str(SCHEMA_VERSION):
         raise ResultsError(
-            f"{path}: has trace schema version {version}; allowed: {SCHEMA_VERSION}"
+            f"{path}: has trace schema version {version[:20]}; "
+            f"allowed: {SCHEMA_VERSION}"
         )
-    names = ", ".join(f'"{key}"' for key in kinds)
-    columns = database.execute(f"SELECT {names} FROM '{source}'").fetchnumpy()
+    source = parquet_source(path)
+    described = database.execute(f"DESCRIBE SELECT * FROM {source}").fetchall()
+    types = {name: kind for name, kind, *_ in described}
+    for key, kind in kinds.items():
+        if types.get(key) != _SQL_TYPES[kind]:
+            has = f"holds {types[key]}" if key in types else "is missing"
+            raise ResultsError(
+                f"{path}: column {key} {has}; allowed: {_SQL_TYPES[kind]}"
+            )
+    names = ", ".join(map(quoted_name, kinds))
+    columns = database.execute(f"SELECT {names} FROM {source}").fetchnumpy()
     return {key: _restored(columns[key], kind) for key, kind in kinds.items()}
 
 
@@ -151,13 +193,9 @@ def _restored(values: Column, kind: Kind) -> Column:
     return values
 
 
-def _quoted(path: Path) -> str:
-    """Return a path quoted for an SQL string."""
-    return str(path).replace("'", "''")
-
-
 def _short(error: Exception) -> str:
     """Return the operating system's message if there is one, else the first line."""
     text = str(error)
     number = re.search(r"errno\W+([0-9]+)", text)
-    return os.strerror(int(number[1])) if number else text.splitlines()[0]
+    line = (text.splitlines() or [type(error).__name__])[0]
+    return os.strerror(int(number[1])) if number else line[:200]

@@ -4,11 +4,13 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from experiments.errors import ResultsError
+from experiments.storage.json_files import FileSchema, checked, read_json, short
 from planner.reference_path.path import ReferencePath
 from planner.states import FloatArray, freeze
 from sumo_nets.net_reader import ROADS, Net, read_net
@@ -18,6 +20,7 @@ MAP_SCHEMA = 1
 MARGIN = 80.0  # lanes farther from the box around the ego's path are left out [m]
 SPACING = 5.0  # between the points of the path that the box is taken from [m]
 MIN_CORNERS = 3  # of an area; the junction of a dead end has two, or none
+FARTHEST = 1e9  # the largest coordinate of a file that is not damaged [m]
 DIGITS = 3  # millimetres are enough for a drawing
 
 
@@ -34,6 +37,27 @@ class MapLane:
     def __post_init__(self) -> None:
         """Freeze the centre line."""
         object.__setattr__(self, "points", freeze(self.points))
+
+
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Point = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+
+
+class LaneEntry(FileSchema):
+    """A lane in the file."""
+
+    edge: str
+    index: Annotated[int, Field(ge=0)]
+    width_m: Annotated[float, Field(gt=0.0, le=FARTHEST)]
+    inside_junction: bool
+    points_m: Annotated[list[Point], Field(min_length=2)]
+
+
+class MapFile(FileSchema):
+    """The file of a map."""
+
+    lanes: list[LaneEntry]
+    junctions_m: list[Annotated[list[Point], Field(min_length=MIN_CORNERS)]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,33 +119,24 @@ def read_map(folder: Path) -> RoadMap:
         ResultsError: If it is missing, damaged or of another schema version.
     """
     file = folder / MAP_FILE
-    try:
-        content = json.loads(file.read_text(encoding="utf-8"))
-        if content["schema"] != MAP_SCHEMA:
-            raise ResultsError(
-                f"{file}: has map schema version {content['schema']}; "
-                f"allowed: {MAP_SCHEMA}"
-            )
-        return _restored(content)
-    except OSError as error:
-        raise ResultsError(f"{file}: cannot be read: {error.strerror}") from error
-    except (ValueError, LookupError, TypeError) as error:
-        raise ResultsError(f"{file}: is damaged ({error})") from error
-
-
-def _restored(content: dict[str, Any]) -> RoadMap:
-    """Return the map of parsed JSON."""
+    content = read_json(file)
+    version = content.get("schema")
+    if version != MAP_SCHEMA:
+        raise ResultsError(
+            f"{file}: has map schema version {short(version)}; allowed: {MAP_SCHEMA}"
+        )
+    found = checked(MapFile, content, file)
     lanes = tuple(
         MapLane(
-            lane["edge"],
-            lane["index"],
-            lane["width_m"],
-            lane["inside_junction"],
-            lane["points_m"],
+            lane.edge,
+            lane.index,
+            lane.width_m,
+            lane.inside_junction,
+            np.array(lane.points_m),
         )
-        for lane in content["lanes"]
+        for lane in found.lanes
     )
-    return RoadMap(lanes, tuple(freeze(outline) for outline in content["junctions_m"]))
+    return RoadMap(lanes, tuple(freeze(np.array(o)) for o in found.junctions_m))
 
 
 def _lanes(net: Net) -> Iterator[MapLane]:

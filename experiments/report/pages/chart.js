@@ -151,6 +151,26 @@ class Chart {
     }
     c.stroke();
     c.setLineDash([]);
+    if (style !== "limit") this.markClipped(c, values);
+  }
+
+  // A triangle at the edge for each stretch of values beyond the axis.
+  markClipped(c, values) {
+    c.fillStyle = c.strokeStyle;
+    let before = 0;
+    for (let i = 0; i < values.length; i += 1) {
+      const side = values[i] > this.high ? 1 : values[i] < this.low ? -1 : 0;
+      const goesOn = side === before;
+      before = side;
+      if (side === 0 || goesOn) continue;
+      const x = this.px(this.time[i]);
+      const y = side > 0 ? CHART.top : this.height - CHART.bottom;
+      c.beginPath();
+      c.moveTo(x, y);
+      c.lineTo(x - 4, y + 7 * side);
+      c.lineTo(x + 4, y + 7 * side);
+      c.fill();
+    }
   }
 
   move(step) {
@@ -162,10 +182,14 @@ class Chart {
   write() {
     const step = this.hovered === null ? this.shown : this.hovered;
     const value = this.curve.series[0].values[step];
-    const text = Number.isFinite(value)
-      ? value.toFixed(this.curve.digits).replace(/^-(0(\.0*)?)$/, "$1")
-      : "none";
     const at = this.hovered === null ? "" : `t = ${this.time[step].toFixed(1)}: `;
-    this.readout.textContent = at + text;
+    this.readout.textContent = at + this.textOf(value);
+  }
+
+  // From a thousand on, digits behind the point are noise.
+  textOf(value) {
+    if (!Number.isFinite(value)) return "none";
+    const digits = Math.abs(value) < 1000 ? this.curve.digits : 0;
+    return value.toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");
   }
 }

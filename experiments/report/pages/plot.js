@@ -5,10 +5,14 @@ function ticks(low, high, about) {
   const raw = (high - low) / about;
   if (!(raw > 0)) return [low];
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((k) => k * power).find((k) => k >= raw);
-  const found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) {
-    found.push(k * step);
+  const steps = [10, 5, 2, 1, 0.5].map((k) => k * power);
+  let found = [];
+  for (const step of steps.slice(steps.findLastIndex((k) => k >= raw))) {
+    found = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) {
+      found.push(k * step);
+    }
+    if (found.length > 2) break; // one label is no scale
   }
   return found;
 }

@@ -3,6 +3,7 @@
 const byId = (id) => document.getElementById(id);
 const FOLLOWED = 60; // metres about the ego that the view shows at first
 const PAN = 60; // of one key press [px]
+const MEASURED = 40; // texts of a row whose height is tried out, the longest
 
 function start(data) {
   const run = readRun(data);
@@ -23,6 +24,7 @@ function start(data) {
   const graph = run.graphs && new SpeedGraph(byId("graph"), run.graphs);
   const slider = byId("time");
   slider.max = run.time.length - 1;
+  byId("clock").style.minWidth = `${2 * player.end.toFixed(1).length + 7}ch`;
 
   function fitAll() {
     const xs = Array.from(run.ego.x).filter(Number.isFinite);
@@ -42,6 +44,7 @@ function start(data) {
     [camera.width, camera.height] = [width, height];
     scene.colours = theme();
     for (const chart of charts) chart.draw(scene.colours);
+    facts.reserve();
     facts.recolour();
     if (graph) graph.draw(player.step, scene.colours);
     dirty = true;
@@ -97,7 +100,7 @@ function start(data) {
   camera.scale = Math.min(width, 2.2 * height) / (2 * FOLLOWED);
   openAt(location.hash, player);
   requestAnimationFrame(frame);
-  window.rearview = { run, player, camera, scene, shown }; // for the console
+  window.rearview = { run, player, camera, scene, shown, ticks }; // for the console
 }
 
 // A link may name a moment and what to show: report.html#t=25&show=candidates,names
@@ -256,6 +259,35 @@ class Facts {
     this.scene = scene;
     this.step = 0;
     this.charts = [];
+    this.checks = namesIn(run.cycles.removed.texts);
+    this.terms = namesIn(run.cycles.costs.texts);
+  }
+
+  // Rows are as tall as their longest text in this run: what plays must not jump.
+  reserve() {
+    const { cycles, contacts } = this.run;
+    const most = cycles.candidates.reduce((a, b) => Math.max(a, b), 0);
+    const texts = {
+      "fact-plan": ["no plan", ...cycles.status.texts.map(spaced)],
+      "fact-reason": cycles.reason.texts,
+      "fact-blocker": cycles.blocker.texts,
+      "fact-nearest": [...cycles.nearest.texts, ...contacts.texts.map((t) => `touched: ${t}`)],
+      "fact-candidates": [`${most}, ${most} feasible`],
+    };
+    for (const [id, all] of Object.entries(texts)) {
+      const cell = byId(id);
+      if (!cell) continue;
+      const shown = cell.textContent;
+      cell.style.height = "";
+      let tallest = 0;
+      const longest = [...all].sort((a, b) => b.length - a.length).slice(0, MEASURED);
+      for (const text of ["–", ...longest]) {
+        cell.textContent = text;
+        tallest = Math.max(tallest, cell.getBoundingClientRect().height);
+      }
+      cell.style.height = `${Math.ceil(tallest)}px`;
+      cell.textContent = shown;
+    }
   }
 
   recolour() {
@@ -270,36 +302,41 @@ class Facts {
     const touched = this.run.contacts(step);
     this.write("fact-s", Number.isFinite(at) ? `${at.toFixed(1)} m` : "off the path");
     this.write("fact-speed", `${ego.speed[step].toFixed(2)} m/s`);
-    this.write("fact-plan", status === "" ? "no plan" : status.replaceAll("_", " "));
+    this.write("fact-plan", status === "" ? "no plan" : spaced(status));
     this.write("fact-reason", cycles.reason(step) || "–");
     this.write("fact-blocker", cycles.blocker(step) || "–");
     this.write("fact-nearest", touched ? `touched: ${touched}` : cycles.nearest(step) || "–");
     const all = cycles.candidates[step];
     this.write("fact-candidates", all ? `${all}, ${cycles.survivors[step]} feasible` : "–");
-    this.list("removed", this.removed(step));
+    if (byId("removed")) this.list("removed", this.removed(step));
     this.list("costs", this.costs(step));
   }
 
   write(id, text) {
-    byId(id).textContent = text;
+    const cell = byId(id);
+    if (cell) cell.textContent = text;
   }
 
+  // The same rows in every step, or the page would jump.
   removed(step) {
     const text = this.run.cycles.removed(step);
-    const counts = text ? Object.entries(JSON.parse(text)) : [];
+    const counts = text ? JSON.parse(text) : {};
     const kept = this.run.cycles.survivors[step];
-    return [["kept", kept], ...counts].map(([name, count]) => ({
-      name: name.replaceAll("_", " "),
-      value: String(count),
-      look: this.run.candidates ? this.scene.look(name) : null,
-    }));
+    return [["kept", kept], ...this.checks.map((name) => [name, counts[name] || 0])].map(
+      ([name, count]) => ({
+        name: spaced(name),
+        value: String(count),
+        look: this.run.candidates ? this.scene.look(name) : null,
+      }),
+    );
   }
 
   costs(step) {
     const text = this.run.cycles.costs(step);
-    return Object.entries(text ? JSON.parse(text) : {}).map(([name, value]) => ({
-      name: name.replaceAll("_", " "),
-      value: String(value),
+    const costs = text ? JSON.parse(text) : {};
+    return this.terms.map((name) => ({
+      name: spaced(name),
+      value: name in costs ? (costs[name] === null ? "not finite" : String(costs[name])) : "–",
       look: null,
     }));
   }
@@ -318,6 +355,16 @@ class Facts {
     });
     byId(id).replaceChildren(...rows);
   }
+}
+
+function spaced(name) {
+  return name.replaceAll("_", " ");
+}
+
+// All keys of texts that hold objects as JSON, in the order of their first text.
+function namesIn(texts) {
+  const all = texts.flatMap((text) => (text ? Object.keys(JSON.parse(text)) : []));
+  return [...new Set(all)];
 }
 
 // The line of a legend.

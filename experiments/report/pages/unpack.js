@@ -27,7 +27,7 @@ function unpackAll(columns) {
 
 function unpackTexts(column) {
   const codes = unpack(column.codes);
-  return (step) => column.texts[codes[step]];
+  return Object.assign((step) => column.texts[codes[step]], { texts: column.texts });
 }
 
 // For each row of the vehicles, the row of the same vehicle one step on, or -1.

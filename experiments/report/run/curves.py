@@ -14,9 +14,12 @@ from experiments.trace.schema import Trace
 from planner.states import FloatArray
 
 MAX_SHOWN_CLEARANCE = 15.0  # farther bodies do not matter to the ego [m]
-SHOWN_PLANNING = (
-    1.3  # times the 99 % quantile; a compiling cycle takes a thousand times longer
-)
+# Axes end at multiples of quantiles where single values lie far outside: a cycle that
+# compiles takes a thousand times longer than others, and an ego that comes to a stand,
+# or brakes in an emergency, changes its acceleration within one step.
+SHOWN_PLANNING = 1.3
+SHOWN_JERK = 1.5
+FAR_OUT = 3.0  # times the 98 % quantile
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,7 +123,10 @@ def _jerk(trace: Trace) -> TimeCurve:
     """Build the chart of tangential and lateral jerk."""
     along, lateral = jerk(trace)
     series = TimeSeries("along", along), TimeSeries("lateral", lateral, "second")
-    return TimeCurve("jerk", "m/s³", 2, series, "dotted: lateral")
+    high = _robust_top(np.abs(np.concatenate((along, lateral))), SHOWN_JERK)
+    low = None if high is None else -high
+    note = "dotted: lateral"
+    return TimeCurve("jerk", "m/s³", 2, series, note, low=low, high=high)
 
 
 def _offset(trace: Trace) -> TimeCurve:
@@ -173,12 +179,23 @@ def _planning(trace: Trace) -> TimeCurve:
     deadline = float(trace.fact("step_s")) * TO_MS
     series = [TimeSeries("planning", times)]
     there = times[np.isfinite(times)]
+    usual = there[1:] if there.size > 1 else there  # the first cycle compiles
     note = f"deadline misses: {deadline_misses(trace)}"
-    high = float(SHOWN_PLANNING * np.percentile(there, 99)) if there.size else None
+    high = _robust_top(usual, SHOWN_PLANNING)
+    if high is None and usual.size:
+        high = float(SHOWN_PLANNING * usual.max())
     if high is not None and high > deadline / 2.0:
         series.append(TimeSeries("step", np.full(times.size, deadline), "limit"))
         high = max(high, 1.1 * deadline)
     return TimeCurve("planning time", "ms", 2, tuple(series), note, low=0.0, high=high)
+
+
+def _robust_top(values: FloatArray, room: float) -> float | None:
+    """Choose where an axis ends if single values lie far outside; None if none do."""
+    there = values[np.isfinite(values)]
+    most = float(np.percentile(there, 98)) if there.size else 0.0
+    far_out = most > 0.0 and float(there.max()) > FAR_OUT * most
+    return room * most if far_out else None
 
 
 def _top(values: FloatArray, most: float) -> float:

@@ -8,10 +8,12 @@ from typing import Any
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.errors import ResultsError
 from experiments.metrics.catalogue import METRICS
+from experiments.metrics.row import read_row
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.candidates import candidates_of
 from experiments.report.run.replay import replay
 from experiments.storage import run_files
+from experiments.storage.atomic_folder import require_there
 from experiments.trace.files import file_name, read_trace
 from experiments.trace.road_map import MAP_FILE, read_map
 from experiments.trace.schema import Trace
@@ -29,7 +31,6 @@ _SCRIPTS = (
     "run.js",
 )
 _HASHES = ("run_hash", "config_hash", "network_hash", "code_hash", "trace_hash")
-_NEEDED = ("scenario", "planner", "seed", "status")  # in a manifest
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +84,7 @@ def run_page(folder: Path) -> str:
 
 def _facts(folder: Path) -> RunFiles:
     """Read manifest, metrics and configuration."""
+    require_there(folder)
     if not is_run(folder):
         raise ResultsError(
             f"{folder}: is neither a run folder nor the folder of a sweep; allowed: a "
@@ -93,13 +95,7 @@ def _facts(folder: Path) -> RunFiles:
         text = config.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ResultsError(f"{config}: cannot be read ({error})") from error
-    manifest = run_files.read_manifest(folder)
-    missing = [key for key in _NEEDED if key not in manifest]
-    if missing:
-        raise ResultsError(
-            f"{folder / run_files.MANIFEST}: is damaged: missing {', '.join(missing)}"
-        )
-    return RunFiles(manifest, run_files.read_json(folder / run_files.METRICS), text)
+    return RunFiles(run_files.read_manifest(folder), read_row(folder), text)
 
 
 def _trace(folder: Path, facts: RunFiles) -> tuple[Trace | None, str]:
@@ -120,7 +116,7 @@ def _trace(folder: Path, facts: RunFiles) -> tuple[Trace | None, str]:
 
 def _kept(facts: RunFiles) -> bool:
     """Check whether the trace was to be kept."""
-    return bool(facts.manifest.get("trace_kept", True))
+    return facts.manifest.get("trace_kept") is not False
 
 
 def _words(
@@ -149,6 +145,7 @@ def _words(
         "commit": commit + changed,
         "wall": about.get("wall_s"),
         "curves": [] if data is None else data["curves"],
+        "counts_candidates": data is not None and data["counts_candidates"],
         "has_graphs": data is not None and data["graphs"] is not None,
         "has_candidates": data is not None and data["candidates"] is not None,
     }

@@ -1,6 +1,7 @@
 """What a run page replays: every body in every step, plans, and what was decided."""
 
 import json
+import math
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,7 @@ def replay(
         "vehicles": _vehicles(trace),
         "plans": _plans(trace),
         "cycles": _cycles(trace),
+        "counts_candidates": bool(np.ma.filled(trace.steps["candidates"], 0).any()),
         "road": page_road(trace, road_map),
         "obstacles": page_obstacles(trace.obstacles),
         "signals": page_signals(trace),
@@ -161,7 +163,12 @@ def _shortened(column: Column) -> Column:
     """Round the costs: four digits can be read."""
     cells = np.ma.filled(column, "").tolist()
     short = [
-        json.dumps({k: float(f"{v:.4g}") for k, v in json.loads(cell).items()})
+        json.dumps(
+            {
+                k: float(f"{v:.4g}") if math.isfinite(v) else None
+                for k, v in json.loads(cell).items()
+            }
+        )
         if cell
         else ""
         for cell in cells

@@ -10,7 +10,9 @@ from experiments.metrics import columns
 
 LISTED = 40  # runs of one kind of failure that are listed by name
 
-_NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+# A number by itself, not one in a name such as car.7 or t_3.
+_NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?![\w.]*\w)")
+_NAME = re.compile(r"\S*\d\S*")  # a word with digits in it
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +30,7 @@ class FailureKind:
     """Runs whose failure reasons differ only in their numbers."""
 
     status: str
-    words: str  # of the reason, with # for numbers
+    words: str  # of the reason, with the range of each number
     count: int
     by_planner: str  # how many of which
     runs: tuple[FailedRun, ...]  # the first of them
@@ -58,8 +60,34 @@ def failure_kinds(
 def _kind(row: Row) -> tuple[str, str]:
     """Return status and generalised reason of a failed run."""
     status = str(row.get(FAILURE) or row[columns.STATUS]).replace("_", " ")
-    reason = str(row.get(REASON) or "").removeprefix(status).strip(" :")
-    return status, _NUMBER.sub("#", reason)
+    return status, _NAME.sub("#", _reason(row, status))
+
+
+def _reason(row: Row, status: str) -> str:
+    """Return the reason of a failed run without its status."""
+    return str(row.get(REASON) or "").removeprefix(status).strip(" :")
+
+
+def _common_words(reasons: Sequence[str]) -> str:
+    """Write reasons that differ only in words with digits as one.
+
+    Numbers become their range (`t = 1.5 to 5.5 s`); of several names, one is given.
+    """
+    words = [_NAME.findall(reason) for reason in reasons]
+    shared = iter([_one_word(found) for found in zip(*words, strict=True)])
+    return _NAME.sub(lambda _: next(shared), reasons[0])
+
+
+def _one_word(found: Sequence[str]) -> str:
+    """Write what stands in one place of several reasons."""
+    if len(set(found)) == 1:
+        return found[0]
+    places = [place for word in found if (place := _NUMBER.search(word))]
+    if len(places) == len(found):
+        values = sorted((place[0] for place in places), key=float)
+        before, behind = found[0][: places[0].start()], found[0][places[0].end() :]
+        return f"{before}{values[0]} to {values[-1]}{behind}"
+    return f"{found[0]} or another"
 
 
 def _gathered(
@@ -72,7 +100,9 @@ def _gathered(
         counts[label] = counts.get(label, 0) + 1
     runs = tuple(_failed(row, place, axes) for row, place in failed[:LISTED])
     by_planner = ", ".join(f"{count} {label}" for label, count in counts.items())
-    return FailureKind(*kind, len(failed), by_planner, runs)
+    status = kind[0]
+    words = _common_words([_reason(row, status) for row, _ in failed])
+    return FailureKind(status, words, len(failed), by_planner, runs)
 
 
 def _failed(row: Row, place: str, axes: Sequence[str]) -> FailedRun:

@@ -35,7 +35,9 @@ def sweep(tmp_path: Path) -> Path:
             row = row_without_episode("road", "p", seed, "arrived")
             row |= {"arrived": True, "collisions": int(label == "slow" and seed < 3)}
             row |= {"travel_time_s": travel + common + rng.normal(0.0, 0.5)}
-            about = {"trace_hash": f"{label}{seed}", "attempts": 1, "wall_s": 0.5}
+            about = {"scenario": "road", "planner": "p", "seed": seed}
+            about |= {"status": "arrived", "trace_hash": f"{label}{seed}"}
+            about |= {"attempts": 1, "wall_s": 0.5}
             if (label, seed) == ("fast", 11):
                 row = row_without_episode("road", "p", seed, "crashed")
                 about |= {"failure": "memory", "reason": "took more than 9 MB"}

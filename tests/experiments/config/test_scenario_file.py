@@ -175,7 +175,7 @@ def test_mistakes_in_the_file_name_file_and_line(file):
 
 def test_several_mistakes_are_counted(file):
     file.write_text(SCENARIO.replace("goal_m: 120", "goal_m: far\n  x: 1\n  y: 2"))
-    assert refusal(file).endswith("(and 2 more)")
+    assert refusal(file).endswith("(2 more mistakes in the file)")
 
 
 @pytest.mark.parametrize("text", ["", "- a\n", "3\n"])
@@ -287,7 +287,7 @@ def test_mistakes_about_traffic(overrides, message):
     with pytest.raises(ConfigError) as error:
         lane_change(*(f"traffic.{one}" for one in overrides))
     assert message in str(error.value)
-    assert "more)" not in str(error.value)  # one mistake is one mistake
+    assert " more " not in str(error.value)  # one mistake is one mistake
 
 
 def test_options_come_before_overrides(file):

@@ -158,3 +158,59 @@ def test_contacts_clearance_and_road():
 
 def test_off_road_counts_what_the_loop_counts():
     assert safety.OFF_ROAD_TOLERANCE == loop.OFF_ROAD_TOLERANCE
+
+
+SLANTING = math.atan2(0.6, 0.8)
+
+
+@pytest.mark.parametrize(
+    ("car", "gap"),
+    [
+        # 4 m x 2 m, the ego is 4.8 m x 1.9 m: its corridor is 0.95 m to each side
+        ((50.0, 0.0, 0.0), 50.0 - 2.0 - 2.4),
+        ((50.0, 1.94, 0.0), 50.0 - 2.0 - 2.4),
+        ((50.0, 1.96, 0.0), None),  # beside the corridor
+        # a neighbour that slants away, its rear beside the ego: clearance 0.6 m
+        ((3.0, 2.3, 0.5), None),
+        # cutting in: its right side runs from (11, 0) to (7.8, 2.4), and enters the
+        # corridor at l = 0.95, s = 11 - 3.2 * 0.95 / 2.4
+        ((10.0, 2.0, -SLANTING), 11.0 - 3.2 * 0.95 / 2.4 - 2.4),
+        ((10.0, 2.94, -SLANTING), 11.0 - 3.2 * 0.01 / 2.4 - 2.4),
+        ((10.0, 2.96, -SLANTING), None),  # its nose ends 1 cm beside the corridor
+        # turned off the road: the rear edge lies across the corridor; from (9, -1) to
+        # (7.8, 0.6) and from there, its first corner, on
+        ((10.0, 0.0, SLANTING), 7.8 - 2.4),
+        ((10.0, 0.0, math.pi - SLANTING), None),  # oncoming
+        ((102.4 + 2.0, 0.0, 0.0), 100.0),
+        ((102.4 + 2.1, 0.0, 0.0), None),  # too far
+        ((4.4, 0.0, 0.0), 0.0),  # bumper to bumper
+    ],
+)
+def test_leaders_and_their_gaps(car, gap):
+    ds, dl, heading = car
+    ego = CartesianState(0, 0, 0, 0, 10, 0)
+    place = (ds + CAR.centre_offset, dl, heading, 5.0, 0.0)
+    trace = trace_of([record(0, ego, cars=[("a", *place)])])
+    expected = None if gap is None else pytest.approx(gap / 10.0, abs=1e-8)
+    assert safety.min_time_headway(trace) == expected
+
+
+@given(
+    ds=st.floats(5.5, 40.0),
+    dl=st.floats(-6.0, 6.0),
+    heading=st.floats(-1.5, 1.5),
+)
+def test_the_gap_ends_where_the_footprint_enters_the_corridor(ds, dl, heading):
+    ego = CartesianState(0, 0, 0, 0, 10, 0)
+    car = ("a", ds + CAR.centre_offset, dl, heading, 5.0, 0.0)
+    found = safety.min_time_headway(trace_of([record(0, ego, cars=[car])]))
+    along, across = np.meshgrid(np.linspace(-2, 2, 401), np.linspace(-1, 1, 201))
+    s = ds + along * math.cos(heading) - across * math.sin(heading)
+    l = dl + along * math.sin(heading) + across * math.cos(heading)
+    inside = np.abs(l) <= CAR.width / 2.0
+    if not inside.any():  # or by less than the grid shows
+        nearest = np.abs(l).min() - CAR.width / 2.0
+        assert found is None or nearest < 0.02
+        return
+    gap = max(float(s[inside].min()) - CAR.length / 2.0, 0.0)
+    assert found == pytest.approx(gap / 10.0, abs=0.004)

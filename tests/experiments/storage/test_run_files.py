@@ -5,15 +5,22 @@ import json
 import pytest
 
 from experiments.errors import ResultsError
+from experiments.storage.json_files import read_json
 from experiments.storage.run_files import (
     MANIFEST,
-    read_json,
     read_manifest,
     replace_json,
     write_json,
 )
 
-CONTENT = {"seed": 3, "point": {"a.b": [1, None]}, "reason": "0.5 m³"}
+CONTENT = {
+    "scenario": "a",
+    "planner": "b",
+    "status": "c",
+    "seed": 3,
+    "point": {"a.b": [1, None]},
+    "reason": "0.5 m³",
+}
 
 
 @pytest.mark.parametrize("write", [write_json, replace_json])

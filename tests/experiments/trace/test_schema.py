@@ -9,7 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.errors import ResultsError
-from experiments.trace.files import file_name, read_trace, write_trace
+from experiments.trace.files import (
+    file_name,
+    read_tables,
+    read_trace,
+    write_trace,
+)
 from experiments.trace.schema import TABLES, TIMING, Kind, Trace, column, trace_hash
 
 VALUES = {
@@ -47,7 +52,7 @@ def with_value(trace: Trace, name: str, key: str, values) -> Trace:
 def test_round_trip(tmp_path, rows):
     trace = some_trace(rows)
     write_trace(trace, tmp_path)
-    back = read_trace(tmp_path)
+    back = read_tables(tmp_path)
     for name, kinds in {**TABLES, "timing": TIMING}.items():
         for key in kinds:
             one, other = getattr(trace, name)[key], getattr(back, name)[key]

@@ -1,5 +1,7 @@
 """The curves of a run page are those of the metrics."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -89,3 +91,18 @@ def test_one_cycle_that_compiles_does_not_flatten_the_others():
     curve = curves(trace)[-1]
     assert curve.high < 10.0
     assert curve.note == "deadline misses: 1"
+
+
+def test_one_hard_stop_does_not_flatten_the_jerk():
+    def ego(k):
+        a = 0.02 * math.sin(k) if k < 150 else (-4.5 if k == 150 else 0.0)
+        return CartesianState(k, 0, 0, 0, 10, a)
+
+    curve = curves(trace_of([record(k, ego(k)) for k in range(300)]))[2]
+    assert curve.title == "jerk"
+    assert np.nanmin(curve.series[0].values) == pytest.approx(-45.0, abs=0.3)
+    assert curve.high is not None
+    assert curve.low == -curve.high
+    assert 0.2 < curve.high < 1.0  # 0.2 m/s³ is the largest of all others
+    calm = curves(trace_of([record(k, ego(k)) for k in range(100)]))[2]
+    assert (calm.low, calm.high) == (None, None)

@@ -210,7 +210,7 @@ def other_schema(folder):
         (lambda f: (f / "manifest.json").unlink(), "is neither a run folder nor"),
         (
             lambda f: (f / "manifest.json").write_text('{"seed": 3}'),
-            "manifest.json: is damaged: missing scenario, planner, status",
+            "manifest.json: is damaged: scenario is missing",
         ),
         (lambda f: (f / "config.yaml").unlink(), "config.yaml: cannot be read"),
     ],

@@ -1,7 +1,9 @@
 """The page of a run in a real browser: what is drawn, and what hands can do."""
 
 import io
+import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from experiments.episode.run_folder import OutputOptions
 from experiments.report.run.page import save_run_page
 from experiments.report.run_reader import numbers
 from experiments.trace.files import read_trace
+from experiments.trace.schema import Kind, column
 from planner.interface import PlanStats
 from planner.scene import Obstacles
 from tests.experiments.report.conftest import NARROW, WIDE
@@ -368,3 +371,60 @@ def test_pages_of_runs_on_each_road(tmp_path, show, name):
     assert np.abs(centre - middle).max() < 2.5, "the camera follows the ego"
     page.locator("#play").click()
     until(page, "window.rearview.player.step > 65")
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW])
+def test_nothing_jumps_while_the_page_plays(tmp_path, show, size):
+    run = write_run(tmp_path / "run", changing_trace())
+    save_run_page(run)
+    page = show(run / "report.html", size=size).page
+    settle(page)
+    page.evaluate(
+        "() => { window.shifts = []; new PerformanceObserver((list) => {"
+        " for (const one of list.getEntries()) window.shifts.push(one.value); })"
+        ".observe({ type: 'layout-shift', buffered: false }); }"
+    )
+    heights = set()
+    for step in range(40):
+        page.evaluate(f"window.rearview.player.goToStep({step})")
+        settle(page)
+        heights.add(page.evaluate("document.documentElement.scrollHeight"))
+        tops = page.evaluate(
+            "[...document.querySelectorAll('.charts, .chart, .summary, #removed, "
+            ".facts tr')].map((e) => e.getBoundingClientRect().top)"
+        )
+        if step == 0:
+            first = tops
+        assert tops == first, step
+    assert len(heights) == 1
+    assert page.evaluate("window.shifts") == []
+
+
+def changing_trace():
+    """Every step says something else, at any length; the first cycle compiles."""
+    trace = driven_trace(41)
+    words = ["", "short", "a reason that needs a few lines in any column " * 3]
+    checks = [{"collision": 8}, {"road": 2, "limit": 3}, {}]
+    cells = [
+        (words[k % 3], json.dumps(checks[k % 3]), f"car.{10 ** (k % 9)}")
+        for k in range(41)
+    ]
+    steps = dict(trace.steps)
+    for number, key in enumerate(("reason", "removed", "nearest")):
+        steps[key] = column([cell[number] for cell in cells], Kind.TEXT)
+    steps["blocker"] = column(
+        [None, "a.very.long.name.of.a.vehicle." * 2] * 20 + [None], Kind.TEXT
+    )
+    timing = dict(trace.timing)
+    times = np.ma.filled(timing["planning_ms"], np.nan)
+    times[0] = 335728.57
+    timing["planning_ms"] = column(times, Kind.NUMBER)
+    return replace(trace, steps=steps, timing=timing)
+
+
+def test_an_axis_has_more_than_one_label(run, show):
+    page = show(run / "report.html").page
+    for low, high in ((-4.1, 4.1), (0, 1), (-45, 8), (0, 0.0123), (-0.9, 0.95), (3, 8)):
+        labels = page.evaluate(f"window.rearview.ticks({low}, {high}, 4)")
+        assert 3 <= len(labels) <= 11
+        assert all(low - 1e-9 <= label <= high + 1e-9 for label in labels)
