@@ -93,9 +93,9 @@ ci: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory test-slow
 	@$(MAKE) --no-print-directory test
 
-clean: ## Remove .venv, caches, compiled loops and all results in runs and sweeps
+clean: ## Remove .venv, caches and all results in runs and sweeps; compiled loops stay in ~/.cache/rearview
 	rm -rf $(VENV) runs sweeps build site .coverage .coverage.* htmlcov *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
-	rm -rf planner/_kernels "$${XDG_CACHE_HOME:-$$HOME/.cache}/rearview/kernels"
+	rm -rf planner/_kernels
 	find $(PACKAGES) tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(USER_STAMP): pyproject.toml constraints.txt

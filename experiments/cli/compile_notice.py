@@ -70,7 +70,7 @@ def compile_all(signatures: Sequence[Signature]) -> None:
     What fails is compiled again where it is called, and fails there with its error.
     """
     _show(0, len(signatures))
-    processes = min(len(os.sched_getaffinity(0)), MOST_PROCESSES, len(signatures))
+    processes = min(_n_processors(), MOST_PROCESSES, len(signatures))
     with ProcessPoolExecutor(
         processes,
         mp_context=multiprocessing.get_context("spawn"),
@@ -88,6 +88,13 @@ def compile_all(signatures: Sequence[Signature]) -> None:
             raise
     if sys.stderr.isatty():
         sys.stderr.write("\n")
+
+
+def _n_processors() -> int:
+    """Count the processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):  # not on macOS
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _show(done: int, of: int) -> None:
