@@ -253,3 +253,6 @@ class Scene:
     stop_lines: tuple[float, ...]  # s that the front bumper must not pass now [m]
     target_speed: float  # [m/s]
     lanes: Lanes = field(default_factory=Lanes.none)
+    # whether PlanStats must count what each check removes; else a planner may leave
+    # out what cannot change its plan
+    full_statistics: bool = False

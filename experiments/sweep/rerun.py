@@ -88,6 +88,7 @@ def _task(folder: Path, run: Path, before: dict[str, Any]) -> RunTask:
         keep_traces=KeepTraces.ALL,
         timeout=sweep.timeout_s,
         facts={**hashes, "sweep": before["sweep"], "command": shlex.join(command)},
+        full_statistics=before.get("full_statistics", True),  # for an equal hash
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from experiments.config.sweep import Sweep
+from experiments.config.sweep import KeepTraces, Sweep
 from experiments.episode.identity import shaping_versions
 from experiments.errors import ResultsError
 from experiments.interrupts import interrupts_between_steps
@@ -141,6 +141,7 @@ def task_of(run: PlannedRun, sweep: Sweep, folder: Path) -> RunTask:
             **run.hashes,
             "command": f"rearview rerun {folder} {run.run_id}",
         },
+        full_statistics=sweep.keep_traces is not KeepTraces.NONE,
     )
 
 

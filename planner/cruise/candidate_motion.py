@@ -64,12 +64,12 @@ class RoadTables(NamedTuple):
 
 @inlined
 def sample_road(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
-    """Fill the rows of the last plan, the path and the road under profile `p`.
+    """Fill the rows of the path and the road under profile `p`.
 
     The bounds are the tighter ones of those under the rear axle and under the front.
 
     Args:
-        rows: (n_profiles, 13, n_steps); s is given, LAST_L ... RIGHT are filled.
+        rows: (n_profiles, 13, n_steps); s is given, X ... RIGHT are filled.
         p: Which profile.
         count: Its valid steps.
         road: Its tables.
@@ -86,7 +86,13 @@ def sample_road(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
     interpolate(s, road.front_reach, road_s, road.road_right, front)
     for i in range(count):
         right[i] = max(right[i], front[i])
+
+
+@inlined
+def sample_last_plan(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
+    """Fill the row of the last plan's offset under profile `p`, 0 without a plan."""
     if road.last_s.size > 0:
+        s = rows[p, S, :count]
         interpolate(s, 0.0, road.last_s, road.last_l, rows[p, LAST_L])
     else:
         rows[p, LAST_L] = 0.0

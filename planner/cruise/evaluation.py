@@ -2,6 +2,13 @@
 
 One compiled call does it all. It goes profile by profile, and within one by terminal
 offset; what belongs to a profile is computed once. What it calls is compiled into it.
+
+Unless everything is to be counted, it is an exact branch and bound. No term is
+negative, so that the terms known so far bound the cost from below: profiles come in the
+order of what they cost at any offset, and what costs more than the cheapest candidate
+that passed so far is not looked at any further; what hits a body is, for the blocker,
+until the cheapest candidate that hits is known. What costs as much is looked at, too:
+of candidates that cost the same, the first one is chosen, as without the bounds.
 """
 
 from typing import NamedTuple
@@ -9,11 +16,15 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.cruise.candidate_motion import (
+    KAPPA,
     L_JERK,
     LAST_L,
+    N_BASIS,
     S_DOT,
+    SLOPE,
     UNIT_JERK,
     UNIT_L,
+    UNIT_SLOPE,
     L,
     Lateral,
     RoadTables,
@@ -22,10 +33,12 @@ from planner.cruise.candidate_motion import (
     candidate_motion,
     fill_basis,
     lateral_length,
+    sample_last_plan,
     sample_road,
 )
-from planner.cruise.checks.clearance import Passing, check_clearance
+from planner.cruise.checks.clearance import check_clearance, start_passing
 from planner.cruise.checks.limits import check_profile
+from planner.cruise.checks.safety_bound import Priced, bound_safety
 from planner.cruise.costs import (
     CONSISTENCY,
     DEAD_END,
@@ -44,80 +57,241 @@ from planner.cruise.feasibility import (
     squared_jerk,
 )
 from planner.cruise.headway import add_headway
-from planner.cruise.selection import Choice, PricingColumns, choose
-from planner.cruise.workspace import Surroundings, make_bench, padded
+from planner.cruise.selection import (
+    UNJUDGED,
+    Choice,
+    PricingColumns,
+    choose,
+    fixed_factors,
+    total_of,
+)
+from planner.cruise.workspace import (
+    Bench,
+    Surroundings,
+    fill_padded,
+    make_bench,
+    padded_size,
+)
 from planner.numerics.compiled import compiled, inlined
+from planner.reference_path.frenet import cartesian_rates
 from planner.states import FloatArray, IntArray
 
 PASSED = int(Check.PASSED)
+COLLISION = int(Check.COLLISION)
+SLACK = 1e-6  # of a profile's bound: sums of squares may round below zero [-]
 
 
 class Evaluation(NamedTuple):
-    """Outcome of all candidates, and the one that is chosen."""
+    """Outcome of the candidates, and the one that is chosen."""
 
-    verdict: IntArray  # the `Check` that removed each, (n_profiles, n_offsets)
+    verdict: IntArray  # the `Check` that removed each, (n_profiles, n_offsets), or
+    # UNJUDGED where that makes no difference to the choice
     blocker: IntArray  # first body in time that each hits, or -1, in the same shape
     choice: Choice
     motion: FloatArray  # of the chosen one, as `candidate_motion`; (9, 0) without one
 
 
+class CycleTables(NamedTuple):
+    """What the candidates of one cycle are evaluated with."""
+
+    tracks: Tracks  # the rows of the ground under them are filled here
+    lateral: Lateral
+    limits: CandidateLimits
+    road: RoadTables
+    around: Surroundings
+    speed_term: FloatArray  # price of each profile's speed, (n_profiles,) [-]
+
+
 @compiled
 def evaluate(
-    tracks: Tracks,
-    lateral: Lateral,
-    limits: CandidateLimits,
-    road: RoadTables,
-    around: Surroundings,
-    speed_term: FloatArray,
+    cycle: CycleTables,
     pricing: PricingColumns,
+    exhaustive: bool,  # noqa: FBT001 - compiled
 ) -> Evaluation:
-    """Check and price all candidates, and choose one.
+    """Check and price the candidates, and choose one.
 
     Args:
-        tracks: Profiles; the rows of the ground under them are filled here.
-        lateral: Samples of the lateral motion.
-        limits: Of the vehicle.
-        road: Path, road and last plan.
-        around: Bodies.
-        speed_term: Price of each profile's speed, (n_profiles,).
+        cycle: Samples, limits, road and bodies.
         pricing: Weights and scales, columns of the `Pricing`.
+        exhaustive: Judge also those that cannot be the cheapest; must hold unless the
+            pricing is separable.
     """
+    tracks, lateral, limits, road, around, speed_term = cycle
     rows, n = tracks.rows, lateral.offsets.size
-    n_profiles, n_steps = rows.shape[0], rows.shape[2]
-    verdict = np.empty((n_profiles, n), np.int64)
-    hit_body, hit_at = np.full((n_profiles, n), -1), np.full(n, -1)
-    hit_size = np.zeros((n_profiles, n))
-    terms = np.zeros((n_profiles, N_TERMS, n))
+    table = _make_table(rows.shape[0], n)
     delta_l = lateral.offsets - lateral.start[0]
-    wide = padded(lateral.offsets, lateral.start[0])
-    bench = make_bench(n_steps, wide.size)
-    for p in range(n_profiles):
+    basis, members = np.empty((N_BASIS, rows.shape[2])), np.empty(n, np.int64)
+    bench = make_bench(basis, padded_size(n))
+    factor = fixed_factors(pricing)
+    bound = _profile_bounds(tracks, speed_term, factor, exhaustive)
+    least = Least(np.inf, np.inf)
+    for p in _in_order(bound):
+        if bound[p] > least.passed:
+            break
+        if tracks.dropped[p] != PASSED:
+            table.verdict[p] = tracks.dropped[p]
+            continue
         count = tracks.n_valid[p]
-        passed = 0
-        if tracks.dropped[p] == PASSED:
-            sample_road(rows, p, count, road)
-            fill_basis(bench.basis, p, count, tracks, lateral)
-            passed = check_profile(
-                p, count, rows, bench.basis, delta_l, limits, bench.course, verdict[p]
-            )
-        else:
-            verdict[p] = tracks.dropped[p]
-        if passed > 0:
-            own = terms[p]
-            _price_motion(p, count, tracks, bench.basis, delta_l, lateral, own)
-            _price_end(p, count, rows, bench.basis, delta_l, bench.course, around, own)
-            for o in range(n):
-                own[SPEED, o] = speed_term[p]
-            add_headway(p, count, rows, bench.basis, delta_l, around, own[HEADWAY])
-            hit_at[:] = -1
-            passing = Passing(verdict[p], hit_body[p], hit_at, hit_size[p], own[SAFETY])
-            check_clearance(p, count, rows, wide, around, bench, passing)
-    choice = choose(verdict, hit_size, terms, pricing)
+        priced = Priced(table.terms[p], np.zeros(n, np.bool_))
+        _price_before_road(p, cycle, basis, delta_l, priced.own)
+        worth = members[: _gather(priced, factor, least, members)]
+        if worth.size == 0:
+            continue
+        sample_road(rows, p, count, road)
+        _price_end(p, count, rows, basis, delta_l, around, priced.own)
+        if least.passed < np.inf:
+            bound_safety(p, count, rows, basis, delta_l, worth, around, priced)
+        chosen = members[: _gather(priced, factor, least, members)]
+        if chosen.size == 0:
+            continue
+        if padded_size(chosen.size) != bench.number.size:
+            bench = make_bench(basis, padded_size(chosen.size))
+        fill_padded(delta_l, chosen, bench.change)
+        _validate(p, count, rows, limits, around, bench, chosen, table)
+        if not exhaustive:
+            least = _lower(least, priced.own, factor, chosen, table.verdict[p])
+    choice = choose(table.verdict, table.hit_size, table.terms, pricing)
     motion = np.empty((9, 0))
     if choice.best >= 0:
         offset = lateral.offsets[choice.best % n]
         motion = candidate_motion(choice.best // n, offset, tracks, lateral)
-    return Evaluation(verdict, hit_body, choice, motion)
+    return Evaluation(table.verdict, table.hit_body, choice, motion)
+
+
+class Least(NamedTuple):
+    """Costs that a candidate must not exceed to matter; inf if all are to be judged."""
+
+    passed: float  # of the cheapest that passed
+    judged: float  # of the cheapest that passed or only collides
+
+
+class CandidateTable(NamedTuple):
+    """What is found about all candidates; arrays are (n_profiles, n_offsets)."""
+
+    verdict: IntArray
+    hit_body: IntArray
+    hit_size: FloatArray
+    terms: FloatArray  # (n_profiles, 8, n_offsets)
+
+
+@inlined
+def _make_table(n_profiles: int, n: int) -> CandidateTable:
+    """Allocate the table before anything is known."""
+    shape = n_profiles, n
+    return CandidateTable(
+        np.full(shape, UNJUDGED),
+        np.full(shape, -1),
+        np.zeros(shape),
+        np.zeros((n_profiles, N_TERMS, n)),
+    )
+
+
+@inlined
+def _validate(
+    p: int,
+    count: int,
+    rows: FloatArray,
+    limits: CandidateLimits,
+    around: Surroundings,
+    bench: Bench,
+    chosen: IntArray,
+    table: CandidateTable,
+) -> None:
+    """Check some candidates of one profile and note what is found in the table."""
+    passing = start_passing(chosen.size)
+    passed = check_profile(p, count, rows, limits, bench, passing.verdict)
+    if passed > 0:
+        check_clearance(p, count, rows, around, bench, passing)
+    for i in range(chosen.size):
+        o = chosen[i]
+        table.verdict[p, o], table.hit_body[p, o] = (
+            passing.verdict[i],
+            passing.hit_body[i],
+        )
+        table.hit_size[p, o] = passing.hit_size[i]
+        table.terms[p, SAFETY, o] = passing.safety[i]
+
+
+@inlined
+def _lower(
+    least: Least,
+    own: FloatArray,
+    factor: FloatArray,
+    chosen: IntArray,
+    verdict: IntArray,
+) -> Least:
+    """Return the least costs after some candidates of a profile were judged."""
+    passed, judged = least
+    for o in chosen:
+        if verdict[o] == PASSED:
+            passed = min(passed, total_of(own, factor, o))
+        if verdict[o] in (PASSED, COLLISION):
+            judged = min(judged, total_of(own, factor, o))
+    return Least(passed, judged)
+
+
+@inlined
+def _profile_bounds(
+    tracks: Tracks,
+    speed_term: FloatArray,
+    factor: FloatArray,
+    exhaustive: bool,  # noqa: FBT001 - compiled
+) -> FloatArray:
+    """Bound what each profile costs at any offset, (n_profiles,); -inf if exhaustive.
+
+    Its own jerk and speed; a little less, as the sideways jerk and offsets are sums
+    that may round below zero.
+    """
+    bound = np.full(speed_term.size, -np.inf)
+    if not exhaustive:
+        for p in range(bound.size):
+            own = factor[JERK] * tracks.jerk[p] + factor[SPEED] * speed_term[p]
+            bound[p] = own - SLACK * (1.0 + own)
+    return bound
+
+
+@inlined
+def _in_order(bound: FloatArray) -> IntArray:
+    """Sort by growing bound; equal ones stay in order. numpy's takes 2 s to compile."""
+    order = np.arange(bound.size)
+    for i in range(1, order.size):
+        p, j = order[i], i - 1
+        while j >= 0 and bound[order[j]] > bound[p]:
+            order[j + 1] = order[j]
+            j -= 1
+        order[j + 1] = p
+    return order
+
+
+@inlined
+def _gather(priced: Priced, factor: FloatArray, least: Least, members: IntArray) -> int:
+    """List the offsets of one profile that may matter by the terms so far."""
+    count = 0
+    for o in range(members.size):
+        most = least.judged if priced.touched[o] else least.passed
+        if not total_of(priced.own, factor, o) > most:
+            members[count] = o
+            count += 1
+    return count
+
+
+@inlined
+def _price_before_road(
+    p: int,
+    cycle: CycleTables,
+    basis: FloatArray,
+    delta_l: FloatArray,
+    own: FloatArray,
+) -> None:
+    """Fill the lateral basis of a profile, and the terms that need no road under it."""
+    tracks, lateral = cycle.tracks, cycle.lateral
+    rows, count = tracks.rows, tracks.n_valid[p]
+    sample_last_plan(rows, p, count, cycle.road)
+    fill_basis(basis, p, count, tracks, lateral)
+    _price_motion(p, count, tracks, basis, delta_l, lateral, own)
+    for o in range(delta_l.size):
+        own[SPEED, o] = cycle.speed_term[p]
+    add_headway(p, count, rows, basis, delta_l, cycle.around, own[HEADWAY])
 
 
 @inlined
@@ -168,7 +342,6 @@ def _price_end(
     rows: FloatArray,
     basis: FloatArray,
     delta_l: FloatArray,
-    course: FloatArray,
     around: Surroundings,
     own: FloatArray,
 ) -> None:
@@ -183,7 +356,11 @@ def _price_end(
     s, speed = rows[p, S, last], rows[p, S_DOT, last]
     l, unit = basis[L, last], basis[UNIT_L, last]
     for o in range(delta_l.size):
-        own[HEADING, o] = course[1, last, o] * course[1, last, o]
+        slope = basis[SLOPE, last] + delta_l[o] * basis[UNIT_SLOPE, last]
+        _, sin_e, _, _, _ = cartesian_rates(
+            l + delta_l[o] * unit, rows[p, KAPPA, last], 0.0, 0.0, 0.0, slope, 0.0
+        )
+        own[HEADING, o] = sin_e * sin_e
         own[DEAD_END, o] = 0.0
     for b in range(around.size.size):
         beyond = around.s[b, last] - s

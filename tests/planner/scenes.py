@@ -143,6 +143,7 @@ def make_scene(
     frenet: FrenetState | None = None,
     near: float | None = None,
     time: float = 0.0,
+    full_statistics: bool = True,
 ) -> Scene:
     ego = ego_on(path) if ego is None else ego
     if not isinstance(obstacles, Obstacles):
@@ -161,6 +162,7 @@ def make_scene(
         vehicles,
         stop_lines,
         target_speed,
+        full_statistics=full_statistics,
     )
 
 
