@@ -98,7 +98,8 @@ class Cycle:
         """Return candidate `index` as a trajectory."""
         tracks, lateral = self.tables.tracks, self.tables.lateral
         p, o = divmod(index, lateral.offsets.size)
-        rows = candidate_motion(p, float(lateral.offsets[o]), tracks, lateral)
+        offset, road = float(lateral.offsets[o]), self.tables.road
+        rows = candidate_motion(p, offset, tracks, lateral, road)
         return Trajectory.from_rows(rows)
 
 

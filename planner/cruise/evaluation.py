@@ -20,6 +20,7 @@ from planner.cruise.candidate_motion import (
     L_JERK,
     LAST_L,
     N_BASIS,
+    N_ROWS,
     S_DOT,
     SLOPE,
     UNIT_JERK,
@@ -31,12 +32,13 @@ from planner.cruise.candidate_motion import (
     S,
     Tracks,
     candidate_motion,
+    copy_profile,
     fill_basis,
     lateral_length,
     sample_last_plan,
     sample_road,
 )
-from planner.cruise.checks.clearance import check_clearance, start_passing
+from planner.cruise.checks.clearance import Passing, check_clearance, start_passing
 from planner.cruise.checks.limits import check_profile
 from planner.cruise.checks.safety_bound import Priced, bound_safety
 from planner.cruise.costs import (
@@ -66,7 +68,6 @@ from planner.cruise.selection import (
     total_of,
 )
 from planner.cruise.workspace import (
-    Bench,
     Surroundings,
     fill_padded,
     make_bench,
@@ -94,7 +95,7 @@ class Evaluation(NamedTuple):
 class CycleTables(NamedTuple):
     """What the candidates of one cycle are evaluated with."""
 
-    tracks: Tracks  # the rows of the ground under them are filled here
+    tracks: Tracks
     lateral: Lateral
     limits: CandidateLimits
     road: RoadTables
@@ -117,11 +118,15 @@ def evaluate(
             pricing is separable.
     """
     tracks, lateral, limits, road, around, speed_term = cycle
-    rows, n = tracks.rows, lateral.offsets.size
-    table = _make_table(rows.shape[0], n)
-    delta_l = lateral.offsets - lateral.start[0]
-    basis, members = np.empty((N_BASIS, rows.shape[2])), np.empty(n, np.int64)
-    bench = make_bench(basis, padded_size(n))
+    n, n_steps = lateral.offsets.size, tracks.rows.shape[2]
+    table = _make_table(speed_term.size, n)
+    work = Workplace(
+        np.empty((1, N_ROWS, n_steps)),
+        np.empty((N_BASIS, n_steps)),
+        lateral.offsets - lateral.start[0],
+        np.empty(n, np.int64),
+    )
+    bench = make_bench(work.basis, padded_size(n))
     factor = fixed_factors(pricing)
     bound = _profile_bounds(tracks, speed_term, factor, exhaustive)
     least = Least(np.inf, np.inf)
@@ -131,31 +136,34 @@ def evaluate(
         if tracks.dropped[p] != PASSED:
             table.verdict[p] = tracks.dropped[p]
             continue
-        count = tracks.n_valid[p]
         priced = Priced(table.terms[p], np.zeros(n, np.bool_))
-        _price_before_road(p, cycle, basis, delta_l, priced.own)
-        worth = members[: _gather(priced, factor, least, members)]
-        if worth.size == 0:
-            continue
-        sample_road(rows, p, count, road)
-        _price_end(p, count, rows, basis, delta_l, around, priced.own)
-        if least.passed < np.inf:
-            bound_safety(p, count, rows, basis, delta_l, worth, around, priced)
-        chosen = members[: _gather(priced, factor, least, members)]
+        chosen = work.members[: _price(p, cycle, work, priced, factor, least)]
         if chosen.size == 0:
             continue
         if padded_size(chosen.size) != bench.number.size:
-            bench = make_bench(basis, padded_size(chosen.size))
-        fill_padded(delta_l, chosen, bench.change)
-        _validate(p, count, rows, limits, around, bench, chosen, table)
+            bench = make_bench(work.basis, padded_size(chosen.size))
+        fill_padded(work.delta_l, chosen, bench.change)
+        passing, count = start_passing(chosen.size), tracks.n_valid[p]
+        if check_profile(0, count, work.rows, limits, bench, passing.verdict) > 0:
+            check_clearance(0, count, work.rows, around, bench, passing)
+        _note(p, chosen, passing, table)
         if not exhaustive:
             least = _lower(least, priced.own, factor, chosen, table.verdict[p])
     choice = choose(table.verdict, table.hit_size, table.terms, pricing)
     motion = np.empty((9, 0))
     if choice.best >= 0:
         offset = lateral.offsets[choice.best % n]
-        motion = candidate_motion(choice.best // n, offset, tracks, lateral)
+        motion = candidate_motion(choice.best // n, offset, tracks, lateral, road)
     return Evaluation(table.verdict, table.hit_body, choice, motion)
+
+
+class Workplace(NamedTuple):
+    """Arrays for the profile at hand; its rows stand under the number 0."""
+
+    rows: FloatArray  # profile and road, (1, 13, n_steps)
+    basis: FloatArray  # lateral basis, (8, n_steps)
+    delta_l: FloatArray  # terminal offsets less the present one, (n_offsets,) [m]
+    members: IntArray  # numbers of the candidates to be judged, (n_offsets,)
 
 
 class Least(NamedTuple):
@@ -187,21 +195,8 @@ def _make_table(n_profiles: int, n: int) -> CandidateTable:
 
 
 @inlined
-def _validate(
-    p: int,
-    count: int,
-    rows: FloatArray,
-    limits: CandidateLimits,
-    around: Surroundings,
-    bench: Bench,
-    chosen: IntArray,
-    table: CandidateTable,
-) -> None:
-    """Check some candidates of one profile and note what is found in the table."""
-    passing = start_passing(chosen.size)
-    passed = check_profile(p, count, rows, limits, bench, passing.verdict)
-    if passed > 0:
-        check_clearance(p, count, rows, around, bench, passing)
+def _note(p: int, chosen: IntArray, passing: Passing, table: CandidateTable) -> None:
+    """Note what was found about some candidates of profile `p`."""
     for i in range(chosen.size):
         o = chosen[i]
         table.verdict[p, o], table.hit_body[p, o] = (
@@ -276,22 +271,59 @@ def _gather(priced: Priced, factor: FloatArray, least: Least, members: IntArray)
 
 
 @inlined
+def _price(
+    p: int,
+    cycle: CycleTables,
+    work: Workplace,
+    priced: Priced,
+    factor: FloatArray,
+    least: Least,
+) -> int:
+    """Price the candidates of one profile but for passing bodies, cheap terms first.
+
+    Args:
+        p: Which profile.
+        cycle: Tables of the cycle.
+        work: Rows, basis and members are filled.
+        priced: Filled; the safety is a lower bound, 0 while nothing has passed.
+        factor: Weights over scales, (8,).
+        least: Costs not to be exceeded.
+
+    Returns:
+        How many candidates are to be judged.
+    """
+    rows, basis, delta_l, members = work
+    count = cycle.tracks.n_valid[p]
+    copy_profile(cycle.tracks, p, rows)
+    _price_before_road(p, cycle, rows, basis, delta_l, priced.own)
+    worth = members[: _gather(priced, factor, least, members)]
+    if worth.size == 0:
+        return 0
+    sample_road(rows, 0, count, cycle.road)
+    _price_end(count, rows, basis, delta_l, cycle.around, priced.own)
+    if least.passed < np.inf:
+        bound_safety(count, rows, basis, delta_l, worth, cycle.around, priced)
+    return _gather(priced, factor, least, members)
+
+
+@inlined
 def _price_before_road(
     p: int,
     cycle: CycleTables,
+    rows: FloatArray,
     basis: FloatArray,
     delta_l: FloatArray,
     own: FloatArray,
 ) -> None:
     """Fill the lateral basis of a profile, and the terms that need no road under it."""
     tracks, lateral = cycle.tracks, cycle.lateral
-    rows, count = tracks.rows, tracks.n_valid[p]
-    sample_last_plan(rows, p, count, cycle.road)
+    count = tracks.n_valid[p]
+    sample_last_plan(rows, 0, count, cycle.road)
     fill_basis(basis, p, count, tracks, lateral)
-    _price_motion(p, count, tracks, basis, delta_l, lateral, own)
+    _price_motion(p, count, tracks, basis, delta_l, rows[0, LAST_L], lateral, own)
     for o in range(delta_l.size):
         own[SPEED, o] = cycle.speed_term[p]
-    add_headway(p, count, rows, basis, delta_l, cycle.around, own[HEADWAY])
+    add_headway(0, count, rows, basis, delta_l, cycle.around, own[HEADWAY])
 
 
 @inlined
@@ -301,6 +333,7 @@ def _price_motion(
     tracks: Tracks,
     basis: FloatArray,
     delta_l: FloatArray,
+    last_l: FloatArray,
     lateral: Lateral,
     own: FloatArray,
 ) -> None:
@@ -313,7 +346,7 @@ def _price_motion(
     l00 = l01 = l11 = d00 = d01 = j00 = j01 = j11 = 0.0
     for i in range(count):
         l, unit = basis[L, i], basis[UNIT_L, i]
-        off = l - rows[p, LAST_L, i]
+        off = l - last_l[i]
         jerk, unit_jerk = basis[L_JERK, i], basis[UNIT_JERK, i]
         l00 += l * l
         l01 += l * unit
@@ -337,7 +370,6 @@ def _price_motion(
 
 @inlined
 def _price_end(
-    p: int,
     count: int,
     rows: FloatArray,
     basis: FloatArray,
@@ -353,12 +385,12 @@ def _price_end(
     that creeping nearer never pays.
     """
     last = count - 1
-    s, speed = rows[p, S, last], rows[p, S_DOT, last]
+    s, speed = rows[0, S, last], rows[0, S_DOT, last]
     l, unit = basis[L, last], basis[UNIT_L, last]
     for o in range(delta_l.size):
         slope = basis[SLOPE, last] + delta_l[o] * basis[UNIT_SLOPE, last]
         _, sin_e, _, _, _ = cartesian_rates(
-            l + delta_l[o] * unit, rows[p, KAPPA, last], 0.0, 0.0, 0.0, slope, 0.0
+            l + delta_l[o] * unit, rows[0, KAPPA, last], 0.0, 0.0, 0.0, slope, 0.0
         )
         own[HEADING, o] = sin_e * sin_e
         own[DEAD_END, o] = 0.0

@@ -60,7 +60,7 @@ def check_clearance(
     Args:
         p: Which profile.
         count: Its valid steps.
-        rows: Of the `Tracks`.
+        rows: Of profiles and the road under them.
         around: Bodies.
         bench: Basis, changes of offset and course are given.
         passing: Changed in place; candidates that had not passed are not looked at.

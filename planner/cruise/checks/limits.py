@@ -58,7 +58,7 @@ def check_profile(
     Args:
         p: Which profile.
         count: Its valid steps.
-        rows: Of the `Tracks`.
+        rows: Of profiles and the road under them.
         limits: Of the vehicle.
         bench: Basis and changes of offset are given, the course is filled.
         verdict: Filled, (n,).

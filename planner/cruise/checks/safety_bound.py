@@ -40,7 +40,6 @@ class Priced(NamedTuple):
 
 @inlined
 def bound_safety(
-    p: int,
     count: int,
     rows: FloatArray,
     basis: FloatArray,
@@ -52,9 +51,8 @@ def bound_safety(
     """Fill the bound as the safety of some candidates of one profile.
 
     Args:
-        p: Which profile.
         count: Its valid steps.
-        rows: Of the `Tracks`, with the road under it at all steps.
+        rows: Of the profile and the road under it, (1, 13, n_steps).
         basis: Of its lateral motion.
         delta_l: Terminal offsets less the present one, (n,) [m].
         members: Numbers of the candidates.
@@ -69,7 +67,7 @@ def bound_safety(
     for b in range(around.size.size):
         if around.follower[b]:
             continue
-        i, square = _nearest_step(p, count, rows, around.poses, b)
+        i, square = _nearest_step(count, rows, around.poses, b)
         l_low = abs(basis[L, i] + delta_l[members[0]] * basis[UNIT_L, i])
         l_high = abs(basis[L, i] + delta_l[members[-1]] * basis[UNIT_L, i])
         far = max(l_low, l_high) + reach + around.size[b] + around.range
@@ -77,7 +75,7 @@ def bound_safety(
             continue
         body = body_of(b, around)
         for o in members:
-            gap = _least_gap(p, (i, count), rows, basis, delta_l[o], body, around)
+            gap = _least_gap((i, count), rows, basis, delta_l[o], body, around)
             if gap < body.threshold - ROUNDING:
                 touched[o] = True
                 gap = 0.0
@@ -86,7 +84,6 @@ def bound_safety(
 
 @inlined
 def _nearest_step(
-    p: int,
     count: int,
     rows: FloatArray,
     poses: FloatArray,
@@ -99,7 +96,7 @@ def _nearest_step(
     """
     nearest, least = 0, FAR_BEYOND
     for i in range(count):
-        dx, dy = poses[b, 0, i] - rows[p, X, i], poses[b, 1, i] - rows[p, Y, i]
+        dx, dy = poses[b, 0, i] - rows[0, X, i], poses[b, 1, i] - rows[0, Y, i]
         square = dx * dx + dy * dy
         if square < least:
             nearest, least = i, square
@@ -108,7 +105,6 @@ def _nearest_step(
 
 @inlined
 def _least_gap(
-    p: int,
     start: tuple[int, int],
     rows: FloatArray,
     basis: FloatArray,
@@ -119,20 +115,19 @@ def _least_gap(
     """Compute gaps from a step on to both sides for as long as they fall [m].
 
     Args:
-        p: Which profile.
         start: The step, and how many there are.
-        rows: Of the `Tracks`.
+        rows: As in `bound_safety`.
         basis: Of the lateral motion.
         change: Of offset [m].
         body: Which body.
         around: Bodies.
     """
     middle, count = start
-    least = _gap(p, middle, rows, basis, change, body, around)
+    least = _gap(middle, rows, basis, change, body, around)
     for way in (1, -1):
         i = middle + way
         while 0 <= i < count:
-            gap = _gap(p, i, rows, basis, change, body, around)
+            gap = _gap(i, rows, basis, change, body, around)
             if not gap < least:
                 break
             least = gap
@@ -142,7 +137,6 @@ def _least_gap(
 
 @inlined
 def _gap(
-    p: int,
     i: int,
     rows: FloatArray,
     basis: FloatArray,
@@ -155,11 +149,11 @@ def _gap(
     l = basis[L, i] + change * basis[UNIT_L, i]
     slope = basis[SLOPE, i] + change * basis[UNIT_SLOPE, i]
     cos_e, sin_e, _, _, _ = cartesian_rates(
-        l, rows[p, KAPPA, i], 0.0, 0.0, 0.0, slope, 0.0
+        l, rows[0, KAPPA, i], 0.0, 0.0, 0.0, slope, 0.0
     )
-    cos_r, sin_r = rows[p, COS, i], rows[p, SIN, i]
-    dx = rows[p, X, i] - sin_r * l - poses[b, 0, i]
-    dy = rows[p, Y, i] + cos_r * l - poses[b, 1, i]
+    cos_r, sin_r = rows[0, COS, i], rows[0, SIN, i]
+    dx = rows[0, X, i] - sin_r * l - poses[b, 0, i]
+    dy = rows[0, Y, i] + cos_r * l - poses[b, 1, i]
     cos, sin = cos_r * cos_e - sin_r * sin_e, sin_r * cos_e + cos_r * sin_e
     cos_b, sin_b = poses[b, 2, i], poses[b, 3, i]
     u, w = dx * cos_b + dy * sin_b, dy * cos_b - dx * sin_b
