@@ -21,11 +21,15 @@ class PlanStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class PlanStats:
-    """Why a cycle ended as it did."""
+    """Why a cycle ended as it did.
+
+    A scene that does not ask for full statistics may leave `survivors` None and
+    `removed` empty: the planner then has not judged what cannot change its plan.
+    """
 
     reason: str = ""  # one sentence unless the status is OK
     candidates: int = 0  # trajectories made in this cycle
-    survivors: int = 0  # of these, the ones that passed every check
+    survivors: int | None = 0  # of these, the ones that passed every check
     removed: Mapping[str, int] = field(default_factory=dict)  # check -> removed by it
     costs: Mapping[str, float] = field(default_factory=dict)  # of the chosen one
     blocker: str | None = None  # what the cheapest colliding candidate would hit

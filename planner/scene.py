@@ -301,3 +301,6 @@ class Scene:
     target_speed: float  # [m/s], no faster than the limits here and ahead allow
     lanes: Lanes = field(default_factory=Lanes.none)
     speed_limits: SpeedLimits = field(default_factory=SpeedLimits.none)
+    # whether PlanStats must count what each check removes; else a planner may leave
+    # out what cannot change its plan
+    full_statistics: bool = False

@@ -52,6 +52,7 @@ class EpisodeOptions:
     blocked_after: float = 20.0  # of standing without a way on [s]
     horizon: float = 5.0  # of the predictions [s]
     predictor: Predictor = constant_speed
+    full_statistics: bool = True  # of the candidates, see `Scene`
 
 
 def run_loop(
@@ -126,7 +127,9 @@ class _Episode:
         self._options = options
         self._on_step = on_step
         self._road = road
-        self._outlook = Outlook(world.step, options.horizon, options.predictor)
+        self._outlook = Outlook(
+            world.step, options.horizon, options.predictor, options.full_statistics
+        )
         self._monitor = CollisionMonitor(road, vehicle)
         self._blockage = BlockageDetector(
             options.blocked_after, vehicle.front_reach, road.path

@@ -15,11 +15,12 @@ PLANNED_RADIUS = 120.0  # vehicles farther from the ego are not planned with [m]
 
 @dataclass(frozen=True, slots=True)
 class Outlook:
-    """How other vehicles are predicted."""
+    """How other vehicles are predicted, and what planners are asked to count."""
 
     step: float  # between columns of the predictions, and planning cycles [s]
     horizon: float = 5.0  # [s]
     predictor: Predictor = constant_speed
+    full_statistics: bool = True  # see `Scene`
 
     def times(self) -> FloatArray:
         """Return the times of the predictions, from 0 on, (n_steps,) [s]."""
@@ -69,4 +70,5 @@ def build_scene(
         target_speed=min(task.target_speed, road.allowed_speed(front, ego.speed)),
         lanes=road.lanes,
         speed_limits=road.speed_limits,
+        full_statistics=outlook.full_statistics,
     )

@@ -83,7 +83,7 @@ def run_episode(
                 planner,
                 PerfectTracking(),
                 layout.task,
-                _options(scenario),
+                _options(scenario, options),
                 recorder,
             )
         finally:
@@ -142,7 +142,7 @@ def _road_map(layout: Layout) -> RoadMap:
     return map_around(layout.road.path, _net_file(layout))
 
 
-def _options(scenario: Scenario) -> EpisodeOptions:
+def _options(scenario: Scenario, output: OutputOptions) -> EpisodeOptions:
     """Return the options of the loop."""
     simulation = scenario.simulation
     return EpisodeOptions(
@@ -150,6 +150,7 @@ def _options(scenario: Scenario) -> EpisodeOptions:
         blocked_after=simulation.blocked_after_s,
         horizon=simulation.horizon_s,
         predictor=PREDICTORS[simulation.predictor],
+        full_statistics=output.full_statistics,
     )
 
 

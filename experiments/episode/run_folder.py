@@ -40,6 +40,9 @@ class OutputOptions:
     keeps_trace: Callable[[Ending], bool] = lambda _: True
     facts: Mapping[str, Any] = field(default_factory=dict)  # for the manifest
     keeps_candidates: bool = False  # of the cycles, and s-T graphs, with the trace
+    # count in every cycle what each check removes; else planners are faster, and the
+    # trace and its hash lack these counts
+    full_statistics: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -284,7 +284,7 @@ _COMPUTATION = (
         label="feasible candidates",
         compute=lambda e: computation.mean_count(e.trace, "survivors"),
         formula="mean number of feasible candidates over planning cycles; null without "
-        "cycles",
+        "cycles, or if the planner was not asked to count them",
         in_terminal=True,
     ),
     Metric(

@@ -125,7 +125,9 @@ def _checked_stats(stats: object) -> PlanStats:
         reason=in_one_line(stats.reason),
         blocker=None if stats.blocker is None else str(stats.blocker),
         candidates=_count("stats.candidates", stats.candidates),
-        survivors=_count("stats.survivors", stats.survivors),
+        survivors=None
+        if stats.survivors is None
+        else _count("stats.survivors", stats.survivors),
         removed={
             key: _count(f"stats.removed[{key!r}]", value)
             for key, value in _named("stats.removed", stats.removed).items()

@@ -73,4 +73,9 @@ def _run_folder(task: RunTask) -> OutputOptions:
         only_failures = task.keep_traces is KeepTraces.FAILURES
         return not arrived if only_failures else task.keep_traces is KeepTraces.ALL
 
-    return OutputOptions(task.folder, keeps, facts_of(task))
+    return OutputOptions(
+        task.folder,
+        keeps,
+        facts_of(task),
+        full_statistics=task.full_statistics,
+    )

@@ -96,6 +96,7 @@ def _task(
         keep_traces=KeepTraces.ALL,
         timeout=sweep.timeout_s,
         facts={**hashes, "sweep": before.get("sweep"), "command": shlex.join(command)},
+        full_statistics=before.get("full_statistics", True),  # for an equal hash
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from experiments.config.planner_modules import ALLOW_PLANNER
-from experiments.config.sweep import Sweep
+from experiments.config.sweep import KeepTraces, Sweep
 from experiments.episode.identity import shaping_versions
 from experiments.errors import ResultsError
 from experiments.interrupts import interrupts_between_steps
@@ -144,6 +144,7 @@ def task_of(run: PlannedRun, sweep: Sweep, folder: Path) -> RunTask:
             **run.hashes,
             "command": _rerun_command(run, folder),
         },
+        full_statistics=sweep.keep_traces is not KeepTraces.NONE,
     )
 
 

@@ -40,6 +40,7 @@ class RunTask:
     timeout: float  # [s]
     facts: Mapping[str, Any]  # for the manifest
     attempt: int = 1
+    full_statistics: bool = True  # see `OutputOptions`
 
     def again(self) -> "RunTask":
         """Return the task of the next attempt."""
@@ -128,4 +129,9 @@ def record_failure(report: RunReport) -> RunReport:
 
 def facts_of(task: RunTask) -> dict[str, Any]:
     """Return the manifest entries specific to runs of a sweep."""
-    return {**task.facts, "run_id": task.run_id, "attempts": task.attempt}
+    return {
+        **task.facts,
+        "run_id": task.run_id,
+        "attempts": task.attempt,
+        "full_statistics": task.full_statistics,
+    }

@@ -17,9 +17,11 @@ from planner.reference_path.frenet import cartesian_rates
 from planner.reference_path.linear_curvature import trace
 from planner.states import FloatArray, IntArray
 
-# Rows of a track: the profile, the last plan's offset, the path and the road under it.
+# Rows of a profile, and, where one is laid on the road, of the last plan's offset, the
+# path and the road under it.
 S, S_DOT, S_DDOT, S_DDDOT, LAST_L = 0, 1, 2, 3, 4
 X, Y, COS, SIN, KAPPA, KAPPA_RATE, LEFT, RIGHT = 5, 6, 7, 8, 9, 10, 11, 12
+N_PROFILE = 4
 N_ROWS = 13
 
 # Rows of the lateral basis: l, l', l'' and d³l/dt³ of the motion to the present offset,
@@ -29,9 +31,9 @@ N_BASIS = 8
 
 
 class Tracks(NamedTuple):
-    """Longitudinal profiles and the road under them, as the kernel takes them."""
+    """Longitudinal profiles, as the kernel takes them."""
 
-    rows: FloatArray  # (n_profiles, 13, n_steps), rows named above
+    rows: FloatArray  # (n_profiles, 4, n_steps), rows named above
     duration: FloatArray  # of the manoeuvre, (n_profiles,) [s]
     n_valid: IntArray  # valid steps, (n_profiles,)
     jerk: FloatArray  # integral of squared jerk, (n_profiles,) [m²/s⁵]
@@ -63,13 +65,21 @@ class RoadTables(NamedTuple):
 
 
 @inlined
+def copy_profile(tracks: Tracks, p: int, rows: FloatArray) -> None:
+    """Fill the rows of the profile, (1, 13, n_steps), with those of profile `p`."""
+    for row in range(N_PROFILE):
+        for i in range(tracks.n_valid[p]):
+            rows[0, row, i] = tracks.rows[p, row, i]
+
+
+@inlined
 def sample_road(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
-    """Fill the rows of the last plan, the path and the road under profile `p`.
+    """Fill the rows of the path and the road under profile `p`.
 
     The bounds are the tighter ones of those under the rear axle and under the front.
 
     Args:
-        rows: (n_profiles, 13, n_steps); s is given, LAST_L ... RIGHT are filled.
+        rows: (n_profiles, 13, n_steps); s is given, X ... RIGHT are filled.
         p: Which profile.
         count: Its valid steps.
         road: Its tables.
@@ -86,7 +96,13 @@ def sample_road(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
     interpolate(s, road.front_reach, road_s, road.road_right, front)
     for i in range(count):
         right[i] = max(right[i], front[i])
+
+
+@inlined
+def sample_last_plan(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
+    """Fill the row of the last plan's offset under profile `p`, 0 without a plan."""
     if road.last_s.size > 0:
+        s = rows[p, S, :count]
         interpolate(s, 0.0, road.last_s, road.last_l, rows[p, LAST_L])
     else:
         rows[p, LAST_L] = 0.0
@@ -140,7 +156,7 @@ def fill_basis(
 
 @inlined
 def candidate_motion(
-    p: int, offset: float, tracks: Tracks, lateral: Lateral
+    p: int, offset: float, tracks: Tracks, lateral: Lateral, road: RoadTables
 ) -> FloatArray:
     """Compute all points of one candidate.
 
@@ -148,29 +164,31 @@ def candidate_motion(
         (9, n): rows in the order of the fields of `Trajectory`; n is the profile's
         count.
     """
-    rows, count = tracks.rows, tracks.n_valid[p]
-    out = np.empty((9, count))
-    length = lateral_length(rows, p, tracks.duration[p], lateral)
+    count = tracks.n_valid[p]
+    out, rows = np.empty((9, count)), np.empty((1, N_ROWS, count))
+    copy_profile(tracks, p, rows)
+    sample_road(rows, 0, count, road)
+    length = lateral_length(tracks.rows, p, tracks.duration[p], lateral)
     c = lateral_quintic(lateral.start, offset, length)
     for i in range(count):
-        s_dot, s_ddot = rows[p, S_DOT, i], rows[p, S_DDOT, i]
-        done = lateral.step * i if lateral.over_time else rows[p, S, i] - rows[p, S, 0]
+        s_dot, s_ddot = rows[0, S_DOT, i], rows[0, S_DDOT, i]
+        done = lateral.step * i if lateral.over_time else rows[0, S, i] - rows[0, S, 0]
         l, slope, bend, _ = lateral_at(
             lateral.over_time, c, length, offset, done, s_dot, s_ddot, 0.0
         )
         cos_e, sin_e, curvature, speed, acceleration = cartesian_rates(
-            l, rows[p, KAPPA, i], rows[p, KAPPA_RATE, i], s_dot, s_ddot, slope, bend
+            l, rows[0, KAPPA, i], rows[0, KAPPA_RATE, i], s_dot, s_ddot, slope, bend
         )
-        cos_r, sin_r = rows[p, COS, i], rows[p, SIN, i]
+        cos_r, sin_r = rows[0, COS, i], rows[0, SIN, i]
         out[0, i] = lateral.step * i
-        out[1, i] = rows[p, X, i] - sin_r * l
-        out[2, i] = rows[p, Y, i] + cos_r * l
+        out[1, i] = rows[0, X, i] - sin_r * l
+        out[2, i] = rows[0, Y, i] + cos_r * l
         out[3, i] = np.arctan2(
             sin_r * cos_e + cos_r * sin_e, cos_r * cos_e - sin_r * sin_e
         )
         out[4, i] = curvature
         out[5, i] = max(speed, 0.0)
         out[6, i] = acceleration
-        out[7, i] = rows[p, S, i]
+        out[7, i] = rows[0, S, i]
         out[8, i] = l
     return out

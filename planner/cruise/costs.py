@@ -137,13 +137,15 @@ def speed_deviation(
     Returns:
         (n_profiles,) [-]; 2 for standing where one could drive.
     """
-    out, wanted = np.empty(s.shape[0]), np.empty(s.shape[1])
+    out = np.empty(s.shape[0])
+    wanted, square = np.empty(s.shape[1]), np.empty(s.shape[1])
     for p in range(s.shape[0]):
         interpolate(s[p], 0.0, s_grid, v_grid, wanted)
-        total = last = 0.0
         for i in range(s.shape[1]):
             off = (s_dot[p, i] - wanted[i]) / max(wanted[i], MIN_SPEED_SCALE)
-            last = off * off
-            total += last
-        out[p] = total / s.shape[1] + last
+            square[i] = off * off
+        total = 0.0
+        for i in range(s.shape[1]):
+            total += square[i]
+        out[p] = total / s.shape[1] + square[-1]
     return out

@@ -9,9 +9,9 @@ from planner.bodies import Bodies, BodyTable, bodies_of, leader_of
 from planner.cruise.candidate_motion import (
     Lateral,
     RoadTables,
-    Tracks,
     candidate_motion,
 )
+from planner.cruise.evaluation import CycleTables
 from planner.cruise.feasibility import TOLERANCE, CandidateLimits, RoadBody, road_excess
 from planner.cruise.sampling.lateral import (
     full_grid_size,
@@ -38,12 +38,7 @@ class Cycle:
     """Everything that one cycle's evaluation reads."""
 
     bodies: Bodies
-    tracks: Tracks
-    lateral: Lateral
-    limits: CandidateLimits
-    ground: RoadTables
-    around: Surroundings
-    speed_term: FloatArray  # per profile [-]
+    tables: CycleTables
     off_road: int  # candidates left out because the road is narrower than the grid
     last: Trajectory | None
 
@@ -75,32 +70,36 @@ class Cycle:
             settings.step,
         )
         table, road = scene.path.table, scene.road
+        ground = RoadTables(
+            table.knots,
+            table.bins,
+            road.s,
+            road.left,
+            road.right,
+            EMPTY if last is None else last.s,
+            EMPTY if last is None else last.l,
+            scene.vehicle.front_reach,
+        )
         return cls(
             bodies,
-            profiles.tracks,
-            lateral,
-            limits,
-            RoadTables(
-                table.knots,
-                table.bins,
-                road.s,
-                road.left,
-                road.right,
-                EMPTY if last is None else last.s,
-                EMPTY if last is None else last.l,
-                scene.vehicle.front_reach,
+            CycleTables(
+                profiles.tracks,
+                lateral,
+                limits,
+                ground,
+                _surroundings(scene, settings, bodies),
+                profiles.speed_term,
             ),
-            _surroundings(scene, settings, bodies),
-            profiles.speed_term,
             profiles.speed_term.size * max(full_grid_size(settings) - offsets.size, 0),
             last,
         )
 
     def trajectory(self, index: int) -> Trajectory:
         """Return candidate `index` as a trajectory."""
-        p, o = divmod(index, self.lateral.offsets.size)
-        offset = float(self.lateral.offsets[o])
-        rows = candidate_motion(p, offset, self.tracks, self.lateral)
+        tracks, lateral = self.tables.tracks, self.tables.lateral
+        p, o = divmod(index, lateral.offsets.size)
+        offset, road = float(lateral.offsets[o]), self.tables.road
+        rows = candidate_motion(p, offset, tracks, lateral, road)
         return Trajectory.from_rows(rows)
 
 

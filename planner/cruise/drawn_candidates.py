@@ -24,10 +24,10 @@ def alternatives_of(cycle: Cycle, verdict: IntArray) -> tuple[Alternative, ...]:
         profile cannot be driven at all have no trajectory and are left out, as are
         those that leave the domain of the path.
     """
-    every = max(round(SPACING / cycle.lateral.step), 1)
+    every = max(round(SPACING / cycle.tables.lateral.step), 1)
     found = []
     has_shape = np.repeat(
-        cycle.tracks.dropped == Check.PASSED, cycle.lateral.offsets.size
+        cycle.tables.tracks.dropped == Check.PASSED, cycle.tables.lateral.offsets.size
     )
     for check in Check:
         if check is Check.DOMAIN:

@@ -2,6 +2,13 @@
 
 One compiled call does it all. It goes profile by profile, and within one by terminal
 offset; what belongs to a profile is computed once. What it calls is compiled into it.
+
+Unless everything is to be counted, it is an exact branch and bound. No term is
+negative, so that the terms known so far bound the cost from below: profiles come in the
+order of what they cost at any offset, and what costs more than the cheapest candidate
+that passed so far is not looked at any further; what hits a body is, for the blocker,
+until the cheapest candidate that hits is known. What costs as much is looked at, too:
+of candidates that cost the same, the first one is chosen, as without the bounds.
 """
 
 from typing import NamedTuple
@@ -9,23 +16,31 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.cruise.candidate_motion import (
+    KAPPA,
     L_JERK,
     LAST_L,
+    N_BASIS,
+    N_ROWS,
     S_DOT,
+    SLOPE,
     UNIT_JERK,
     UNIT_L,
+    UNIT_SLOPE,
     L,
     Lateral,
     RoadTables,
     S,
     Tracks,
     candidate_motion,
+    copy_profile,
     fill_basis,
     lateral_length,
+    sample_last_plan,
     sample_road,
 )
-from planner.cruise.checks.clearance import Passing, check_clearance
+from planner.cruise.checks.clearance import Passing, check_clearance, start_passing
 from planner.cruise.checks.limits import check_profile
+from planner.cruise.checks.safety_bound import Priced, bound_safety
 from planner.cruise.costs import (
     CONSISTENCY,
     DEAD_END,
@@ -44,80 +59,271 @@ from planner.cruise.feasibility import (
     squared_jerk,
 )
 from planner.cruise.headway import add_headway
-from planner.cruise.selection import Choice, PricingColumns, choose
-from planner.cruise.workspace import Surroundings, make_bench, padded
+from planner.cruise.selection import (
+    UNJUDGED,
+    Choice,
+    PricingColumns,
+    choose,
+    fixed_factors,
+    total_of,
+)
+from planner.cruise.workspace import (
+    Surroundings,
+    fill_padded,
+    make_bench,
+    padded_size,
+)
 from planner.numerics.compiled import compiled, inlined
+from planner.reference_path.frenet import cartesian_rates
 from planner.states import FloatArray, IntArray
 
 PASSED = int(Check.PASSED)
+COLLISION = int(Check.COLLISION)
+SLACK = 1e-6  # of a profile's bound: sums of squares may round below zero [-]
 
 
 class Evaluation(NamedTuple):
-    """Outcome of all candidates, and the one that is chosen."""
+    """Outcome of the candidates, and the one that is chosen."""
 
-    verdict: IntArray  # the `Check` that removed each, (n_profiles, n_offsets)
+    verdict: IntArray  # the `Check` that removed each, (n_profiles, n_offsets), or
+    # UNJUDGED where that makes no difference to the choice
     blocker: IntArray  # first body in time that each hits, or -1, in the same shape
     choice: Choice
     motion: FloatArray  # of the chosen one, as `candidate_motion`; (9, 0) without one
 
 
+class CycleTables(NamedTuple):
+    """What the candidates of one cycle are evaluated with."""
+
+    tracks: Tracks
+    lateral: Lateral
+    limits: CandidateLimits
+    road: RoadTables
+    around: Surroundings
+    speed_term: FloatArray  # price of each profile's speed, (n_profiles,) [-]
+
+
 @compiled
 def evaluate(
-    tracks: Tracks,
-    lateral: Lateral,
-    limits: CandidateLimits,
-    road: RoadTables,
-    around: Surroundings,
-    speed_term: FloatArray,
+    cycle: CycleTables,
     pricing: PricingColumns,
+    exhaustive: bool,  # noqa: FBT001 - compiled
 ) -> Evaluation:
-    """Check and price all candidates, and choose one.
+    """Check and price the candidates, and choose one.
 
     Args:
-        tracks: Profiles; the rows of the ground under them are filled here.
-        lateral: Samples of the lateral motion.
-        limits: Of the vehicle.
-        road: Path, road and last plan.
-        around: Bodies.
-        speed_term: Price of each profile's speed, (n_profiles,).
+        cycle: Samples, limits, road and bodies.
         pricing: Weights and scales, columns of the `Pricing`.
+        exhaustive: Judge also those that cannot be the cheapest; must hold unless the
+            pricing is separable.
     """
-    rows, n = tracks.rows, lateral.offsets.size
-    n_profiles, n_steps = rows.shape[0], rows.shape[2]
-    verdict = np.empty((n_profiles, n), np.int64)
-    hit_body, hit_at = np.full((n_profiles, n), -1), np.full(n, -1)
-    hit_size = np.zeros((n_profiles, n))
-    terms = np.zeros((n_profiles, N_TERMS, n))
-    delta_l = lateral.offsets - lateral.start[0]
-    wide = padded(lateral.offsets, lateral.start[0])
-    bench = make_bench(n_steps, wide.size)
-    for p in range(n_profiles):
-        count = tracks.n_valid[p]
-        passed = 0
-        if tracks.dropped[p] == PASSED:
-            sample_road(rows, p, count, road)
-            fill_basis(bench.basis, p, count, tracks, lateral)
-            passed = check_profile(
-                p, count, rows, bench.basis, delta_l, limits, bench.course, verdict[p]
-            )
-        else:
-            verdict[p] = tracks.dropped[p]
-        if passed > 0:
-            own = terms[p]
-            _price_motion(p, count, tracks, bench.basis, delta_l, lateral, own)
-            _price_end(p, count, rows, bench.basis, delta_l, bench.course, around, own)
-            for o in range(n):
-                own[SPEED, o] = speed_term[p]
-            add_headway(p, count, rows, bench.basis, delta_l, around, own[HEADWAY])
-            hit_at[:] = -1
-            passing = Passing(verdict[p], hit_body[p], hit_at, hit_size[p], own[SAFETY])
-            check_clearance(p, count, rows, wide, around, bench, passing)
-    choice = choose(verdict, hit_size, terms, pricing)
+    tracks, lateral, limits, road, around, speed_term = cycle
+    n, n_steps = lateral.offsets.size, tracks.rows.shape[2]
+    table = _make_table(speed_term.size, n)
+    work = Workplace(
+        np.empty((1, N_ROWS, n_steps)),
+        np.empty((N_BASIS, n_steps)),
+        lateral.offsets - lateral.start[0],
+        np.empty(n, np.int64),
+    )
+    bench = make_bench(work.basis, padded_size(n))
+    factor = fixed_factors(pricing)
+    bound = _profile_bounds(tracks, speed_term, factor, exhaustive)
+    least = Least(np.inf, np.inf)
+    for p in _in_order(bound):
+        if bound[p] > least.passed:
+            break
+        if tracks.dropped[p] != PASSED:
+            table.verdict[p] = tracks.dropped[p]
+            continue
+        priced = Priced(table.terms[p], np.zeros(n, np.bool_))
+        chosen = work.members[: _price(p, cycle, work, priced, factor, least)]
+        if chosen.size == 0:
+            continue
+        if padded_size(chosen.size) != bench.number.size:
+            bench = make_bench(work.basis, padded_size(chosen.size))
+        fill_padded(work.delta_l, chosen, bench.change)
+        passing, count = start_passing(chosen.size), tracks.n_valid[p]
+        if check_profile(0, count, work.rows, limits, bench, passing.verdict) > 0:
+            check_clearance(0, count, work.rows, around, bench, passing)
+        _note(p, chosen, passing, table)
+        if not exhaustive:
+            least = _lower(least, priced.own, factor, chosen, table.verdict[p])
+    choice = choose(table.verdict, table.hit_size, table.terms, pricing)
     motion = np.empty((9, 0))
     if choice.best >= 0:
         offset = lateral.offsets[choice.best % n]
-        motion = candidate_motion(choice.best // n, offset, tracks, lateral)
-    return Evaluation(verdict, hit_body, choice, motion)
+        motion = candidate_motion(choice.best // n, offset, tracks, lateral, road)
+    return Evaluation(table.verdict, table.hit_body, choice, motion)
+
+
+class Workplace(NamedTuple):
+    """Arrays for the profile at hand; its rows stand under the number 0."""
+
+    rows: FloatArray  # profile and road, (1, 13, n_steps)
+    basis: FloatArray  # lateral basis, (8, n_steps)
+    delta_l: FloatArray  # terminal offsets less the present one, (n_offsets,) [m]
+    members: IntArray  # numbers of the candidates to be judged, (n_offsets,)
+
+
+class Least(NamedTuple):
+    """Costs that a candidate must not exceed to matter; inf if all are to be judged."""
+
+    passed: float  # of the cheapest that passed
+    judged: float  # of the cheapest that passed or only collides
+
+
+class CandidateTable(NamedTuple):
+    """What is found about all candidates; arrays are (n_profiles, n_offsets)."""
+
+    verdict: IntArray
+    hit_body: IntArray
+    hit_size: FloatArray
+    terms: FloatArray  # (n_profiles, 8, n_offsets)
+
+
+@inlined
+def _make_table(n_profiles: int, n: int) -> CandidateTable:
+    """Allocate the table before anything is known."""
+    shape = n_profiles, n
+    return CandidateTable(
+        np.full(shape, UNJUDGED),
+        np.full(shape, -1),
+        np.zeros(shape),
+        np.zeros((n_profiles, N_TERMS, n)),
+    )
+
+
+@inlined
+def _note(p: int, chosen: IntArray, passing: Passing, table: CandidateTable) -> None:
+    """Note what was found about some candidates of profile `p`."""
+    for i in range(chosen.size):
+        o = chosen[i]
+        table.verdict[p, o], table.hit_body[p, o] = (
+            passing.verdict[i],
+            passing.hit_body[i],
+        )
+        table.hit_size[p, o] = passing.hit_size[i]
+        table.terms[p, SAFETY, o] = passing.safety[i]
+
+
+@inlined
+def _lower(
+    least: Least,
+    own: FloatArray,
+    factor: FloatArray,
+    chosen: IntArray,
+    verdict: IntArray,
+) -> Least:
+    """Return the least costs after some candidates of a profile were judged."""
+    passed, judged = least
+    for o in chosen:
+        if verdict[o] == PASSED:
+            passed = min(passed, total_of(own, factor, o))
+        if verdict[o] in (PASSED, COLLISION):
+            judged = min(judged, total_of(own, factor, o))
+    return Least(passed, judged)
+
+
+@inlined
+def _profile_bounds(
+    tracks: Tracks,
+    speed_term: FloatArray,
+    factor: FloatArray,
+    exhaustive: bool,  # noqa: FBT001 - compiled
+) -> FloatArray:
+    """Bound what each profile costs at any offset, (n_profiles,); -inf if exhaustive.
+
+    Its own jerk and speed; a little less, as the sideways jerk and offsets are sums
+    that may round below zero.
+    """
+    bound = np.full(speed_term.size, -np.inf)
+    if not exhaustive:
+        for p in range(bound.size):
+            own = factor[JERK] * tracks.jerk[p] + factor[SPEED] * speed_term[p]
+            bound[p] = own - SLACK * (1.0 + own)
+    return bound
+
+
+@inlined
+def _in_order(bound: FloatArray) -> IntArray:
+    """Sort by growing bound; equal ones stay in order. numpy's takes 2 s to compile."""
+    order = np.arange(bound.size)
+    for i in range(1, order.size):
+        p, j = order[i], i - 1
+        while j >= 0 and bound[order[j]] > bound[p]:
+            order[j + 1] = order[j]
+            j -= 1
+        order[j + 1] = p
+    return order
+
+
+@inlined
+def _gather(priced: Priced, factor: FloatArray, least: Least, members: IntArray) -> int:
+    """List the offsets of one profile that may matter by the terms so far."""
+    count = 0
+    for o in range(members.size):
+        most = least.judged if priced.touched[o] else least.passed
+        if not total_of(priced.own, factor, o) > most:
+            members[count] = o
+            count += 1
+    return count
+
+
+@inlined
+def _price(
+    p: int,
+    cycle: CycleTables,
+    work: Workplace,
+    priced: Priced,
+    factor: FloatArray,
+    least: Least,
+) -> int:
+    """Price the candidates of one profile but for passing bodies, cheap terms first.
+
+    Args:
+        p: Which profile.
+        cycle: Tables of the cycle.
+        work: Rows, basis and members are filled.
+        priced: Filled; the safety is a lower bound, 0 while nothing has passed.
+        factor: Weights over scales, (8,).
+        least: Costs not to be exceeded.
+
+    Returns:
+        How many candidates are to be judged.
+    """
+    rows, basis, delta_l, members = work
+    count = cycle.tracks.n_valid[p]
+    copy_profile(cycle.tracks, p, rows)
+    _price_before_road(p, cycle, rows, basis, delta_l, priced.own)
+    worth = members[: _gather(priced, factor, least, members)]
+    if worth.size == 0:
+        return 0
+    sample_road(rows, 0, count, cycle.road)
+    _price_end(count, rows, basis, delta_l, cycle.around, priced.own)
+    if least.passed < np.inf:
+        bound_safety(count, rows, basis, delta_l, worth, cycle.around, priced)
+    return _gather(priced, factor, least, members)
+
+
+@inlined
+def _price_before_road(
+    p: int,
+    cycle: CycleTables,
+    rows: FloatArray,
+    basis: FloatArray,
+    delta_l: FloatArray,
+    own: FloatArray,
+) -> None:
+    """Fill the lateral basis of a profile, and the terms that need no road under it."""
+    tracks, lateral = cycle.tracks, cycle.lateral
+    count = tracks.n_valid[p]
+    sample_last_plan(rows, 0, count, cycle.road)
+    fill_basis(basis, p, count, tracks, lateral)
+    _price_motion(p, count, tracks, basis, delta_l, rows[0, LAST_L], lateral, own)
+    for o in range(delta_l.size):
+        own[SPEED, o] = cycle.speed_term[p]
+    add_headway(0, count, rows, basis, delta_l, cycle.around, own[HEADWAY])
 
 
 @inlined
@@ -127,6 +333,7 @@ def _price_motion(
     tracks: Tracks,
     basis: FloatArray,
     delta_l: FloatArray,
+    last_l: FloatArray,
     lateral: Lateral,
     own: FloatArray,
 ) -> None:
@@ -139,7 +346,7 @@ def _price_motion(
     l00 = l01 = l11 = d00 = d01 = j00 = j01 = j11 = 0.0
     for i in range(count):
         l, unit = basis[L, i], basis[UNIT_L, i]
-        off = l - rows[p, LAST_L, i]
+        off = l - last_l[i]
         jerk, unit_jerk = basis[L_JERK, i], basis[UNIT_JERK, i]
         l00 += l * l
         l01 += l * unit
@@ -163,12 +370,10 @@ def _price_motion(
 
 @inlined
 def _price_end(
-    p: int,
     count: int,
     rows: FloatArray,
     basis: FloatArray,
     delta_l: FloatArray,
-    course: FloatArray,
     around: Surroundings,
     own: FloatArray,
 ) -> None:
@@ -180,10 +385,14 @@ def _price_end(
     that creeping nearer never pays.
     """
     last = count - 1
-    s, speed = rows[p, S, last], rows[p, S_DOT, last]
+    s, speed = rows[0, S, last], rows[0, S_DOT, last]
     l, unit = basis[L, last], basis[UNIT_L, last]
     for o in range(delta_l.size):
-        own[HEADING, o] = course[1, last, o] * course[1, last, o]
+        slope = basis[SLOPE, last] + delta_l[o] * basis[UNIT_SLOPE, last]
+        _, sin_e, _, _, _ = cartesian_rates(
+            l + delta_l[o] * unit, rows[0, KAPPA, last], 0.0, 0.0, 0.0, slope, 0.0
+        )
+        own[HEADING, o] = sin_e * sin_e
         own[DEAD_END, o] = 0.0
     for b in range(around.size.size):
         beyond = around.s[b, last] - s

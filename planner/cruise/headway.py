@@ -56,7 +56,7 @@ def add_headway(
     Args:
         p: Which profile.
         count: Its valid steps.
-        rows: Of the `Tracks`.
+        rows: Of profiles and the road under them.
         basis: Of its lateral motion.
         delta_l: Terminal offsets less the present one, (n,) [m].
         around: Bodies.

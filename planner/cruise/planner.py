@@ -14,7 +14,7 @@ from planner.cruise.sampling.longitudinal import front_limit
 from planner.cruise.selection import Pricing
 from planner.cruise.settings import CruiseSettings
 from planner.fallback import fallback
-from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.interface import Alternative, PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
 from planner.scene_checks import invalid
 from planner.states import Trajectory
@@ -37,10 +37,13 @@ class CruisePlanner:
 
     settings: CruiseSettings
     _pricing: Pricing = field(init=False, repr=False)
+    _separable: bool = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Compute what follows from the settings alone."""
-        object.__setattr__(self, "_pricing", Pricing.of(self.settings))
+        pricing = Pricing.of(self.settings)
+        object.__setattr__(self, "_pricing", pricing)
+        object.__setattr__(self, "_separable", pricing.separable)
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         """Plan one cycle; see `planner.interface.Planner`."""
@@ -50,17 +53,10 @@ class CruisePlanner:
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
         last = memory.trajectory if isinstance(memory, CruiseMemory) else None
         cycle = Cycle.of(scene, self.settings, last)
-        found = evaluate(
-            cycle.tracks,
-            cycle.lateral,
-            cycle.limits,
-            cycle.ground,
-            cycle.around,
-            cycle.speed_term,
-            self._pricing.columns(remembers=last is not None),
-        )
+        exhaustive = scene.full_statistics or not self._separable
+        found = self._evaluate(cycle, exhaustive=exhaustive)
         stats = _statistics(cycle, found)
-        looked_at = partial(alternatives_of, cycle, found.verdict.ravel())
+        looked_at = partial(self._alternatives, cycle, found)
         if found.choice.best < 0:
             instead = _fall_back(scene, self.settings, cycle, stats)
             return replace(instead, alternatives=looked_at)
@@ -68,15 +64,34 @@ class CruisePlanner:
         memory_now = CruiseMemory(trajectory)
         return PlanResult(PlanStatus.OK, trajectory, memory_now, stats, looked_at)
 
+    def _evaluate(self, cycle: Cycle, *, exhaustive: bool) -> Evaluation:
+        """Evaluate the candidates of a cycle, all of them if exhaustive."""
+        pricing = self._pricing.columns(remembers=cycle.last is not None)
+        return evaluate(cycle.tables, pricing, exhaustive)
+
+    def _alternatives(self, cycle: Cycle, found: Evaluation) -> tuple[Alternative, ...]:
+        """Return candidates to be drawn; judge those that had been left out."""
+        if not _is_complete(found):
+            found = self._evaluate(cycle, exhaustive=True)
+        return alternatives_of(cycle, found.verdict.ravel())
+
+
+def _is_complete(found: Evaluation) -> bool:
+    """Check whether every candidate was judged."""
+    return int(found.choice.counts.sum()) == found.verdict.size
+
 
 def _statistics(cycle: Cycle, found: Evaluation) -> PlanStats:
     """Count the removed candidates and list the costs of the chosen one."""
     choice = found.choice
     counts = choice.counts.tolist()
+    complete = _is_complete(found)
     removed = {
-        name: counts[check] for check, name in CHECK_NAMES.items() if counts[check]
+        name: counts[check]
+        for check, name in CHECK_NAMES.items()
+        if complete and counts[check]
     }
-    if cycle.off_road:
+    if complete and cycle.off_road:
         removed["road"] = removed.get("road", 0) + cycle.off_road
     prices = {}
     if choice.best >= 0:
@@ -88,7 +103,7 @@ def _statistics(cycle: Cycle, found: Evaluation) -> PlanStats:
     body = found.blocker.flat[choice.cheapest] if choice.cheapest >= 0 else -1
     return PlanStats(
         candidates=found.verdict.size + cycle.off_road,
-        survivors=counts[Check.PASSED],
+        survivors=counts[Check.PASSED] if complete else None,
         removed=removed,
         costs=prices,
         blocker=cycle.bodies.ids[body] if body >= 0 else None,
@@ -99,7 +114,7 @@ def _fall_back(
     scene: Scene, settings: CruiseSettings, cycle: Cycle, stats: PlanStats
 ) -> PlanResult:
     """No candidate survived: go down the ladder and say why."""
-    threshold = cycle.around.threshold
+    threshold = cycle.tables.around.threshold
     line = front_limit(scene) + TOLERANCE
     discs, radius = disc_cover(scene, settings)
 

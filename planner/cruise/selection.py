@@ -16,6 +16,7 @@ TINY = 1e-12  # a term that is nowhere larger makes no difference
 N_CHECKS = len(Check)
 PASSED = int(Check.PASSED)
 COLLISION = int(Check.COLLISION)
+UNJUDGED = -1  # verdict on a candidate that cannot be the cheapest
 WITHOUT_MEMORY = np.array([float(name != "consistency") for name in TERMS])
 
 PricingColumns = tuple[FloatArray, FloatArray, bool, FloatArray, bool]
@@ -30,6 +31,15 @@ class Pricing:
     per_cycle: bool
     kernel: FloatArray  # of the safety by convolution, empty without it
     binary: bool
+
+    @property
+    def separable(self) -> bool:
+        """Whether a candidate's cost is its own and no term lowers it.
+
+        Then candidates can be left out that cost too much before all terms are known.
+        """
+        own = self.kernel.size == 0 and not self.per_cycle
+        return own and bool((self.weights >= 0.0).all() and (self.scales > 0.0).all())
 
     @classmethod
     def of(cls, settings: CruiseSettings) -> "Pricing":
@@ -58,7 +68,7 @@ class Choice(NamedTuple):
 
     best: int  # cheapest candidate that passed, -1 without one
     cheapest: int  # cheapest of those that passed or only collide, -1 without one
-    counts: IntArray  # candidates by verdict, (n_checks,)
+    counts: IntArray  # candidates by verdict, without the unjudged, (n_checks,)
     terms: FloatArray  # weighted terms of the best one, (8,)
     raw: FloatArray  # the same without weights and scales, (8,)
 
@@ -77,24 +87,24 @@ def choose(
             one by convolution.
         pricing: Columns of the `Pricing`.
     """
-    weights, scales, per_cycle, kernel, binary = pricing
+    weights, _, per_cycle, kernel, binary = pricing
     n = verdict.shape[1]
     if kernel.size > 0:
         _put_safety(convolve(hit_size, kernel, binary), terms)
-    factor = np.empty(N_TERMS)
-    for t in range(N_TERMS):
-        scale = scales[t]
-        if per_cycle:
-            scale = _largest_of_passed(terms, verdict, t)
-        factor[t] = weights[t] / scale
+    factor = fixed_factors(pricing)
+    if per_cycle:
+        for t in range(N_TERMS):
+            factor[t] = weights[t] / _largest_of_passed(terms, verdict, t)
     counts = np.zeros(N_CHECKS, np.int64)
     best, cheapest = -1, -1
     least, least_of_all = np.inf, np.inf
     for k in range(verdict.size):
         p, o = k // n, k % n
         check = verdict[p, o]
+        if check == UNJUDGED:
+            continue
         counts[check] += 1
-        total = _total(terms, factor, p, o)
+        total = total_of(terms[p], factor, o)
         if check == PASSED and total < least:
             best, least = k, total
         if check in (PASSED, COLLISION) and total < least_of_all:
@@ -116,11 +126,21 @@ def _put_safety(safety: FloatArray, terms: FloatArray) -> None:
 
 
 @inlined
-def _total(terms: FloatArray, factor: FloatArray, p: int, o: int) -> float:
-    """Weighted sum of the terms of one candidate."""
+def fixed_factors(pricing: PricingColumns) -> FloatArray:
+    """Return the weights over the scales, (8,); useless where these are per cycle."""
+    weights, scales, _, _, _ = pricing
+    factor = np.empty(N_TERMS)
+    for t in range(N_TERMS):
+        factor[t] = weights[t] / scales[t]
+    return factor
+
+
+@inlined
+def total_of(own: FloatArray, factor: FloatArray, o: int) -> float:
+    """Weighted sum of the terms of one candidate of a profile; grows with each."""
     total = 0.0
     for t in range(N_TERMS):
-        total += factor[t] * terms[p, t, o]
+        total += factor[t] * own[t, o]
     return total
 
 

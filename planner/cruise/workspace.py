@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.cruise.candidate_motion import N_BASIS
 from planner.numerics.compiled import inlined
 from planner.states import BoolArray, FloatArray, IntArray
 
@@ -68,10 +67,11 @@ class Surroundings(NamedTuple):
 class Bench(NamedTuple):
     """Arrays that are filled for each profile, and for each body beside it.
 
-    Arrays over offsets are padded to a multiple of `LANES`.
+    Arrays over offsets hold the candidates looked at, padded to a multiple of `LANES`.
     """
 
     basis: FloatArray  # lateral basis, (8, n_steps), rows named in `motion`
+    change: FloatArray  # of offset, growing, (n_offsets,) [m]
     course: FloatArray  # cos and sin of the heading error, (2, n_steps, n_offsets)
     sway: FloatArray  # (2, n_steps)
     frames: FloatArray  # (8, n_steps)
@@ -87,20 +87,25 @@ class Bench(NamedTuple):
 
 
 @inlined
-def padded(offsets: FloatArray, here: float) -> FloatArray:
-    """Return the changes of offset from `here`, the last repeated up to `LANES`."""
-    n = offsets.size
-    change = np.empty(n + -n % LANES)
-    for o in range(change.size):
-        change[o] = offsets[min(o, n - 1)] - here
-    return change
+def padded_size(n: int) -> int:
+    """Return the next multiple of `LANES`."""
+    return n + -n % LANES
 
 
 @inlined
-def make_bench(n_steps: int, n_padded: int) -> Bench:
+def fill_padded(delta_l: FloatArray, chosen: IntArray, change: FloatArray) -> None:
+    """Fill `change` with the chosen changes of offset, the last one repeated."""
+    for o in range(change.size):
+        change[o] = delta_l[chosen[min(o, chosen.size - 1)]]
+
+
+@inlined
+def make_bench(basis: FloatArray, n_padded: int) -> Bench:
     """Allocate the arrays; those that are not always filled start finite."""
+    n_steps = basis.shape[1]
     return Bench(
-        np.empty((N_BASIS, n_steps)),
+        basis,
+        np.empty(n_padded),
         np.zeros((2, n_steps, n_padded)),
         np.empty((N_SWAY, n_steps)),
         np.empty((N_FRAME, n_steps)),

@@ -152,6 +152,7 @@ def make_scene(
     frenet: FrenetState | None = None,
     near: float | None = None,
     time: float = 0.0,
+    full_statistics: bool = True,
 ) -> Scene:
     ego = ego_on(path) if ego is None else ego
     if not isinstance(obstacles, Obstacles):
@@ -170,6 +171,7 @@ def make_scene(
         vehicles,
         stop_lines,
         target_speed,
+        full_statistics=full_statistics,
     )
 
 

@@ -62,7 +62,7 @@ def fill_heading_bounds(
     Args:
         p: Which profile.
         count: Its valid steps.
-        rows: Of the `Tracks`.
+        rows: Of profiles and the road under them.
         basis: Of its lateral motion.
         outermost: Least and greatest change of offset [m].
         heading_bounds: Filled, (2, n_steps).
@@ -121,7 +121,7 @@ def near_steps(
     Args:
         p: Which profile.
         count: Its valid steps.
-        rows: Of the `Tracks`.
+        rows: Of profiles and the road under them.
         poses: Bodies, (n_bodies, 4, n_steps).
         b: Which body.
         reach: A body is not near whose centre is farther than that from the reference

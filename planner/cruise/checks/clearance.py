@@ -6,6 +6,8 @@ where they leave it open whether the gap is smaller there.
 
 from typing import NamedTuple
 
+import numpy as np
+
 from planner.cruise.checks.body_frame import (
     Body,
     body_of,
@@ -27,7 +29,7 @@ COLLISION = int(Check.COLLISION)
 
 
 class Passing(NamedTuple):
-    """Outcome of the candidates of one profile beside bodies; arrays are (n,)."""
+    """Outcome of candidates of one profile beside bodies; arrays are (n,)."""
 
     verdict: IntArray  # a `Check`; those that had passed and hit get COLLISION
     hit_body: IntArray  # that is hit first; -1 is given
@@ -37,27 +39,33 @@ class Passing(NamedTuple):
 
 
 @inlined
+def start_passing(n: int) -> Passing:
+    """Allocate the outcome of n candidates before any body is looked at."""
+    return Passing(
+        np.full(n, PASSED), np.full(n, -1), np.full(n, -1), np.zeros(n), np.zeros(n)
+    )
+
+
+@inlined
 def check_clearance(
     p: int,
     count: int,
     rows: FloatArray,
-    delta_l: FloatArray,
     around: Surroundings,
     bench: Bench,
     passing: Passing,
 ) -> None:
-    """Check the candidates of one profile against the bodies, and price the passing.
+    """Check candidates of one profile against the bodies, and price the passing.
 
     Args:
         p: Which profile.
         count: Its valid steps.
-        rows: Of the `Tracks`.
-        delta_l: Terminal offsets less the present one, growing, (n,) [m].
+        rows: Of profiles and the road under them.
         around: Bodies.
-        bench: Basis and course are given.
+        bench: Basis, changes of offset and course are given.
         passing: Changed in place; candidates that had not passed are not looked at.
     """
-    verdict = passing.verdict
+    verdict, delta_l = passing.verdict, bench.change
     active = _passed_range(verdict)
     outermost = delta_l[active[0]], delta_l[active[1] - 1]
     span = fill_heading_bounds(p, count, rows, bench.basis, outermost, bench.sway)

@@ -26,6 +26,7 @@ from planner.cruise.feasibility import (
     RoadBody,
     road_excess,
 )
+from planner.cruise.workspace import Bench
 from planner.numerics.compiled import inlined
 from planner.reference_path.frenet import cartesian_rates
 from planner.states import FloatArray, IntArray
@@ -45,13 +46,11 @@ def check_profile(
     p: int,
     count: int,
     rows: FloatArray,
-    basis: FloatArray,
-    delta_l: FloatArray,
     limits: CandidateLimits,
-    course: FloatArray,
+    bench: Bench,
     verdict: IntArray,
 ) -> int:
-    """Check all candidates of one profile, point by point, to their first violation.
+    """Check candidates of one profile, point by point, to their first violation.
 
     [Thesis] eq. 4.12, 4.13, and bounds that settle most of the road. The first point is
     not judged, the ego is already there.
@@ -59,17 +58,16 @@ def check_profile(
     Args:
         p: Which profile.
         count: Its valid steps.
-        rows: Of the `Tracks`.
-        basis: Of its lateral motion, (8, n_steps).
-        delta_l: Terminal offsets less the present one, growing, (n,) [m].
+        rows: Of profiles and the road under them.
         limits: Of the vehicle.
-        course: Filled, (2, n_steps, >= n): cos and sin of the heading error.
+        bench: Basis and changes of offset are given, the course is filled.
         verdict: Filled, (n,).
 
     Returns:
         How many candidates keep the limits.
     """
-    n = verdict.size
+    n, basis, course = verdict.size, bench.basis, bench.course
+    delta_l = bench.change
     axle_to_corner = max(limits.front, limits.rear)
     corner2 = axle_to_corner * axle_to_corner
     for o in range(n):

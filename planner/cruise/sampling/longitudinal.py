@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.bodies import Leader
-from planner.cruise.candidate_motion import N_ROWS, S_DDDOT, S_DDOT, S_DOT, S, Tracks
+from planner.cruise.candidate_motion import N_PROFILE, S_DDDOT, S_DDOT, S_DOT, S, Tracks
 from planner.cruise.costs import speed_deviation
 from planner.cruise.feasibility import TOLERANCE, Check, squared_jerk
 from planner.cruise.settings import CruiseSettings
@@ -37,7 +37,7 @@ class Profiles(NamedTuple):
     on are padding.
     """
 
-    tracks: Tracks  # what lies under them is filled in where they are evaluated
+    tracks: Tracks
     speed_term: FloatArray  # price of each one's speed, (n_profiles,) [-]
     farthest: float  # largest s at their ends [m]
 
@@ -283,16 +283,16 @@ def roll_out(
             end = max(end, duration[p])
     n_steps = int(np.rint(end / step)) + 1
     count = np.empty(n, np.int64)
-    rows = np.empty((n, N_ROWS, n_steps))
+    rows = np.empty((n, N_PROFILE, n_steps))
     jerk, dropped = np.empty(n), np.full(n, PASSED)
     for p in range(n):
         c0, c1, c2 = coefficients[p, 0], coefficients[p, 1], coefficients[p, 2]
         c3, c4, c5 = coefficients[p, 3], coefficients[p, 4], coefficients[p, 5]
         jerk[p] = squared_jerk((c0, c1, c2, c3, c4, c5), min(duration[p], end))
-        slowest, fastest = np.inf, -np.inf
         count[p] = n_steps if horizon > 0.0 else int(np.rint(duration[p] / step)) + 1
+        ends = duration[p]  # what is read from an array would not become vector code
         for i in range(n_steps):
-            t = min(i * step, duration[p])
+            t = min(i * step, ends)
             after = i * step - t
             moving = 1.0 if after <= 1e-9 else 0.0
             v = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)))
@@ -302,8 +302,10 @@ def roll_out(
             rows[p, S_DOT, i] = v
             rows[p, S_DDOT, i] = moving * a
             rows[p, S_DDDOT, i] = moving * (6.0 * c3 + t * (24.0 * c4 + t * 60.0 * c5))
-            if i < count[p]:
-                slowest, fastest = min(slowest, v), max(fastest, v)
+        slowest, fastest = np.inf, -np.inf
+        for i in range(count[p]):
+            v = rows[p, S_DOT, i]
+            slowest, fastest = min(slowest, v), max(fastest, v)
         if rows[p, S, count[p] - 1] > stop_at:
             dropped[p] = STOP_LINE
         if fastest > max_speed:

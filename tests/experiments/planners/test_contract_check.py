@@ -68,6 +68,10 @@ def test_what_keeps_the_contract_passes_unchanged():
     assert passed.trajectory is None
 
 
+def test_survivors_need_not_be_counted():
+    assert checked(result(candidates=3, survivors=None)).stats.survivors is None
+
+
 def test_numbers_of_numpy_become_plain_ones():
     stats = checked(
         result(

@@ -34,7 +34,7 @@ from experiments.sweep.folder import (
 )
 from experiments.sweep.plan import Plan
 from experiments.sweep.schedule import drive_missing, task_of
-from experiments.sweep.task import Failure
+from experiments.sweep.task import Failure, facts_of
 
 HERE = Path(__file__).parents[1]  # where faulty_planner is
 ROOT = HERE.parent.parent
@@ -593,6 +593,19 @@ def test_worker_with_other_code_ends_the_sweep(tmp_path, monkeypatch):
     with pytest.raises(ResultsError, match="another version of the code"):
         drive_missing(plan, asked, tmp_path, lambda: Foreign(settings), Silent())
     assert not list(run_folders(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("kept", "counted"), [("none", False), ("failures", True), ("all", True)]
+)
+def test_candidates_are_counted_where_a_trace_may_be_kept(
+    tmp_path, monkeypatch, kept, counted
+):
+    monkeypatch.chdir(HERE)
+    asked, document = load_sweep(write_sweep(tmp_path, 1, keep_traces=kept))
+    task = task_of(next(iter(Plan(asked, document))), asked, tmp_path)
+    assert task.full_statistics is counted
+    assert facts_of(task)["full_statistics"] is counted
 
 
 class Silent:

@@ -14,7 +14,7 @@ FRONT, REAR = 3.8, 1.0
 def surroundings(cars, obstacles=()):
     path = straight()
     scene = make_scene(path, ego_on(path, 100.0, 0.0, 9.0), obstacles, cars)
-    return Cycle.of(scene, CruiseSettings(), None).around
+    return Cycle.of(scene, CruiseSettings(), None).tables.around
 
 
 def summed(rows, basis, change, around, count):
