@@ -54,7 +54,7 @@ def _draw_panel(axis: "Axes", result: PanelResult) -> None:
     from matplotlib.colors import ListedColormap
 
     panel = result.panel
-    x, y = _edges(panel.gaps), _edges(panel.lateral_speeds)
+    x, y = _edges(panel.x), _edges(panel.y)
     human = result.collided[CAREFUL_HUMAN]
     shown = np.where(human.T, 1.0, np.nan)
     axis.pcolormesh(x, y, shown, cmap=ListedColormap([UNPREVENTABLE]), vmin=0, vmax=1)
@@ -64,9 +64,7 @@ def _draw_panel(axis: "Axes", result: PanelResult) -> None:
                 axis.plot(*line, color=colour, linestyle=style, linewidth=palette.EDGE)
     axis.set_xlim(x[0], x[-1])
     axis.set_ylim(y[0], y[-1])
-    axis.set_title(
-        f"Ve {panel.ego_kmh}, Vo {panel.other_kmh} km/h", fontsize=palette.FONT_SIZE
-    )
+    axis.set_title(panel.title, fontsize=palette.FONT_SIZE)
     axis.tick_params(labelsize=palette.FONT_SIZE - 1.0)
 
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from planner.reference_drivers import Situation
+from planner.reference_drivers import ConflictState
 
 
 def situation(
@@ -8,4 +8,4 @@ def situation(
 ):
     values = np.broadcast_arrays(gap, lateral_gap, lateral_speed, speed, other_speed)
     columns = [np.atleast_1d(np.array(v, dtype=np.float64)) for v in values]
-    return Situation(*columns, 4.3, 4.3, 1.9)
+    return ConflictState(*columns, 4.3, 4.3, 1.9)

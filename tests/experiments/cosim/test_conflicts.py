@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from experiments.cosim.conflicts import Sizes, braking_leader, cut_in, cut_out
 from experiments.errors import ConfigError
-from experiments.r157.conflicts import Sizes, braking_leader, cut_in, cut_out
 
 
 def test_cut_in_has_its_parameters_at_the_start():
