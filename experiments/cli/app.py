@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from experiments.cli import (
+    r157_command,
     replan_command,
     report_commands,
     results_commands,
@@ -54,6 +55,7 @@ results_commands.add_to(app)
 report_commands.add_to(app)
 replan_command.add_to(app)
 thesis_command.add_to(app)
+r157_command.add_to(app)
 
 
 def main() -> None:

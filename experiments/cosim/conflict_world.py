@@ -175,10 +175,11 @@ class ConflictWorld:
             self._scripted(k) for k in range(len(self._motions)) if self._is_visible(k)
         ]
         if self._follower is not None:
-            s, speed, acceleration = self._behind
+            at, speed, acceleration = self._behind
             size = (self._follower.length, self._follower.width)
-            rows.append((FOLLOWER, s, 0.0, speed, acceleration, 0.0, *size))
-        s, l = (np.array([row[k] for row in rows], dtype=np.float64) for k in (1, 2))
+            rows.append((FOLLOWER, at, 0.0, speed, acceleration, 0.0, *size))
+        s = np.array([row[1] for row in rows], dtype=np.float64)
+        l = np.array([row[2] for row in rows], dtype=np.float64)
         point = self._road.path.at(s)
         table = np.empty((8, len(rows)))
         table[0] = point.x - l * point.sin_heading
@@ -229,8 +230,8 @@ class ConflictWorld:
     def _is_visible(self, k: int) -> bool:
         """Return whether a vehicle can be seen, or the ego has reached it."""
         motion = self._motions[k]
-        if _held(motion.visible, self._row) or self._ego is None:
-            return bool(_held(motion.visible, self._row))
+        if _held(motion.visible, self._row):
+            return True
         front = self._ego_place()[0] + self._task.vehicle.front_reach
         return bool(front >= self._s[k] - 0.5 * motion.length)
 

@@ -180,7 +180,7 @@ def cut_out_panel(ego_kmh: int, density: Density = Density.FULL) -> ConflictPane
         raise ConfigError(f"a cut-out needs Ve > 0, got Ve {ego_kmh} km/h")
     stride = density.stride
     gaps = np.arange(2.0, 148.0, 5.0)[::stride]
-    lateral = 0.1 + 0.2 * np.arange(15)[::stride]
+    lateral = 0.1 + 0.2 * np.arange(15, dtype=np.float64)[::stride]
     return ConflictPanel(ConflictKind.CUT_OUT, ego_kmh, 0, gaps, lateral)
 
 
@@ -188,7 +188,7 @@ def braking_panel(density: Density = Density.FULL) -> ConflictPanel:
     """Return the braking leaders: 12 ... 128 km/h by 4, 0.05 ... 0.95 g by 0.05 g."""
     stride = density.stride
     speeds = np.arange(12.0, 129.0, 4.0)[::stride]
-    braking = 0.05 * np.arange(1, 20)[::stride]
+    braking = 0.05 * np.arange(1, 20, dtype=np.float64)[::stride]
     return ConflictPanel(ConflictKind.BRAKING, 0, 0, speeds, braking)
 
 

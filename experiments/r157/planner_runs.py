@@ -192,9 +192,9 @@ class _LightTrace:
         rear = s - 0.5 * sizes.other_length
         gap = rear - (record.ego_frenet.s + vehicle.front_reach)
         inside = abs(l) < 0.5 * (sizes.ego_width + sizes.other_width)
-        if inside and gap <= -(sizes.ego_length + sizes.other_length):
-            return True
         settled = self._speed_settled or record.index >= self._settled
+        if gap <= -(sizes.ego_length + sizes.other_length):
+            return inside or (settled and record.ego.speed >= speed)
         return settled and inside and gap >= 0.0 and record.ego.speed <= speed
 
 

@@ -1,0 +1,98 @@
+"""The numbers of a study: collisions a careful human would have prevented, and more."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from experiments.r157.drivers import CAREFUL_HUMAN
+from experiments.r157.study import PlannerPanel
+from experiments.r157.unpreventable import PanelResult
+
+
+@dataclass(frozen=True, slots=True)
+class Headline:
+    """What a planner did in all panels of a kind."""
+
+    planner: str
+    cells: int
+    collisions: int
+    preventable: int  # of these, in cells that the careful human prevents
+    unpreventable: int  # cells that the careful human does not prevent
+    survived: int  # of these, without a collision
+    failed: int
+    left_lane: int
+    braked_hard: int
+    hardest_braking: float  # [m/s²]
+    follower_braking: float  # hardest [m/s²]
+    follower_hits: int
+
+    @property
+    def share(self) -> str:
+        """Share of the careful human's collisions that the planner survives."""
+        if not self.unpreventable:
+            return "-"
+        return f"{100.0 * self.survived / self.unpreventable:.0f} %"
+
+
+def headline(results: Sequence[PanelResult], runs: Sequence[PlannerPanel]) -> Headline:
+    """Sum up the runs of one planner; both sequences are in the order of the panels."""
+    human = [result.collided[CAREFUL_HUMAN] for result in results]
+    hit = [run.collided for run in runs]
+    pairs = list(zip(human, hit, strict=True))
+
+    def most(name: str) -> float:
+        return max(float(np.max(run.table[name])) for run in runs)
+
+    return Headline(
+        runs[0].planner,
+        sum(run.panel.cells for run in runs),
+        sum(int(cells.sum()) for cells in hit),
+        sum(int((cells & ~grey).sum()) for grey, cells in pairs),
+        sum(int(grey.sum()) for grey in human),
+        sum(int((grey & ~cells).sum()) for grey, cells in pairs),
+        sum(int(run.failed.sum()) for run in runs),
+        sum(int(run.left_lane.sum()) for run in runs),
+        sum(int(run.braked_hard.sum()) for run in runs),
+        most("hardest_braking_mps2"),
+        most("follower_braking_mps2"),
+        sum(int(np.sum(run.table["follower_hit"])) for run in runs),
+    )
+
+
+def preventable_cells(
+    results: Sequence[PanelResult], runs: Sequence[PlannerPanel]
+) -> list[dict[str, Any]]:
+    """Return the cells in which a planner collided and the careful human does not."""
+    found: list[dict[str, Any]] = []
+    for result, run in zip(results, runs, strict=True):
+        cells = run.collided & ~result.collided[CAREFUL_HUMAN]
+        found.extend(
+            {
+                "planner": run.planner,
+                "panel": result.panel.title,
+                "x": float(result.panel.x[i]),
+                "y": round(float(result.panel.y[j]), 3),
+                "impact_mps": round(float(run.cells("impact_speed_mps")[i, j]), 1),
+            }
+            for i, j in np.argwhere(cells)
+        )
+    return found
+
+
+def counts_rows(
+    results: Sequence[PanelResult], runs: Mapping[str, Sequence[PlannerPanel]]
+) -> list[dict[str, Any]]:
+    """Return one row a panel: cells, collisions of every driver and planner."""
+    rows = []
+    for k, result in enumerate(results):
+        row: dict[str, Any] = {"panel": result.panel.title, "cells": result.panel.cells}
+        row |= {name: result.count(name) for name in result.collided}
+        row |= {name: int(found[k].collided.sum()) for name, found in runs.items()}
+        rows.append(row)
+    totals: dict[str, Any] = {"panel": "all"}
+    totals |= {
+        name: sum(row[name] for row in rows) for name in rows[0] if name != "panel"
+    }
+    return [*rows, totals]
