@@ -3,11 +3,14 @@
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from experiments.cli.user_errors import INTERRUPTED, report_user_errors
+
+if TYPE_CHECKING:
+    from experiments.r157.summary import KindStudy
 
 OUT = Path("runs/r157")
 OUR_PLANNERS = ("cruise", "lane_change")
@@ -58,11 +61,11 @@ def r157(
     """Compare planners with the reference drivers of UN Regulation 157."""
     with report_user_errors():
         from experiments.cosim.conflicts import LateralProfile
-        from experiments.r157.document import KindStudy, write_study
-        from experiments.r157.grids import ConflictKind, panels_of
+        from experiments.r157.document import write_study
+        from experiments.r157.grids import ConflictKind, Density
         from experiments.r157.planner_runs import RunSettings
-        from experiments.r157.study import check_planner, density_of, run_panel
-        from experiments.r157.unpreventable import judge_panel
+        from experiments.r157.study import check_planner
+        from experiments.r157.summary import study_kind
         from experiments.report.figures.save import require_matplotlib
         from experiments.storage.atomic_folder import make_folder
         from experiments.sweep.processes import in_processes
@@ -72,26 +75,17 @@ def r157(
         for name in planners:
             check_planner(name)
         make_folder(out)
-        density = density_of(full=full)
+        density = Density.FULL if full else Density.THINNED
         settings = RunSettings(profile=LateralProfile(profile.value), follower=follower)
         kinds = list(ConflictKind) if kind is KindName.ALL else [ConflictKind(kind)]
         studies = []
         try:
             with in_processes(workers) as work:
                 for each in kinds:
-                    panels = panels_of(each, density)
                     work.part = str(each)
-                    runs = {
-                        name: [
-                            run_panel(name, panel, settings, out, work)[0]
-                            for panel in panels
-                        ]
-                        for name in planners
-                    }
-                    judged = [
-                        judge_panel(panel, profile=settings.profile) for panel in panels
-                    ]
-                    studies.append(KindStudy(each, judged, runs))
+                    studies.append(
+                        study_kind(each, planners, density, settings, out, work)
+                    )
         except KeyboardInterrupt:
             sys.stderr.write(
                 f"interrupted; finished panels are kept in {out}, the same command "
@@ -100,10 +94,15 @@ def r157(
             raise typer.Exit(INTERRUPTED) from None
         page = write_study(studies, density, settings, out)
         for study in studies:
-            for found in study.headlines():
-                sys.stdout.write(
-                    f"{study.kind}: {found.planner}: {found.preventable} collisions "
-                    f"that the careful human prevents; {found.survived} of his "
-                    f"{found.unpreventable} survived; {found.failed} failed\n"
-                )
+            _print_headlines(study)
         sys.stdout.write(f"report: {page}\n")
+
+
+def _print_headlines(study: "KindStudy") -> None:
+    """Print one line a planner."""
+    for found in study.headlines():
+        sys.stdout.write(
+            f"{study.kind}: {found.planner}: {found.preventable} collisions that the "
+            f"careful human prevents; {found.survived} of his {found.unpreventable} "
+            f"survived; {found.failed} failed\n"
+        )

@@ -2,7 +2,6 @@
 
 import base64
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,14 +9,12 @@ from experiments.r157.drivers import CAREFUL_HUMAN, TITLES
 from experiments.r157.figure import draw_panels, save_panels
 from experiments.r157.grids import ConflictKind, Density
 from experiments.r157.planner_runs import RunSettings
-from experiments.r157.study import PlannerPanel
 from experiments.r157.summary import (
     Headline,
+    KindStudy,
     counts_rows,
-    headline,
     preventable_cells,
 )
-from experiments.r157.unpreventable import PanelResult
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.storage.atomic_folder import write_atomically
 from experiments.storage.run_files import replace_json
@@ -52,19 +49,6 @@ CAVEATS: Final = (
     "survives by leaving its lane says nothing about its braking, and the lanes beside "
     "it are empty but for the other vehicle.",
 )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class KindStudy:
-    """All results of one kind of conflict."""
-
-    kind: ConflictKind
-    results: Sequence[PanelResult]
-    runs: Mapping[str, Sequence[PlannerPanel]]  # by planner
-
-    def headlines(self) -> list[Headline]:
-        """Return the headline of every planner."""
-        return [headline(self.results, runs) for runs in self.runs.values()]
 
 
 def write_study(

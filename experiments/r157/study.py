@@ -18,7 +18,7 @@ from experiments.episode.identity import code_hash
 from experiments.planners.registry import make_planner, user_module
 from experiments.planners.source_files import planner_sources
 from experiments.r157.drivers import drivers_of
-from experiments.r157.grids import ConflictPanel, Density
+from experiments.r157.grids import ConflictPanel
 from experiments.r157.planner_runs import (
     RunRow,
     RunSettings,
@@ -110,7 +110,7 @@ def run_panel(
     settings: RunSettings,
     folder: Path,
     work: Work,
-) -> tuple[PlannerPanel, bool]:
+) -> PlannerPanel:
     """Return the runs of a planner in a panel, from the folder if they are there.
 
     Args:
@@ -120,9 +120,6 @@ def run_panel(
         folder: Of the study.
         work: Where the runs are made.
 
-    Returns:
-        The runs, and whether they were made now.
-
     Raises:
         ConfigError: If there is no such planner.
         ResultsError: If the folder cannot be written or a file in it is damaged.
@@ -130,7 +127,7 @@ def run_panel(
     place = folder / "panels" / _folder_name(planner, panel, settings)
     file = place / f"{panel.key}_{panel.x.size}x{panel.y.size}.parquet"
     if file.exists():
-        return PlannerPanel(panel, planner, read_table(COLUMNS, file)), False
+        return PlannerPanel(panel, planner, read_table(COLUMNS, file))
     pieces = [
         _Batch(planner, panel, range(k, min(k + BATCH, panel.cells)), settings)
         for k in range(0, panel.cells, BATCH)
@@ -145,7 +142,7 @@ def run_panel(
     aside = file.with_name(f".{file.name}.{os.getpid()}")
     write_tables([(table, COLUMNS, aside)])
     aside.replace(file)
-    return PlannerPanel(panel, planner, table), True
+    return PlannerPanel(panel, planner, table)
 
 
 def check_planner(name: str) -> None:
@@ -155,11 +152,6 @@ def check_planner(name: str) -> None:
         ConfigError: If there is no such planner.
     """
     make_planner(name, {})
-
-
-def density_of(*, full: bool) -> Density:
-    """Return the density of a grid."""
-    return Density.FULL if full else Density.THINNED
 
 
 def _drive_batch(batch: _Batch) -> list[RunRow]:

@@ -2,13 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from experiments.r157.drivers import CAREFUL_HUMAN
-from experiments.r157.study import PlannerPanel
-from experiments.r157.unpreventable import PanelResult
+from experiments.r157.grids import ConflictKind, Density, panels_of
+from experiments.r157.planner_runs import RunSettings
+from experiments.r157.study import PlannerPanel, Work, run_panel
+from experiments.r157.unpreventable import PanelResult, judge_panel
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,19 @@ class Headline:
         if not self.unpreventable:
             return "-"
         return f"{100.0 * self.survived / self.unpreventable:.0f} %"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class KindStudy:
+    """All results of one kind of conflict."""
+
+    kind: ConflictKind
+    results: Sequence[PanelResult]
+    runs: Mapping[str, Sequence[PlannerPanel]]  # by planner
+
+    def headlines(self) -> list[Headline]:
+        """Return the headline of every planner."""
+        return [headline(self.results, runs) for runs in self.runs.values()]
 
 
 def headline(results: Sequence[PanelResult], runs: Sequence[PlannerPanel]) -> Headline:
@@ -96,3 +112,25 @@ def counts_rows(
         name: sum(row[name] for row in rows) for name in rows[0] if name != "panel"
     }
     return [*rows, totals]
+
+
+def study_kind(
+    kind: ConflictKind,
+    planners: Sequence[str],
+    density: Density,
+    settings: RunSettings,
+    folder: Path,
+    work: Work,
+) -> KindStudy:
+    """Drive planners and reference drivers through all panels of a kind.
+
+    Finished panels are kept in the folder; see `run_panel`.
+    """
+    panels = panels_of(kind, density)
+    runs = {
+        name: [run_panel(name, panel, settings, folder, work) for panel in panels]
+        for name in planners
+    }
+    profile = settings.profile
+    judged = [judge_panel(panel, profile=profile) for panel in panels]
+    return KindStudy(kind, judged, runs)
