@@ -1,7 +1,13 @@
 import numpy as np
 import pytest
 
-from experiments.cosim.conflicts import Sizes, braking_leader, cut_in, cut_out
+from experiments.cosim.conflicts import (
+    LateralProfile,
+    Sizes,
+    braking_leader,
+    cut_in,
+    cut_out,
+)
 from experiments.errors import ConfigError
 
 
@@ -70,5 +76,5 @@ def test_quintic_cut_in_has_vy_as_its_greatest_speed_and_ends_in_the_lane():
     assert conflicts.lateral_gap[-1, 1] == pytest.approx(1.6 - 3.5)
     moved = np.sum(conflicts.lateral_speed[:, 1]) * 0.1  # the speed is its derivative
     assert moved == pytest.approx(3.5, abs=1e-3)
-    assert (conflicts.lateral_gap[:, 0] == 1.6).all()
+    np.testing.assert_allclose(conflicts.lateral_gap[:, 0], 1.6)
     assert conflicts.gap[1] == 30.0
