@@ -21,6 +21,7 @@ from experiments.storage.run_files import replace_json
 
 DOCUMENT: Final = "r157.md"
 NUMBERS: Final = "r157.json"
+MOST_ROWS: Final = 25  # of the table of preventable collisions in the document
 KINDS: Final[Mapping[ConflictKind, str]] = {
     ConflictKind.CUT_IN: "Cut-in",
     ConflictKind.CUT_OUT: "Cut-out",
@@ -188,8 +189,13 @@ def _markdown(facts: Mapping[str, Any]) -> str:
                 f"Not critical for the careful human: {section['uncritical']} cells.\n"
             )
         if section["preventable"]:
-            parts.append("Collisions that the careful human prevents:\n")
-            parts.append(_table(section["preventable"]))
+            more = len(section["preventable"]) - MOST_ROWS
+            words = f", the first {MOST_ROWS}; {more} more are in {NUMBERS}"
+            parts.append(
+                f"Collisions that the careful human prevents{words if more > 0 else ''}"
+                ":\n"
+            )
+            parts.append(_table(section["preventable"][:MOST_ROWS]))
     parts.append("## What to keep in mind\n")
     parts.append("\n".join(f"- {words}" for words in facts["caveats"]) + "\n")
     return "\n".join(parts)

@@ -45,7 +45,7 @@ COLUMNS: Final[Mapping[str, Kind]] = {
     "follower_hit": Kind.COUNT,
     "duration_s": Kind.NUMBER,
 }
-HARD_BRAKING: Final = 6.0  # beyond it a run is shown as braked hard [m/s²]
+HARD_BRAKING: Final = 6.0 + 1e-6  # beyond it a run is shown as braked hard [m/s²]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

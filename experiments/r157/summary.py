@@ -3,15 +3,38 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
-from experiments.r157.drivers import CAREFUL_HUMAN
-from experiments.r157.grids import ConflictKind, Density, panels_of
+from experiments.r157.drivers import CAREFUL_HUMAN, drivers_of
+from experiments.r157.grids import (
+    KMH,
+    ConflictKind,
+    ConflictPanel,
+    Density,
+    panels_of,
+)
 from experiments.r157.planner_runs import RunSettings
 from experiments.r157.study import PlannerPanel, Work, run_panel
 from experiments.r157.unpreventable import PanelResult, judge_panel
+from planner.reference_drivers.situation import GRAVITY
+
+SCENARIOS: Final[Mapping[ConflictKind, str]] = {
+    ConflictKind.CUT_IN: "cut_in",
+    ConflictKind.CUT_OUT: "cut_out",
+    ConflictKind.BRAKING: "braking_leader",
+}
+X_NAMES: Final[Mapping[ConflictKind, str]] = {
+    ConflictKind.CUT_IN: "dx0 [m]",
+    ConflictKind.CUT_OUT: "dx0_f [m]",
+    ConflictKind.BRAKING: "speed [km/h]",
+}
+Y_NAMES: Final[Mapping[ConflictKind, str]] = {
+    ConflictKind.CUT_IN: "Vy [m/s]",
+    ConflictKind.CUT_OUT: "Vy [m/s]",
+    ConflictKind.BRAKING: "deceleration [g]",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,18 +106,40 @@ def preventable_cells(
     """Return the cells in which a planner collided and the careful human does not."""
     found: list[dict[str, Any]] = []
     for result, run in zip(results, runs, strict=True):
+        panel = result.panel
         cells = run.collided & ~result.collided[CAREFUL_HUMAN]
-        found.extend(
-            {
-                "planner": run.planner,
-                "panel": result.panel.title,
-                "x": float(result.panel.x[i]),
-                "y": round(float(result.panel.y[j]), 3),
-                "impact_mps": round(float(run.cells("impact_speed_mps")[i, j]), 1),
-            }
-            for i, j in np.argwhere(cells)
-        )
+        for i, j in np.argwhere(cells).tolist():
+            x, y = round(float(panel.x[i]), 3), round(float(panel.y[j]), 3)
+            impact = round(float(run.cells("impact_speed_mps")[i, j]), 1)
+            found.append(
+                {
+                    "planner": run.planner,
+                    "panel": panel.title,
+                    X_NAMES[panel.kind]: x,
+                    Y_NAMES[panel.kind]: y,
+                    "impact [m/s]": impact,
+                    "replay": _replay(panel, run.planner, x, y),
+                }
+            )
     return found
+
+
+def _replay(panel: ConflictPanel, planner: str, x: float, y: float) -> str:
+    """Return the command that drives one cell with a whole trace and a page."""
+    kmh = x if panel.kind is ConflictKind.BRAKING else panel.ego_kmh
+    keys = {"ego.target_speed_mps": kmh * KMH}
+    if panel.kind is ConflictKind.BRAKING:
+        keys["conflict.deceleration_mps2"] = y * GRAVITY
+    else:
+        keys |= {"conflict.gap_m": x, "conflict.lateral_speed_mps": y}
+    if panel.kind is ConflictKind.CUT_IN:
+        keys["conflict.other_speed_mps"] = panel.other_kmh * KMH
+    driver = drivers_of(panel.kind).get(planner)
+    if driver is not None and panel.kind is not ConflictKind.CUT_IN:
+        speed = np.array([kmh * KMH])
+        keys["conflict.following_gap_m"] = float(driver.following_gap(speed)[0])
+    words = " ".join(f"--set {key}={value:.6g}" for key, value in keys.items())
+    return f"rearview run {SCENARIOS[panel.kind]} --planner {planner} {words}"
 
 
 def counts_rows(
