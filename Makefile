@@ -12,7 +12,7 @@ PACKAGES := planner sumo_nets experiments
 .PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs r157 r157-docs test test-slow cov docs lint fmt type imports bench nets schema ci clean
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 
 install: $(USER_STAMP) ## Make .venv with what running needs (once; other commands do it too)
 

@@ -7,10 +7,10 @@ earlier runs only what would come out the same.
 
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Protocol, TypeVar
+from typing import Final
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from experiments.r157.planner_runs import (
 from experiments.r157.simulate import ConflictEnd, collided
 from experiments.storage.atomic_folder import make_folder
 from experiments.storage.provenance import file_hash, text_hash
+from experiments.sweep.processes import Work
 from experiments.trace.files import read_table, write_tables
 from experiments.trace.schema import Column, Kind, Table
 from planner.interface import Planner
@@ -46,19 +47,6 @@ COLUMNS: Final[Mapping[str, Kind]] = {
     "duration_s": Kind.NUMBER,
 }
 HARD_BRAKING: Final = 6.0 + 1e-6  # beyond it a run is shown as braked hard [m/s²]
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
-
-
-class Work(Protocol):
-    """Maps a function over items, possibly in several processes."""
-
-    def map(
-        self, words: str, function: Callable[[Item], Result], items: Iterable[Item]
-    ) -> list[Result]:
-        """Return the results in the order of the items; `words` describe the work."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,8 +16,9 @@ from experiments.r157.grids import (
     panels_of,
 )
 from experiments.r157.planner_runs import RunSettings
-from experiments.r157.study import PlannerPanel, Work, run_panel
+from experiments.r157.study import PlannerPanel, run_panel
 from experiments.r157.unpreventable import PanelResult, judge_panel
+from experiments.sweep.processes import Work
 from planner.reference_drivers.situation import GRAVITY
 
 SCENARIOS: Final[Mapping[ConflictKind, str]] = {

@@ -4,7 +4,7 @@ import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from pebble import ProcessExpired, ProcessPool
 from rich.console import Console
@@ -15,6 +15,16 @@ from experiments.errors import ExecutorError
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 CHUNKS = 12  # that each process gets of one piece of work, about
+
+
+class Work(Protocol):
+    """Maps a function over items, possibly in several processes."""
+
+    def map(
+        self, words: str, function: Callable[[Item], Result], items: Iterable[Item]
+    ) -> list[Result]:
+        """Return the results in the order of the items; `words` describe the work."""
+        ...
 
 
 class InProcesses:
