@@ -12,10 +12,10 @@ PACKAGES := planner sumo_nets experiments
 SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collected packages'
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs test test-slow cov docs lint fmt type imports bench nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs r157 r157-docs test test-slow cov docs lint fmt type imports bench nets schema ci clean
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 
 install: $(USER_STAMP) ## Make .venv with what running needs (once; other commands do it too)
 
@@ -44,6 +44,13 @@ thesis: $(DEV_STAMP) ## Recompute the thesis into runs/thesis, or go on with it:
 
 thesis-docs: thesis ## The same, and put numbers and document into docs
 	@cp runs/thesis/thesis.json runs/thesis/thesis.md docs/
+
+r157: $(DEV_STAMP) ## Draw the picture of UN Regulation 157 into runs/r157, or go on: ARGS="--kind all --full"
+	@$(BIN)/rearview r157 $(ARGS)
+
+r157-docs: r157 ## The same, and put document and pictures into docs
+	@cp runs/r157/r157.md docs/
+	@cp runs/r157/r157_*.png docs/pictures/
 
 test: $(DEV_STAMP) ## Run the tests on all cores, without the slow ones
 	@$(BIN)/python -m pytest -n auto --dist worksteal $(ARGS)

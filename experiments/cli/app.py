@@ -22,6 +22,7 @@ import typer
 
 from experiments.cli import (
     compile_command,
+    r157_command,
     replan_command,
     report_commands,
     results_commands,
@@ -64,6 +65,7 @@ report_commands.add_to(app)
 replan_command.add_to(app)
 thesis_command.add_to(app)
 compile_command.add_to(app)
+r157_command.add_to(app)
 
 
 def main() -> None:

@@ -45,9 +45,9 @@ def thesis(
     """Recompute the published claims of the thesis."""
     with report_user_errors():
         from experiments.report.figures.save import require_matplotlib
+        from experiments.sweep.processes import in_processes
         from experiments.thesis.chapters import CHAPTERS, chapter_data, kept_chapters
         from experiments.thesis.effort import FULL, QUICK
-        from experiments.thesis.processes import in_processes
         from experiments.thesis.reproduction import write_reproduction
 
         require_matplotlib("thesis")
@@ -58,7 +58,7 @@ def thesis(
         try:
             with in_processes(workers) as work:
                 for name in asked:
-                    work.chapter = name
+                    work.part = name
                     _, new = chapter_data(name, effort, work, folder)
                     words = "computed" if new else "kept from an earlier run"
                     sys.stderr.write(f"{name}: {words}\n")

@@ -5,6 +5,7 @@ with a unit carries it in its name. The JSON Schema that editors read is made fr
 same classes.
 """
 
+from experiments.config.conflict import Conflict
 from experiments.config.ego import Ego
 from experiments.config.obstacles import Obstacle, ObstacleField, RandomObstacles
 from experiments.config.scenario import DEFAULT_PLANNER, Scenario
@@ -12,6 +13,7 @@ from experiments.config.traffic import Traffic
 
 __all__ = [
     "DEFAULT_PLANNER",
+    "Conflict",
     "Ego",
     "Obstacle",
     "ObstacleField",

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, ConfigDict, Field, PrivateAttr, model_validator
 
 from experiments.config.base import Strict, as_section, mismatch
+from experiments.config.conflict import N_LANES, STEP_S, Conflict
 from experiments.config.ego import Ego
 from experiments.config.obstacles import (
     DrawnSection,
@@ -93,6 +94,10 @@ class Scenario(Strict):
     vehicles: tuple[ScriptedVehicleConfig, ...] = Field(
         default=(), description="world kinematic"
     )
+    conflict: Conflict | None = Field(
+        default=None,
+        description="world kinematic, on a straight road of three lanes",
+    )
     planner: Annotated[
         PlannerChoice,
         BeforeValidator(as_section("name"), json_schema_input_type=str | PlannerChoice),
@@ -118,6 +123,26 @@ class Scenario(Strict):
         beyond = self.beyond(self.road.length) if self.road else None
         if beyond is not None:
             raise mismatch(dotted(beyond[0]), beyond[1])
+        return self
+
+    @model_validator(mode="after")
+    def _fits_conflict(self) -> Self:
+        """Reject a conflict beside other vehicles, or on another road."""
+        if self.conflict is None:
+            return self
+        if self.road is None:
+            raise mismatch("conflict", "is not for world sumo; allowed: traffic")
+        if any(segment[0] != "line" for segment in self.road.segments):
+            raise mismatch("road.segments", "allowed with a conflict: lines")
+        if self.road.lanes is None or self.road.lanes.count != N_LANES:
+            problem = f"allowed with a conflict: {{count: {N_LANES}}}"
+            raise mismatch("road.lanes", problem)
+        if self.vehicles:
+            raise mismatch("vehicles", "is beside conflict; allowed: one of them")
+        if self.ego.start_offset_m != 0.0:
+            raise mismatch("ego.start_offset_m", "allowed with a conflict: 0")
+        if self.simulation.step_s != STEP_S:
+            raise mismatch("simulation.step_s", f"allowed with a conflict: {STEP_S}")
         return self
 
     def beyond(self, length: float) -> tuple[KeyPath, str] | None:

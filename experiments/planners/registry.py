@@ -36,6 +36,7 @@ class RegisteredPlanner:
 # What the words of a settings class say before what is allowed.
 _DEMAND = re.compile(r"[;,] allowed: |\bmust (?:be |lie )?")
 
+_DRIVERS = "planner.reference_drivers"
 _CRUISE_SETTINGS = "planner.cruise.settings:CruiseSettings"
 
 PLANNERS: Mapping[str, RegisteredPlanner] = {
@@ -78,6 +79,26 @@ PLANNERS: Mapping[str, RegisteredPlanner] = {
         "planner.dense:uniform",
         "planner.dense:DenseSettings",
         "dense obstacles by the conventional, uniform lattice",
+    ),
+    "careful_human": RegisteredPlanner(
+        f"{_DRIVERS}.braking_planner:careful_human",
+        f"{_DRIVERS}:CarefulHuman",
+        "competent careful human of UN Regulation 157: holds its speed, brakes late",
+    ),
+    "regulation_157": RegisteredPlanner(
+        f"{_DRIVERS}.braking_planner:regulation_157",
+        f"{_DRIVERS}:Regulation157",
+        "the same with the formula of 5.2.5.2, which is for cut-ins only",
+    ),
+    "rss": RegisteredPlanner(
+        f"{_DRIVERS}.braking_planner:rss",
+        f"{_DRIVERS}:ResponsibilitySensitiveSafety",
+        "the same with the safe distances of Responsibility Sensitive Safety",
+    ),
+    "fuzzy_safety": RegisteredPlanner(
+        f"{_DRIVERS}.braking_planner:fuzzy_safety",
+        f"{_DRIVERS}:FuzzySafety",
+        "the same with the fuzzy safety model: brakes in anticipation",
     ),
     "sumo": RegisteredPlanner(
         "experiments.cosim.sumo.sumo_driver:no_op",

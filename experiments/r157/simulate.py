@@ -5,7 +5,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from experiments.r157.conflicts import STEP_S, Conflicts
+from experiments.cosim.conflicts import STEP_S, Conflicts
 from planner.reference_drivers.driver import ReferenceDriver, attentive, react
 from planner.reference_drivers.situation import ConflictState
 from planner.states import BoolArray, FloatArray, IntArray
@@ -18,6 +18,13 @@ class ConflictEnd(IntEnum):
     UNCRITICAL = 1  # the driver saw no danger when the other vehicle came in
     SIDE_COLLISION = 2  # the ego's centre was ahead; type 1 of [Mattas2022]
     REAR_COLLISION = 3  # the ego's centre was behind; type 2 of [Mattas2022]
+    FAILED = 4  # a planner left the road or returned nothing that can be driven
+
+
+def collided(outcome: IntArray) -> BoolArray:
+    """Return which outcomes are collisions, in the shape of `outcome`."""
+    ends = (ConflictEnd.SIDE_COLLISION, ConflictEnd.REAR_COLLISION)
+    return np.isin(outcome, ends)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,7 +38,7 @@ class Results:
     @property
     def collided(self) -> BoolArray:
         """Whether the driver could not avoid the collision."""
-        return np.asarray(self.outcome >= ConflictEnd.SIDE_COLLISION)
+        return collided(self.outcome)
 
 
 def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:

@@ -3,10 +3,12 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from experiments.r157.conflicts import Sizes
-from experiments.r157.drivers import DRIVERS
-from experiments.r157.grids import CutInPanel
-from experiments.r157.simulate import simulate
+import numpy as np
+
+from experiments.cosim.conflicts import LateralProfile, Sizes
+from experiments.r157.drivers import drivers_of
+from experiments.r157.grids import ConflictPanel
+from experiments.r157.simulate import ConflictEnd, simulate
 from planner.reference_drivers import ReferenceDriver
 from planner.states import BoolArray
 
@@ -15,8 +17,9 @@ from planner.states import BoolArray
 class PanelResult:
     """One panel, and the cells in which each driver collided."""
 
-    panel: CutInPanel
-    collided: Mapping[str, BoolArray]  # by driver, (n_gaps, n_lateral_speeds)
+    panel: ConflictPanel
+    collided: Mapping[str, BoolArray]  # by driver, in the shape of the panel
+    uncritical: Mapping[str, int]  # cells that a driver dismissed, by driver
 
     def count(self, name: str) -> int:
         """Return the number of cells that a driver cannot prevent."""
@@ -24,17 +27,21 @@ class PanelResult:
 
 
 def judge_panel(
-    panel: CutInPanel,
-    drivers: Mapping[str, ReferenceDriver] = DRIVERS,
+    panel: ConflictPanel,
+    drivers: Mapping[str, ReferenceDriver] | None = None,
     sizes: Sizes | None = None,
+    profile: LateralProfile = LateralProfile.LINEAR,
 ) -> PanelResult:
-    """Drive every reference driver through all cells of a panel."""
-    conflicts = panel.conflicts(sizes)
-    collided = {
-        name: simulate(model, conflicts).collided.reshape(panel.shape)
-        for name, model in drivers.items()
-    }
-    return PanelResult(panel, collided)
+    """Drive every reference driver through all cells of a panel.
+
+    Each keeps its own distance to a leader.
+    """
+    collided, uncritical = {}, {}
+    for name, model in (drivers or drivers_of(panel.kind)).items():
+        results = simulate(model, panel.conflicts(model, sizes, profile))
+        collided[name] = results.collided.reshape(panel.shape)
+        uncritical[name] = int(np.sum(results.outcome == ConflictEnd.UNCRITICAL))
+    return PanelResult(panel, collided, uncritical)
 
 
 def counts_table(results: Iterable[PanelResult]) -> list[dict[str, int]]:
@@ -43,7 +50,7 @@ def counts_table(results: Iterable[PanelResult]) -> list[dict[str, int]]:
         {
             "ego_kmh": result.panel.ego_kmh,
             "other_kmh": result.panel.other_kmh,
-            "cells": result.panel.gaps.size * result.panel.lateral_speeds.size,
+            "cells": result.panel.cells,
             **{name: result.count(name) for name in result.collided},
         }
         for result in results

@@ -11,10 +11,11 @@ from experiments.episode.identity import code_hash, shaping_versions
 from experiments.errors import ResultsError
 from experiments.storage.atomic_folder import write_atomically
 from experiments.storage.provenance import ROOT, text_hash
+from experiments.sweep.processes import Work
 from experiments.thesis.claims import Chapter
 from experiments.thesis.cruise.chapter import cruise_chapter
 from experiments.thesis.dense.chapter import dense_chapter
-from experiments.thesis.effort import Effort, Work
+from experiments.thesis.effort import Effort
 from experiments.thesis.lane_change.chapter import lane_change_chapter
 
 Data = dict[str, Any]

@@ -1,11 +1,6 @@
-"""Amount of computation of a study, and its executor."""
+"""Amount of computation of a study."""
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,13 +18,3 @@ class Effort:
 
 FULL = Effort(150, 5, 25, 400, 1400, 40, 20)
 QUICK = Effort(6, 0, 3, 15, 160, 5, 3)
-
-
-class Work(Protocol):
-    """Maps a function over items, possibly in several processes."""
-
-    def map(
-        self, words: str, function: Callable[[Item], Result], items: Iterable[Item]
-    ) -> list[Result]:
-        """Return the results in the order of the items; `words` describe the work."""
-        ...

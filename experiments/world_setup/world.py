@@ -10,6 +10,7 @@ from experiments.cosim.sumo.sumo_driver import SumoDriverWorld
 from experiments.cosim.sumo.without_ego import WithoutEgoWorld
 from experiments.cosim.sumo.world import SumoWorld
 from experiments.cosim.world import World
+from experiments.world_setup.conflict import conflict_world
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import TRAFFIC_FILE, slow_leader, write_traffic
 from sumo_nets.catalogue import Network
@@ -39,11 +40,13 @@ def make_world(
     return _sumo_world(scenario, layout, layout.network, folder, gui=gui)
 
 
-def _kinematic_world(scenario: Scenario, layout: Layout) -> KinematicWorld:
+def _kinematic_world(scenario: Scenario, layout: Layout) -> World:
     """Make a world without a simulator."""
     if scenario.planner.name == SUMO_DRIVER:
         problem = "is SUMO's own driver; allowed: any other planner in world kinematic"
         raise scenario.error(("planner",), problem)
+    if scenario.conflict is not None:
+        return conflict_world(scenario, scenario.conflict, layout)
     vehicles = [
         ScriptedVehicle(
             f"vehicle.{n}", v.s_m, v.l_m, v.speed_mps, v.length_m, v.width_m

@@ -4,7 +4,7 @@ Four published models answer whether an attentive driver would have avoided a co
 the competent and careful human, the formula of paragraph 5.2.5.2, Responsibility
 Sensitive Safety, and the fuzzy safety model. They only brake. Each is a frozen
 dataclass of its parameters with pure functions; arrays hold one number a conflict, so
-that a whole grid of conflicts is judged at once.
+that a whole grid of conflicts is judged at once. As planners they drive in any scene.
 
 Details that the sources leave open (how many steps the delay lasts, when braking ends,
 at which gap a driver has passed) follow the reading that comes closest to the counts of
@@ -23,6 +23,7 @@ Sources:
         and scalable self-driving cars. arXiv 1708.06374.
 """
 
+from planner.reference_drivers.braking_planner import BrakingPlanner
 from planner.reference_drivers.careful_human import CarefulHuman
 from planner.reference_drivers.driver import DriverState, ReferenceDriver
 from planner.reference_drivers.fuzzy_safety import FuzzySafety
@@ -31,6 +32,7 @@ from planner.reference_drivers.rss import ResponsibilitySensitiveSafety
 from planner.reference_drivers.situation import ConflictState
 
 __all__ = [
+    "BrakingPlanner",
     "CarefulHuman",
     "ConflictState",
     "DriverState",

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from itertools import product
 
+from experiments.sweep.processes import Work
 from experiments.thesis.claims import Chapter, Picture, ResultTable, Series, shown
 from experiments.thesis.cruise.claims import (
     comparison_claims,
@@ -24,7 +25,7 @@ from experiments.thesis.cruise.drives import (
 from experiments.thesis.cruise.in_sumo import traffic_part
 from experiments.thesis.cruise.moving_obstacles import moving_table
 from experiments.thesis.cruise.random_layouts import RADII, ROADS, growing
-from experiments.thesis.effort import Effort, Work
+from experiments.thesis.effort import Effort
 
 # On the obstacles of the scenario thesis_curved the conventional method goes to the
 # edge and stays there, so that its jerk is the lower one. These are picked instead,

@@ -15,9 +15,10 @@ from experiments.episode.run import run_episode
 from experiments.episode.run_folder import OutputOptions
 from experiments.errors import SimulationError
 from experiments.metrics import columns
+from experiments.sweep.processes import Work
 from experiments.thesis.claims import Claim, Number, ResultTable, Share, shown
 from experiments.thesis.cruise.random_layouts import ROADS
-from experiments.thesis.effort import Effort, Work
+from experiments.thesis.effort import Effort
 
 PRINTED = ("cruise_thesis", "cruise_thesis_conventional")
 CLOSED_LOOP = ("cruise", "cruise_conventional")

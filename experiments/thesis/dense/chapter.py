@@ -2,6 +2,7 @@
 
 from itertools import product
 
+from experiments.sweep.processes import Work
 from experiments.thesis.claims import (
     Chapter,
 )
@@ -45,7 +46,7 @@ from experiments.thesis.dense.tables import (
     sides_table,
     time_table,
 )
-from experiments.thesis.effort import Effort, Work
+from experiments.thesis.effort import Effort
 from planner.dense.field import straight_field
 from planner.dense.frenet_path import FrenetPath
 

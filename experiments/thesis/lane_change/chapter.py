@@ -2,12 +2,13 @@
 
 from collections.abc import Iterable, Sequence
 
+from experiments.sweep.processes import Work
 from experiments.thesis.claims import (
     Chapter,
     Claim,
     Share,
 )
-from experiments.thesis.effort import Effort, Work
+from experiments.thesis.effort import Effort
 from experiments.thesis.lane_change.claims import (
     case_claims,
     curve_claims,

@@ -54,7 +54,9 @@ def test_shipped_scenarios_start_no_faster_than_they_want(name):
     scenario = load_scenario(name)
     start, network = scenario.ego.depart_speed_mps, make_layout(scenario).network
     if start == "max":
-        assert network is not None
+        if network is None:  # a kinematic world: the target speed
+            assert scenario.world == "kinematic"
+            return
         edge = read_net(network.net_file).edges[network.route[0]]
         start = edge.lanes[network.lane].speed
     assert start <= scenario.ego.target_speed_mps + 0.02

@@ -23,6 +23,10 @@ ROADS = {
     "cruise": ("intersection", "dense_curved"),
     "dense": ("dense_curved",),
     "lane_change": ("lane_change_curved",),
+    "careful_human": ("cut_in",),
+    "regulation_157": ("cut_in",),
+    "rss": ("braking_leader",),
+    "fuzzy_safety": ("cut_out",),
     "sumo": ("straight",),
 }
 

@@ -51,7 +51,7 @@ def test_ranges_are_those_of_the_published_code(name):
     panel = cut_in_panel(60, 20)
     collided = judge_panel(panel, {name: DRIVERS[name]}).collided[name]
     for column, reference in zip((4, 8, 12, 16), REFERENCE_RANGES[name], strict=True):
-        gaps = panel.gaps[collided[:, column]]
+        gaps = panel.x[collided[:, column]]
         assert (reference is None) == (gaps.size == 0)
         if reference is not None:
             np.testing.assert_array_equal(

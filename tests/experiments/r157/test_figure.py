@@ -1,6 +1,6 @@
 import numpy as np
 
-from experiments.r157.figure import _borders, draw_cut_ins
+from experiments.r157.figure import _borders, draw_panels
 from experiments.r157.grids import Density, cut_in_panel
 from experiments.r157.unpreventable import judge_panel
 
@@ -18,7 +18,7 @@ def test_border_of_one_cell_is_its_square():
 def test_figure_has_one_panel_a_pair_and_one_area_of_the_human():
     pairs = ((60, 20), (90, 40), (110, 100))
     results = [judge_panel(cut_in_panel(*pair, Density.THINNED)) for pair in pairs]
-    figure = draw_cut_ins(results)
+    figure = draw_panels(results)
     figure.draw_without_rendering()
     titles = [axis.get_title() for axis in figure.axes]
     assert titles == [f"Ve {ve}, Vo {vo} km/h" for ve, vo in pairs]

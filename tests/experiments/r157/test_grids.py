@@ -4,25 +4,24 @@ import pytest
 from experiments.errors import ConfigError
 from experiments.r157.grids import (
     Density,
-    braking_conflicts,
-    braking_speeds_and_decelerations,
+    braking_panel,
     cut_in_panel,
     cut_in_panels,
-    cut_out_conflicts,
+    cut_out_panel,
 )
 
 
 def test_full_grid_of_cut_ins():
     panels = cut_in_panels()
     assert len(panels) == 15 + 13
-    cells = [p.gaps.size * p.lateral_speeds.size for p in panels]
+    cells = [p.x.size * p.y.size for p in panels]
     assert cells == [1062] * 15 + [1080] * 13
 
 
 def test_thinned_panel_takes_every_second_value():
     panel = cut_in_panel(130, 70, Density.THINNED)
-    np.testing.assert_array_equal(panel.gaps, np.arange(1.0, 118.0, 4.0))
-    np.testing.assert_allclose(panel.lateral_speeds, np.arange(9) * 0.2)
+    np.testing.assert_array_equal(panel.x, np.arange(1.0, 118.0, 4.0))
+    np.testing.assert_allclose(panel.y, np.arange(9) * 0.2)
 
 
 def test_conflicts_are_in_the_order_of_the_cells():
@@ -30,15 +29,16 @@ def test_conflicts_are_in_the_order_of_the_cells():
     conflicts = panel.conflicts()
     start = conflicts.gap - (40.0 / 3.6) * 0.1 * conflicts.start
     np.testing.assert_allclose(
-        start.reshape(panel.shape), np.repeat(panel.gaps[:, None], 9, axis=1)
+        start.reshape(panel.shape), np.repeat(panel.x[:, None], 9, axis=1)
     )
 
 
 def test_grids_of_the_other_scenarios():
-    assert cut_out_conflicts(60, 30.0).size == 30 * 15
-    speed, braking = braking_speeds_and_decelerations()
-    assert speed.size == braking.size == 30 * 19
-    assert braking_conflicts(2.0 * speed).size == speed.size
+    assert cut_out_panel(60).conflicts().size == 30 * 15
+    panel = braking_panel()
+    assert panel.shape == (30, 19)
+    conflicts = panel.conflicts()
+    np.testing.assert_allclose(conflicts.gap, 2.0 * np.repeat(panel.x, 19) / 3.6)
 
 
 @pytest.mark.parametrize(("ego", "other"), [(60, 60), (60, 70), (60, 0)])

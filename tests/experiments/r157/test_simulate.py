@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from experiments.cosim.conflicts import braking_leader, cut_in, cut_out
 from experiments.errors import ConfigError
-from experiments.r157.conflicts import braking_leader, cut_in, cut_out
 from experiments.r157.drivers import DRIVERS, driver
 from experiments.r157.simulate import ConflictEnd, simulate
 from planner.reference_drivers import CarefulHuman

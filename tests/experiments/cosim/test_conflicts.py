@@ -1,8 +1,14 @@
 import numpy as np
 import pytest
 
+from experiments.cosim.conflicts import (
+    LateralProfile,
+    Sizes,
+    braking_leader,
+    cut_in,
+    cut_out,
+)
 from experiments.errors import ConfigError
-from experiments.r157.conflicts import Sizes, braking_leader, cut_in, cut_out
 
 
 def test_cut_in_has_its_parameters_at_the_start():
@@ -58,3 +64,17 @@ def test_leader_brakes_to_a_stop():
 def test_impossible_conflicts_are_refused(make, message):
     with pytest.raises(ConfigError, match=message):
         make()
+
+
+def test_quintic_cut_in_has_vy_as_its_greatest_speed_and_ends_in_the_lane():
+    lateral = np.array([0.0, 1.5])
+    conflicts = cut_in(
+        20.0, 10.0, np.full(2, 30.0), lateral, profile=LateralProfile.QUINTIC
+    )
+    assert conflicts.lateral_speed[:, 1].max() == pytest.approx(1.5, abs=0.01)
+    assert conflicts.lateral_gap[0, 1] == pytest.approx(1.6)
+    assert conflicts.lateral_gap[-1, 1] == pytest.approx(1.6 - 3.5)
+    moved = np.sum(conflicts.lateral_speed[:, 1]) * 0.1  # the speed is its derivative
+    assert moved == pytest.approx(3.5, abs=1e-3)
+    np.testing.assert_allclose(conflicts.lateral_gap[:, 0], 1.6)
+    assert conflicts.gap[1] == 30.0

@@ -1,10 +1,10 @@
-"""Parallel computation of the chapters, with progress."""
+"""Parallel computation of many small pieces of work, with progress."""
 
 import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from pebble import ProcessExpired, ProcessPool
 from rich.console import Console
@@ -17,14 +17,24 @@ Result = TypeVar("Result")
 CHUNKS = 12  # that each process gets of one piece of work, about
 
 
+class Work(Protocol):
+    """Maps a function over items, possibly in several processes."""
+
+    def map(
+        self, words: str, function: Callable[[Item], Result], items: Iterable[Item]
+    ) -> list[Result]:
+        """Return the results in the order of the items; `words` describe the work."""
+        ...
+
+
 class InProcesses:
-    """Calls functions in worker processes; see `effort.Work`."""
+    """Calls functions in worker processes, for the part of the whole that is named."""
 
     def __init__(self, pool: ProcessPool, workers: int, progress: Progress) -> None:
         self._pool = pool
         self._workers = workers
         self._progress = progress
-        self.chapter = ""
+        self.part = ""
 
     def map(
         self, words: str, function: Callable[[Item], Result], items: Iterable[Item]
@@ -36,7 +46,7 @@ class InProcesses:
         """
         asked = list(items)
         size = max(1, len(asked) // (CHUNKS * self._workers))
-        task = self._progress.add_task(f"{self.chapter}: {words}", total=len(asked))
+        task = self._progress.add_task(f"{self.part}: {words}", total=len(asked))
         found: list[Result] = []
         if not asked:
             return found
@@ -47,11 +57,11 @@ class InProcesses:
                 self._progress.advance(task)
         except ProcessExpired as error:
             raise ExecutorError(
-                f"{self.chapter}: {words}: a worker process died (exit code "
-                f"{error.exitcode}); the same command goes on at this chapter"
+                f"{self.part}: {words}: a worker process died (exit code "
+                f"{error.exitcode}); the same command goes on at this part"
             ) from error
         self._progress.update(task, visible=False)
-        self._progress.console.print(f"{self.chapter}: {words}: {len(asked)} done")
+        self._progress.console.print(f"{self.part}: {words}: {len(asked)} done")
         return found
 
 

@@ -7,6 +7,7 @@ conflict is about. The regulation's own text leaves vehicle sizes open.
 
 import math
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
@@ -15,7 +16,15 @@ from planner.states import BoolArray, FloatArray, IntArray
 
 STEP_S = 0.1
 LATERAL_ACCELERATION = 1.5  # until the lateral speed is reached [m/s²]
+QUINTIC_PEAK = 1.875  # greatest over mean speed of a quintic of least jerk
 AFTERWARDS_S = 25.0  # to brake from 130 km/h after the last change of the other [s]
+
+
+class LateralProfile(StrEnum):
+    """How the other vehicle moves sideways in a cut-in."""
+
+    LINEAR = "linear"  # the regulation's: at constant lateral speed
+    QUINTIC = "quintic"  # least jerk from lane to lane; Vy is the greatest speed
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +89,18 @@ def cut_in(
     gap: FloatArray,
     lateral_speed: FloatArray,
     sizes: Sizes | None = None,
+    profile: LateralProfile = LateralProfile.LINEAR,
 ) -> Conflicts:
     """Build cut-ins of a vehicle from the neighbouring lane.
 
     Args:
         ego_speed: [m/s].
         other_speed: Along the lane [m/s].
-        gap: Between the bumpers when the lateral speed is reached, (n,) [m].
+        gap: Between the bumpers when the lateral speed is reached, (n,) [m]; with the
+            quintic profile when the vehicle begins to move sideways.
         lateral_speed: (n,) [m/s]; at 0 the vehicle stays in its lane.
         sizes: Of vehicles and lane.
+        profile: Of the lateral motion.
 
     Raises:
         ConfigError: If a speed is negative, or a cut-in begins with the vehicles
@@ -102,16 +114,22 @@ def cut_in(
             "begin with the vehicles beside each other"
         )
     n = gap.size
+    linear = profile is LateralProfile.LINEAR
     ramp = np.ceil(lateral_speed / (LATERAL_ACCELERATION * STEP_S) - 1e-9)
-    start = ramp.astype(np.int64)
+    start = ramp.astype(np.int64) if linear else np.zeros(n, dtype=np.int64)
     slowest = np.min(lateral_speed, initial=math.inf, where=lateral_speed > 0.0)
     crossing = sizes.lateral_clearance / slowest  # 0 if no vehicle changes lane
+    if not linear:
+        crossing = QUINTIC_PEAK * sizes.lane_width / slowest
     n_steps = int(start.max(initial=0) + (crossing + AFTERWARDS_S) / STEP_S) + 1
     lateral_gap = np.empty((n_steps, n))
     speed = np.empty((n_steps, n))
     for v in np.unique(lateral_speed):
         same = lateral_speed == v
-        gaps, speeds = _lateral_motion(float(v), sizes.lateral_clearance, n_steps)
+        if linear:
+            gaps, speeds = _lateral_motion(float(v), sizes.lateral_clearance, n_steps)
+        else:
+            gaps, speeds = _quintic_motion(float(v), sizes, n_steps)
         lateral_gap[:, same] = gaps[:, np.newaxis]
         speed[:, same] = speeds[:, np.newaxis]
     return Conflicts(
@@ -225,6 +243,19 @@ def _lateral_motion(
     speeds = np.full(n_steps, lateral_speed)
     speeds[:n_ramp] = ramp
     return np.concatenate([clearance + to_come, constant]), speeds
+
+
+def _quintic_motion(
+    lateral_speed: float, sizes: Sizes, n_steps: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return lateral gap and speed, (n_steps,), of a quintic from lane to lane."""
+    if lateral_speed == 0.0:
+        return np.full(n_steps, sizes.lateral_clearance), np.zeros(n_steps)
+    duration = QUINTIC_PEAK * sizes.lane_width / lateral_speed
+    u = np.minimum(_clock(n_steps) / duration, 1.0)
+    moved = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
+    rate = 30.0 * u * u * (1.0 - u) * (1.0 - u) / duration
+    return sizes.lateral_clearance - sizes.lane_width * moved, sizes.lane_width * rate
 
 
 def _clock(n_steps: int) -> FloatArray:

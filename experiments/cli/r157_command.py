@@ -1,0 +1,108 @@
+"""`rearview r157`: the picture of UN Regulation 157."""
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from experiments.cli.user_errors import INTERRUPTED, report_user_errors
+
+if TYPE_CHECKING:
+    from experiments.r157.summary import KindStudy
+
+OUT = Path("runs/r157")
+OUR_PLANNERS = ("cruise", "lane_change")
+
+
+class KindName(StrEnum):
+    """Kinds of conflicts, or all of them."""
+
+    CUT_IN = "cut_in"
+    CUT_OUT = "cut_out"
+    BRAKING = "braking"
+    ALL = "all"
+
+
+class ProfileName(StrEnum):
+    """Lateral motion of a vehicle that cuts in."""
+
+    LINEAR = "linear"
+    QUINTIC = "quintic"
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command to the command line."""
+    app.command()(r157)
+
+
+def r157(
+    *,
+    planner: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Registered planner, or module:factory; several are allowed."
+        ),
+    ] = None,
+    kind: Annotated[KindName, typer.Option(help="Kind of conflict.")] = KindName.CUT_IN,
+    full: Annotated[
+        bool, typer.Option("--full", help="All cells instead of every second value.")
+    ] = False,
+    profile: Annotated[
+        ProfileName, typer.Option(help="Lateral motion of a cut-in.")
+    ] = ProfileName.LINEAR,
+    follower: Annotated[
+        bool, typer.Option("--follower", help="With a reacting vehicle behind the ego.")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="Output folder.")] = OUT,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
+) -> None:
+    """Compare planners with the reference drivers of UN Regulation 157."""
+    with report_user_errors():
+        from experiments.cosim.conflicts import LateralProfile
+        from experiments.r157.document import write_study
+        from experiments.r157.grids import ConflictKind, Density
+        from experiments.r157.planner_runs import RunSettings
+        from experiments.r157.study import check_planner
+        from experiments.r157.summary import study_kind
+        from experiments.report.figures.save import require_matplotlib
+        from experiments.storage.atomic_folder import make_folder
+        from experiments.sweep.processes import in_processes
+
+        require_matplotlib("r157")
+        planners = list(dict.fromkeys(planner or OUR_PLANNERS))
+        for name in planners:
+            check_planner(name)
+        make_folder(out)
+        density = Density.FULL if full else Density.THINNED
+        settings = RunSettings(profile=LateralProfile(profile.value), follower=follower)
+        kinds = list(ConflictKind) if kind is KindName.ALL else [ConflictKind(kind)]
+        studies = []
+        try:
+            with in_processes(workers) as work:
+                for each in kinds:
+                    work.part = str(each)
+                    studies.append(
+                        study_kind(each, planners, density, settings, out, work)
+                    )
+        except KeyboardInterrupt:
+            sys.stderr.write(
+                f"interrupted; finished panels are kept in {out}, the same command "
+                "resumes\n"
+            )
+            raise typer.Exit(INTERRUPTED) from None
+        page = write_study(studies, density, settings, out)
+        for study in studies:
+            _print_headlines(study)
+        sys.stdout.write(f"report: {page}\n")
+
+
+def _print_headlines(study: "KindStudy") -> None:
+    """Print one line a planner."""
+    for found in study.headlines():
+        sys.stdout.write(
+            f"{study.kind}: {found.planner}: {found.preventable} collisions that the "
+            f"careful human prevents; {found.survived} of his {found.unpreventable} "
+            f"survived; {found.failed} failed\n"
+        )

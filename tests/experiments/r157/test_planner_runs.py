@@ -1,0 +1,82 @@
+import numpy as np
+import pytest
+
+from experiments.r157.grids import (
+    ConflictKind,
+    ConflictPanel,
+    Density,
+    braking_panel,
+    cut_in_panel,
+    cut_out_panel,
+)
+from experiments.r157.planner_runs import RunSettings, drive_cells, reference_planner
+from experiments.r157.simulate import ConflictEnd, collided, simulate
+from experiments.r157.unpreventable import judge_panel
+from planner.interface import PlanResult, PlanStatus
+
+
+def sample(panel, every):
+    """Return the panel with only some values of both axes."""
+    return ConflictPanel(
+        panel.kind,
+        panel.ego_kmh,
+        panel.other_kmh,
+        panel.x[:: every[0]],
+        panel.y[:: every[1]],
+    )
+
+
+PANELS = {
+    "cut_in": sample(cut_in_panel(60, 20, Density.THINNED), (4, 2)),
+    "fast cut_in": sample(cut_in_panel(130, 70, Density.THINNED), (4, 2)),
+    "braking": sample(braking_panel(Density.THINNED), (4, 3)),
+    "cut_out": sample(cut_out_panel(60, Density.THINNED), (3, 2)),
+}
+
+
+@pytest.mark.parametrize("name", ["careful_human", "regulation_157", "fuzzy_safety"])
+@pytest.mark.parametrize("grid", PANELS)
+def test_a_driver_as_planner_ends_as_in_the_batch(grid, name):
+    panel = PANELS[grid]
+    planner = reference_planner(panel, name)
+    if planner is None:
+        assert panel.kind is not ConflictKind.CUT_IN
+        return
+    rows = drive_cells(planner, panel, range(panel.cells), RunSettings())
+    hit = collided(np.array([row.outcome for row in rows]))
+    batch = simulate(planner.driver, panel.conflicts(planner.driver))
+    # The batch ends when the human finds a cut-in uncritical, the planner drives on.
+    compared = batch.outcome != ConflictEnd.UNCRITICAL
+    assert batch.collided.any() or (grid, name) == ("braking", "careful_human")
+    assert (compared & ~batch.collided).any()
+    np.testing.assert_array_equal(hit[compared], batch.collided[compared])
+    if panel.kind is ConflictKind.BRAKING:
+        hardest = np.array([row.hardest_braking for row in rows])
+        np.testing.assert_allclose(hardest, batch.hardest_braking, atol=1e-6)
+
+
+class _Nothing:
+    def plan(self, scene, memory):
+        return PlanResult(PlanStatus.INVALID_SCENE, None, None)
+
+
+def test_a_planner_without_trajectory_failed():
+    rows = drive_cells(_Nothing(), PANELS["cut_in"], [3], RunSettings())
+    assert rows[0].outcome == ConflictEnd.FAILED
+
+
+def test_follower_brakes_behind_a_braking_ego():
+    panel = PANELS["cut_in"]
+    planner = reference_planner(panel, "careful_human")
+    cell = int(np.flatnonzero(~judge_panel(panel).collided["careful_human"].ravel())[0])
+    hard = max(
+        range(panel.cells),
+        key=lambda k: (
+            drive_cells(planner, panel, [k], RunSettings())[0].hardest_braking
+        ),
+    )
+    behind = drive_cells(planner, panel, [cell, hard], RunSettings(follower=True))
+    assert behind[1].follower_braking > 2.0
+    assert not behind[1].follower_hit
+    without = drive_cells(planner, panel, [hard], RunSettings())[0]
+    assert without.follower_braking == 0.0
