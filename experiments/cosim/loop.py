@@ -5,8 +5,8 @@ The loop uses a `World`, not a simulator. Its caller owns the world and closes i
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from time import perf_counter
+from dataclasses import dataclass
+from time import perf_counter, thread_time
 
 from experiments.cosim.blockage import BlockageDetector
 from experiments.cosim.collision_monitor import CollisionMonitor
@@ -19,6 +19,7 @@ from experiments.cosim.plant import (
 from experiments.cosim.records import (
     Ending,
     EpisodeStatus,
+    PlanningTime,
     StepRecord,
 )
 from experiments.cosim.road import EgoTask
@@ -197,16 +198,16 @@ class _Episode:
         Raises:
             PlannerOutputError: If there is nothing that can be driven.
         """
-        plan, planning_ms = self._plan(record)
+        plan, timing = self._plan(record)
         step = self._world.step
         trajectory = drivable_trajectory(plan, record.ego, step)
         after = self._plant.step(record.ego, trajectory, step)
         check_motion(record.ego, after, step)
         self._memory, self._stats = plan.memory, plan.stats
-        return replace(record, plan=plan, planning_ms=planning_ms), after
+        return record.with_plan(plan, timing), after
 
-    def _plan(self, record: StepRecord) -> tuple[PlanResult, float]:
-        """Call the planner and measure its time [ms]."""
+    def _plan(self, record: StepRecord) -> tuple[PlanResult, PlanningTime]:
+        """Call the planner and measure its time."""
         if record.ego_frenet is None:
             raise PlannerOutputError("there is no way to plan off the reference path")
         scene = build_scene(
@@ -218,13 +219,15 @@ class _Episode:
             record.ego_frenet,
             record.stop_lines,
         )
-        started = perf_counter()
+        started, cpu_started = perf_counter(), thread_time()
         try:
             plan: object = self._planner.plan(scene, self._memory)
         except Exception as error:  # a planner may be anyone's code
             log.warning("the planner raised", exc_info=True)
             raise PlannerOutputError(f"{type(error).__name__}: {error}") from error
-        planning_ms = (perf_counter() - started) * TO_MS
+        timing = PlanningTime(
+            (perf_counter() - started) * TO_MS, (thread_time() - cpu_started) * TO_MS
+        )
         if not isinstance(plan, PlanResult):
             raise PlannerOutputError(f"plan() returned {type(plan).__name__}")
-        return plan, planning_ms
+        return plan, timing

@@ -11,11 +11,14 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from planner.numerics.compiled import compiled
+from planner.scene import COLUMNS
 from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
 
 RIGHT_ANGLE = 90.0  # from north to east [degrees]
 FULL_TURN = 360.0  # [degrees]
+X, Y, HEADING, LENGTH = (COLUMNS.index(n) for n in ("x", "y", "heading", "length"))
 
 
 def heading_from_angle(angle: ArrayLike) -> FloatArray:
@@ -50,6 +53,30 @@ def centre_from_front(
         np.asarray(x) - half * np.cos(heading),
         np.asarray(y) - half * np.sin(heading),
     )
+
+
+@compiled
+def centres_of(fronts: FloatArray) -> FloatArray:
+    """Turn SUMO's poses of many vehicles into ours.
+
+    Args:
+        fronts: Front bumpers and SUMO's angles, columns in the order of
+            `planner.scene.COLUMNS`, (n, 8).
+
+    Returns:
+        Centres and headings, (8, n), as in `RoadUsers`.
+    """
+    table = np.empty((fronts.shape[1], fronts.shape[0]))
+    for k in range(fronts.shape[0]):
+        table[:, k] = fronts[k]
+        turned = (RIGHT_ANGLE - fronts[k, HEADING]) % FULL_TURN
+        turned = turned - FULL_TURN if turned > FULL_TURN / 2 else turned
+        heading = math.radians(turned)
+        half = fronts[k, LENGTH] / 2.0
+        table[X, k] = fronts[k, X] - half * math.cos(heading)
+        table[Y, k] = fronts[k, Y] - half * math.sin(heading)
+        table[HEADING, k] = heading
+    return table
 
 
 def front_from_rear_axle(
