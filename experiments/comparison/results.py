@@ -16,7 +16,7 @@ import numpy as np
 
 from experiments.errors import ConfigError, ResultsError
 from experiments.metrics import columns
-from experiments.metrics.catalogue import ALL_COLUMNS
+from experiments.metrics.catalogue import ALL_COLUMNS, TIMING_COLUMNS
 from experiments.storage.run_files import METRICS, read_json, read_manifest
 from experiments.sweep.folder import RESULTS, finished, require_sweep, run_folders
 
@@ -90,6 +90,10 @@ def query(
     connection = duckdb.connect()
     quoted = str(refresh(folder)).replace("'", "''")
     connection.execute(f"CREATE TABLE runs AS SELECT * FROM '{quoted}'")
+    there = set(connection.table("runs").columns)
+    for name in TIMING_COLUMNS:  # sweeps of an older version may lack some
+        if name not in there:
+            connection.execute(f"ALTER TABLE runs ADD COLUMN {_quoted(name)} DOUBLE")
     try:
         statements = connection.extract_statements(sql)
         if [one.type for one in statements] != [duckdb.StatementType.SELECT]:

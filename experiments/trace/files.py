@@ -7,6 +7,7 @@ stamps: the same trace gives the same bytes.
 import os
 import re
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 
 import duckdb
@@ -51,13 +52,13 @@ def write_tables(tables: Iterable[tuple[Table, Mapping[str, Kind], Path]]) -> No
     Raises:
         ResultsError: If a file cannot be written.
     """
-    with duckdb.connect(config={"threads": 1}) as database:
-        for table, kinds, path in tables:
-            try:
-                _write(database, table, kinds, path)
-            except duckdb.Error as error:
-                problem = f"{path}: cannot be written: {_short(error)}"
-                raise ResultsError(problem) from error
+    database = _database(os.getpid())
+    for table, kinds, path in tables:
+        try:
+            _write(database, table, kinds, path)
+        except duckdb.Error as error:
+            problem = f"{path}: cannot be written: {_short(error)}"
+            raise ResultsError(problem) from error
 
 
 def read_trace(folder: Path) -> Trace:
@@ -66,10 +67,11 @@ def read_trace(folder: Path) -> Trace:
     Raises:
         ResultsError: If a file is missing, damaged or of another schema version.
     """
-    tables: dict[str, Table] = {}
-    with duckdb.connect(config={"threads": 1}) as database:
-        for name, kinds in {**TABLES, "timing": TIMING}.items():
-            tables[name] = _read_or_refuse(database, kinds, folder / file_name(name))
+    database = _database(os.getpid())
+    tables = {
+        name: _read_or_refuse(database, kinds, folder / file_name(name))
+        for name, kinds in {**TABLES, "timing": TIMING}.items()
+    }
     return Trace(**tables)
 
 
@@ -79,8 +81,13 @@ def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
     Raises:
         ResultsError: If the file is missing, damaged or of another schema version.
     """
-    with duckdb.connect(config={"threads": 1}) as database:
-        return _read_or_refuse(database, kinds, path)
+    return _read_or_refuse(_database(os.getpid()), kinds, path)
+
+
+@cache
+def _database(_process: int) -> duckdb.DuckDBPyConnection:
+    """Open this process's database, in memory: opening takes as long as a table."""
+    return duckdb.connect(config={"threads": 1})
 
 
 def _read_or_refuse(

@@ -25,7 +25,7 @@ from planner.reference_path.linear_curvature import (
 )
 from planner.states import FloatArray, freeze
 
-PIECES_PER_BLOCK = 64
+PIECES_PER_BLOCK = 32
 # Columns of the block table; ALONE is how near blocks but its neighbours come to its
 # middle [m].
 MIDDLE_X, MIDDLE_Y, HALF_LENGTH, SHARPEST, ALONE = range(5)
