@@ -2,14 +2,12 @@
 
 SUMO says where the centre of the *front bumper* is and measures angles in degrees
 clockwise from north. We say where the centre of the *rectangle* is (other vehicles)
-or of the *rear axle* (the ego) and measure radians counter-clockwise from +x. All
-functions take scalars or arrays that broadcast.
+or of the *rear axle* (the ego) and measure radians counter-clockwise from +x.
 """
 
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from planner.numerics.compiled import compiled
 from planner.scene import COLUMNS
@@ -21,10 +19,11 @@ FULL_TURN = 360.0  # [degrees]
 X, Y, HEADING, LENGTH = (COLUMNS.index(n) for n in ("x", "y", "heading", "length"))
 
 
-def heading_from_angle(angle: ArrayLike) -> FloatArray:
+@compiled
+def heading_from_angle(angle: float) -> float:
     """Turn SUMO's angle [degrees, clockwise from north] into a heading [rad]."""
-    turned = np.remainder(RIGHT_ANGLE - np.asarray(angle), FULL_TURN)
-    return np.deg2rad(np.where(turned > FULL_TURN / 2, turned - FULL_TURN, turned))
+    turned = (RIGHT_ANGLE - angle) % FULL_TURN
+    return math.radians(turned - FULL_TURN if turned > FULL_TURN / 2 else turned)
 
 
 def angle_from_heading(heading: float) -> float:
@@ -32,27 +31,6 @@ def angle_from_heading(heading: float) -> float:
     angle = (RIGHT_ANGLE - math.degrees(heading)) % FULL_TURN
     # The remainder of a tiny negative angle rounds up to a full turn.
     return 0.0 if angle == FULL_TURN else angle
-
-
-def centre_from_front(
-    x: ArrayLike, y: ArrayLike, heading: FloatArray, length: ArrayLike
-) -> tuple[FloatArray, FloatArray]:
-    """Go from the front bumper back to the centre of the rectangle.
-
-    Args:
-        x: Front bumper [m].
-        y: Front bumper [m].
-        heading: Ours [rad].
-        length: Of the rectangle [m].
-
-    Returns:
-        (x, y) of the centre [m].
-    """
-    half = np.asarray(length) / 2.0
-    return (
-        np.asarray(x) - half * np.cos(heading),
-        np.asarray(y) - half * np.sin(heading),
-    )
 
 
 @compiled
@@ -69,9 +47,7 @@ def centres_of(fronts: FloatArray) -> FloatArray:
     table = np.empty((fronts.shape[1], fronts.shape[0]))
     for k in range(fronts.shape[0]):
         table[:, k] = fronts[k]
-        turned = (RIGHT_ANGLE - fronts[k, HEADING]) % FULL_TURN
-        turned = turned - FULL_TURN if turned > FULL_TURN / 2 else turned
-        heading = math.radians(turned)
+        heading = heading_from_angle(fronts[k, HEADING])
         half = fronts[k, LENGTH] / 2.0
         table[X, k] = fronts[k, X] - half * math.cos(heading)
         table[Y, k] = fronts[k, Y] - half * math.sin(heading)
@@ -108,7 +84,7 @@ def rear_axle_from_front(
     Returns:
         (x, y) of the rear axle [m] and the heading [rad].
     """
-    heading = float(heading_from_angle(angle))
+    heading = heading_from_angle(angle)
     return (
         x - vehicle.front_reach * math.cos(heading),
         y - vehicle.front_reach * math.sin(heading),
