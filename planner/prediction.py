@@ -51,7 +51,7 @@ def constant_speed(
     A lateral speed is held for `LATERAL_HOLD`: a lane change goes on, but how far is
     not known. The acceleration is not used. See `Predictor`.
     """
-    return _roll_out(path, vehicles, vehicles.speed[:, None] * times, times)
+    return _roll_out(path, vehicles, times, brake=False)
 
 
 def held_braking(
@@ -62,10 +62,7 @@ def held_braking(
     A vehicle that brakes for a signal, a queue or an obstacle does so for longer than
     an instant; one that speeds up may stop doing so at any time. See `Predictor`.
     """
-    braking = np.minimum(vehicles.acceleration, -1e-3)[:, None]
-    until = np.minimum(times, -vehicles.speed[:, None] / braking)  # time in motion
-    distance = vehicles.speed[:, None] * until + 0.5 * braking * until**2
-    return _roll_out(path, vehicles, distance, times)
+    return _roll_out(path, vehicles, times, brake=True)
 
 
 # those that a scenario can name
@@ -76,38 +73,65 @@ PREDICTORS: Mapping[str, Predictor] = {
 
 
 def _roll_out(
-    path: ReferencePath, vehicles: RoadUsers, distance: FloatArray, times: FloatArray
+    path: ReferencePath, vehicles: RoadUsers, times: FloatArray, *, brake: bool
 ) -> Prediction:
-    """Move each vehicle `distance` (n, n_steps) along its lane or heading."""
+    """Move each vehicle along its lane or heading."""
     if times.size < 2:
         raise InvalidInputError(f"a prediction needs two times, not {times.size}")
-    step = float(times[1] - times[0])
-    now = (vehicles.x, vehicles.y, vehicles.heading, vehicles.lateral_speed)
-    x, y, heading, lateral_speed = (as_input(column) for column in now)
-    table = roll_out(path.table, (x, y, heading, lateral_speed), distance, step)
-    return Prediction(step, *table)
+    table = roll_out(path.table, vehicles.table, as_input(times), brake)
+    return Prediction.from_table(float(times[1] - times[0]), table)
+
+
+@compiled
+def driven_distances(
+    speed: FloatArray,
+    acceleration: FloatArray,
+    times: FloatArray,
+    brake: bool,  # noqa: FBT001 - compiled
+) -> FloatArray:
+    """Compute how far vehicles have driven, (n, n_steps) [m].
+
+    Args:
+        speed: Now, (n,) [m/s].
+        acceleration: Now, (n,) [m/s²].
+        times: (n_steps,) [s].
+        brake: Whether those that brake go on doing so until they stand.
+    """
+    distance = np.empty((speed.size, times.size))
+    for v in range(speed.size):
+        braking = np.minimum(acceleration[v], -1e-3)
+        for i in range(times.size):
+            if brake:
+                until = np.minimum(times[i], -speed[v] / braking)  # time in motion
+                distance[v, i] = speed[v] * until + 0.5 * braking * (until * until)
+            else:
+                distance[v, i] = speed[v] * times[i]
+    return distance
 
 
 @compiled
 def roll_out(
     path: PathTable,
-    now: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    distance: FloatArray,
-    step: float,
+    vehicles: FloatArray,
+    times: FloatArray,
+    brake: bool,  # noqa: FBT001 - compiled
 ) -> FloatArray:
     """Move vehicles along their lanes or headings.
 
     Args:
         path: Tables of the reference path.
-        now: x, y, heading and lateral speed, (n,) each.
-        distance: Driven since now, (n, n_steps) [m].
-        step: Between columns [s].
+        vehicles: Rows as in `planner.scene.COLUMNS`, (8, n).
+        times: (n_steps,) [s].
+        brake: As in `driven_distances`.
 
     Returns:
         (5, n, n_steps): x, y, heading, s, l as in `Prediction`.
     """
-    x, y, heading, lateral_speed = now
+    x, y, heading, speed = vehicles[0], vehicles[1], vehicles[2], vehicles[3]
+    lateral_speed = vehicles[5]
+    distance = driven_distances(speed, vehicles[4], times, brake)
     n, n_steps = distance.shape
+    step = times[1] - times[0]
     out = np.empty((5, n, n_steps))
     for v in range(n):
         s, l = foot(

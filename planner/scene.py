@@ -27,6 +27,7 @@ COLUMNS = (
     "length",
     "width",
 )
+PREDICTED = ("x", "y", "heading", "s", "l")  # the same of a prediction's table
 
 
 def _freeze_columns(record: object, names: tuple[str, ...], shape: object) -> None:
@@ -36,6 +37,14 @@ def _freeze_columns(record: object, names: tuple[str, ...], shape: object) -> No
         if array.shape != shape:
             raise InvalidInputError(f"{name} has shape {array.shape}, not {shape}")
         object.__setattr__(record, name, array)
+
+
+def _set_layers(record: object, names: tuple[str, ...], table: FloatArray) -> None:
+    """Set the table of a record and what it consists of, read-only."""
+    table.setflags(write=False)
+    object.__setattr__(record, "table", table)
+    for name, layer in zip(names, table, strict=True):
+        object.__setattr__(record, name, layer)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,6 +58,7 @@ class RoadBounds:
     s: FloatArray  # strictly growing [m]
     left: FloatArray  # [m]
     right: FloatArray  # [m]
+    is_finite: bool = field(init=False, repr=False)  # left and right
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
@@ -58,6 +68,8 @@ class RoadBounds:
             raise InvalidInputError("s of the road bounds must grow strictly")
         if np.any(self.left <= self.right):
             raise InvalidInputError("left bounds must exceed right bounds")
+        finite = bool(np.isfinite((self.left, self.right)).all())
+        object.__setattr__(self, "is_finite", finite)
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (left, right) at arc lengths `s` [m], in the shape of `s`."""
@@ -160,11 +172,14 @@ class Obstacles:
     length: FloatArray  # [m]
     width: FloatArray
     radius: FloatArray
+    is_finite: bool = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
         names = ("x", "y", "heading", "length", "width", "radius")
         _freeze_columns(self, names, (len(self.ids),))
+        columns = [getattr(self, name) for name in names]
+        object.__setattr__(self, "is_finite", bool(np.isfinite(columns).all()))
 
     @classmethod
     def none(cls) -> "Obstacles":
@@ -178,7 +193,8 @@ class Prediction:
     """Where vehicles will be; arrays are (n, n_steps), column k at k * step.
 
     (s, l) are the centre's Frenet coordinates on the ego's reference path; where a
-    vehicle has none, s is inf and l is 0: it is then never ahead or behind.
+    vehicle has none, s is inf and l is 0: it is then never ahead or behind. The arrays
+    are the layers of one read-only table; `from_table` does not copy it.
     """
 
     step: float  # [s]
@@ -187,13 +203,29 @@ class Prediction:
     heading: FloatArray
     s: FloatArray
     l: FloatArray
+    table: FloatArray = field(init=False, repr=False)  # (5, n, n_steps)
 
     def __post_init__(self) -> None:
-        """Copy, check and freeze the arrays."""
+        """Copy the arrays into one table and check their shapes."""
         shape = np.shape(self.x)
         if len(shape) != 2:
             raise InvalidInputError(f"predictions must be (n, n_steps), not {shape}")
-        _freeze_columns(self, ("x", "y", "heading", "s", "l"), shape)
+        _freeze_columns(self, PREDICTED, shape)
+        table = np.array([getattr(self, name) for name in PREDICTED])
+        _set_layers(self, PREDICTED, table)
+
+    @classmethod
+    def from_table(cls, step: float, table: FloatArray) -> "Prediction":
+        """Make the record of a table without copying it; the table becomes read-only.
+
+        Args:
+            step: Between columns [s].
+            table: Layers in the order of the fields, (5, n, n_steps).
+        """
+        made = object.__new__(cls)
+        object.__setattr__(made, "step", step)
+        _set_layers(made, PREDICTED, table)
+        return made
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -218,7 +250,8 @@ class RoadUsers:
     def __post_init__(self) -> None:
         """Copy the arrays into one table and check their shapes."""
         _freeze_columns(self, COLUMNS, (len(self.ids),))
-        _set_rows(self, np.array([getattr(self, name) for name in COLUMNS]))
+        table = np.array([getattr(self, name) for name in COLUMNS])
+        _set_layers(self, COLUMNS, table)
 
     @classmethod
     def from_table(cls, ids: tuple[str, ...], table: FloatArray) -> "RoadUsers":
@@ -235,7 +268,7 @@ class RoadUsers:
             raise InvalidInputError(f"table: {table.shape} for {len(ids)} vehicles")
         made = object.__new__(cls)
         object.__setattr__(made, "ids", ids)
-        _set_rows(made, np.ascontiguousarray(table, dtype=np.float64))
+        _set_layers(made, COLUMNS, np.ascontiguousarray(table, dtype=np.float64))
         return made
 
     def among(self, kept: BoolArray) -> "RoadUsers":
@@ -274,14 +307,6 @@ class Vehicles(RoadUsers):
             raise InvalidInputError(
                 f"{self.prediction.x.shape[0]} predictions for {len(self.ids)} vehicles"
             )
-
-
-def _set_rows(record: RoadUsers, table: FloatArray) -> None:
-    """Set the table of a record and its rows, read-only."""
-    table.setflags(write=False)
-    object.__setattr__(record, "table", table)
-    for name, row in zip(COLUMNS, table, strict=True):
-        object.__setattr__(record, name, row)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

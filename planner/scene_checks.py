@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 
-from planner.numerics.compiled import compiled, inlined
+from planner.numerics.compiled import compiled
 from planner.scene import COLUMNS, Scene
 from planner.states import CartesianState, FloatArray, FrenetState
 
 POSE = ("x", "y", "heading")
+N_POSE = 3  # layers of a prediction's table before the places on the path
 
 
 def invalid(scene: Scene) -> str | None:
@@ -30,42 +31,23 @@ def invalid(scene: Scene) -> str | None:
 
 def _all_usable(scene: Scene) -> bool:
     """Check all arrays at once; `_odd_array` names the one that is odd."""
-    fixed, moving, road = scene.obstacles, scene.vehicles, scene.road
-    ahead = moving.prediction
-    return _usable(
-        (fixed.x, fixed.y, fixed.heading, fixed.length, fixed.width, fixed.radius),
-        tuple(moving.table),
-        (road.left, road.right),
-        (ahead.x, ahead.y, ahead.heading),
-        (ahead.s, ahead.l),
-    )
-
-
-@inlined
-def _finite(arrays: tuple[FloatArray, ...]) -> bool:
-    """Check that all numbers are finite."""
-    wrong = 0.0  # x - x is 0 unless x is inf or nan, and nan stays
-    for array in arrays:
-        for value in array.flat:
-            wrong += value - value
-    return bool(wrong == 0.0)
+    moving = scene.vehicles
+    known = scene.obstacles.is_finite and scene.road.is_finite
+    return known and _usable(moving.table, moving.prediction.table)
 
 
 @compiled
-def _usable(
-    fixed: tuple[FloatArray, ...],
-    moving: tuple[FloatArray, ...],
-    rest: tuple[FloatArray, ...],
-    ahead: tuple[FloatArray, ...],
-    places: tuple[FloatArray, ...],
-) -> bool:
-    """Check that all are finite; places may be inf, but not nan."""
+def _usable(moving: FloatArray, ahead: FloatArray) -> bool:
+    """Check that all are finite; predicted places may be inf, but not nan."""
+    wrong = 0.0  # x - x is 0 unless x is inf or nan, and nan stays
+    for value in moving.flat:
+        wrong += value - value
+    for value in ahead[:N_POSE].flat:
+        wrong += value - value
     nowhere = 0
-    for array in places:
-        for value in array.flat:
-            nowhere += 1 if np.isnan(value) else 0
-    finite = _finite(fixed) and _finite(moving) and _finite(rest) and _finite(ahead)
-    return bool(nowhere == 0 and finite)
+    for value in ahead[N_POSE:].flat:
+        nowhere += 1 if np.isnan(value) else 0
+    return bool(nowhere == 0 and wrong == 0.0)
 
 
 def _odd_array(scene: Scene) -> str | None:

@@ -5,7 +5,7 @@ positive to the left of the reference path. The ego's point is the centre of its
 axle. Arrays are float64 and read-only, time on the last axis.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -132,7 +132,7 @@ class Trajectory:
         Points between samples are linear in time; a planner that samples at the
         simulation step never needs them.
         """
-        index = int(np.searchsorted(self.t, t))
+        index = int(self.t.searchsorted(t))
         if index < self.t.size and abs(self.t[index] - t) < 1e-9:
             return CartesianState(
                 float(self.x[index]),
@@ -154,7 +154,8 @@ class Trajectory:
 
     def is_finite(self) -> bool:
         """Tell whether every number of the trajectory is finite."""
-        return all(bool(np.isfinite(getattr(self, f.name)).all()) for f in fields(self))
+        columns = [getattr(self, name) for name in self.__slots__]
+        return bool(np.isfinite(columns).all())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -28,7 +28,7 @@ SELECT scenario, label, count(*) AS runs,
   count(*) FILTER (failure IS NOT NULL) AS lost,
   round(avg(travel_time_s), 2) AS travel_time_s,
   round(min(min_clearance_m), 2) AS min_clearance_m,
-  round(median(planning_ms_p50), 2) AS planning_ms_p50
+  round(median(planning_cpu_ms_p50), 2) AS planning_cpu_ms_p50
 FROM runs GROUP BY ALL ORDER BY ALL
 """
 

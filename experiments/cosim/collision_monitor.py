@@ -13,6 +13,8 @@ import numpy as np
 
 from experiments.cosim.road import Road
 from planner.numerics.compiled import compiled, inlined
+from planner.reference_path.path import PROJECTION_REACH, PathTable
+from planner.reference_path.projection import NO_DIRECTION, foot
 from planner.scene import RoadUsers
 from planner.shapes.rectangles import (
     CONTACT_TOLERANCE,
@@ -69,6 +71,8 @@ class CollisionMonitor:
                 static.radius,
             )
         )
+        self._edges = (road.bounds.s, road.bounds.left, road.bounds.right)
+        self._same = np.arange(0)  # columns of vehicles that are the same as before
         self._before: RoadUsers | None = None
         self._ego: FloatArray | None = None
 
@@ -88,22 +92,27 @@ class CollisionMonitor:
         """
         ego_row = self._ego_row(ego)
         before = vehicles if self._before is None else self._before
-        touched, nearest, clearance = _check_bodies(
-            ego_row if self._ego is None else self._ego,
-            ego_row,
-            before.table,
-            vehicles.table,
-            self._rows_before(vehicles.ids),
+        ego_before = ego_row if self._ego is None else self._ego
+        touched, nearest, clearance, off_road = _check_step(
+            (ego_before, ego_row),
+            (before.table, vehicles.table, self._rows_before(vehicles.ids)),
             self._static,
+            self._road.path.table,
+            self._edges,
+            (float(near) - PROJECTION_REACH, float(near) + PROJECTION_REACH),
         )
         self._before, self._ego = vehicles, ego_row
-        names = (*vehicles.ids, *self._road.obstacles.ids)
         return StepCheck(
-            tuple(names[i] for i in np.flatnonzero(touched)),
-            float(clearance),
-            names[nearest] if nearest >= 0 else None,
-            self._off_road(ego_row, near),
+            tuple(self._name(i, vehicles) for i in touched),
+            clearance,
+            self._name(nearest, vehicles) if nearest >= 0 else None,
+            off_road,
         )
+
+    def _name(self, body: int, vehicles: RoadUsers) -> str:
+        """Return the id of a body; vehicles come before static ones."""
+        n = len(vehicles.ids)
+        return vehicles.ids[body] if body < n else self._road.obstacles.ids[body - n]
 
     def _ego_row(self, ego: CartesianState) -> FloatArray:
         """Return the ego's rectangle as numbers, (6,)."""
@@ -116,21 +125,11 @@ class CollisionMonitor:
         if self._before is None:
             return np.full(len(ids), UNKNOWN, np.int64)
         if ids == self._before.ids:
-            return np.arange(len(ids))
+            if self._same.size != len(ids):
+                self._same = np.arange(len(ids))
+            return self._same
         place = {name: i for i, name in enumerate(self._before.ids)}
         return np.array([place.get(name, UNKNOWN) for name in ids], np.int64)
-
-    def _off_road(self, ego: FloatArray, near: float) -> float:
-        """Return how far the body's outline reaches over the road's edge [m]."""
-        cos, sin = math.cos(ego[HEADING]), math.sin(ego[HEADING])
-        along, across = (OUTLINE * ego[HALF_LENGTH : HALF_WIDTH + 1]).T
-        s, l = self._road.path.project(
-            ego[X] + along * cos - across * sin,
-            ego[Y] + along * sin + across * cos,
-            near=near,
-        )
-        left, right = self._road.bounds.at(s)
-        return max(float(np.max(l - left)), float(np.max(right - l)), 0.0)
 
 
 @inlined
@@ -139,6 +138,62 @@ def _fill_rectangle(table: FloatArray, k: int, row: FloatArray) -> None:
     row[X], row[Y], row[HEADING] = table[0, k], table[1, k], table[2, k]
     row[HALF_LENGTH], row[HALF_WIDTH] = table[6, k] / 2.0, table[7, k] / 2.0
     row[RADIUS] = 0.0
+
+
+@compiled
+def _check_step(
+    egos: tuple[FloatArray, FloatArray],
+    vehicles: tuple[FloatArray, FloatArray, IntArray],
+    static: FloatArray,
+    path: PathTable,
+    edges: tuple[FloatArray, FloatArray, FloatArray],
+    limits: tuple[float, float],
+) -> tuple[list[int], int, float, float]:
+    """Check all bodies and the road's edges.
+
+    Args:
+        egos: The ego's rectangle a step ago and now, (6,) each.
+        vehicles: As in `_check_bodies`: a step ago, now, and where each was.
+        static: Rectangles that do not move, (n_static, 6).
+        path: Tables of the reference path.
+        edges: Arc lengths, left and right bounds of the road, (n,) each [m].
+        limits: Arc lengths between which the body lies [m].
+
+    Returns:
+        (bodies touched; index of the nearest one or -1, its distance [m]; how far the
+        body reaches over the road's edge [m]).
+    """
+    touched, nearest, clearance = _check_bodies(
+        egos[0], egos[1], vehicles[0], vehicles[1], vehicles[2], static
+    )
+    hits = [i for i in range(touched.size) if touched[i]]
+    return hits, nearest, clearance, _off_road(egos[1], path, edges, limits)
+
+
+@inlined
+def _off_road(
+    ego: FloatArray,
+    path: PathTable,
+    edges: tuple[FloatArray, FloatArray, FloatArray],
+    limits: tuple[float, float],
+) -> float:
+    """Compute how far the body's outline reaches over the road's edge [m]."""
+    cos, sin = math.cos(ego[HEADING]), math.sin(ego[HEADING])
+    s, l = np.empty(OUTLINE.shape[0]), np.empty(OUTLINE.shape[0])
+    for k in range(s.size):
+        along = OUTLINE[k, 0] * ego[HALF_LENGTH]
+        across = OUTLINE[k, 1] * ego[HALF_WIDTH]
+        x = ego[X] + along * cos - across * sin
+        y = ego[Y] + along * sin + across * cos
+        s[k], l[k] = foot(
+            path.knots, path.bins, path.blocks, x, y, limits, NO_DIRECTION
+        )
+    left = np.interp(s, edges[0], edges[1])
+    right = np.interp(s, edges[0], edges[2])
+    farthest = 0.0
+    for k in range(s.size):
+        farthest = max(l[k] - left[k], right[k] - l[k], farthest)
+    return farthest
 
 
 @compiled

@@ -8,8 +8,8 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from time import perf_counter
+from dataclasses import dataclass
+from time import perf_counter, thread_time
 
 from experiments.cosim.blockage import BlockageDetector
 from experiments.cosim.collision_monitor import CollisionMonitor
@@ -22,6 +22,7 @@ from experiments.cosim.plant import (
 from experiments.cosim.records import (
     Ending,
     EpisodeStatus,
+    PlanningTime,
     StepRecord,
 )
 from experiments.cosim.road import EgoTask
@@ -236,17 +237,17 @@ class _Episode:
         Raises:
             PlannerOutputError: If there is nothing that can be driven.
         """
-        plan, planning_ms = self._plan(record)
+        plan, timing = self._plan(record)
         step = self._world.step
         with failures_of_the_planner():
             trajectory = drivable_trajectory(plan, record.ego, step)
             after = self._plant.step(record.ego, trajectory, step)
             check_motion(record.ego, after, step)
         self._memory, self._stats = plan.memory, plan.stats
-        return replace(record, plan=plan, planning_ms=planning_ms), after
+        return record.with_plan(plan, timing), after
 
-    def _plan(self, record: StepRecord) -> tuple[PlanResult, float]:
-        """Call the planner and measure its time [ms]."""
+    def _plan(self, record: StepRecord) -> tuple[PlanResult, PlanningTime]:
+        """Call the planner and measure its time."""
         if record.ego_frenet is None:
             raise PlannerOutputError("there is no way to plan off the reference path")
         scene = build_scene(
@@ -258,14 +259,16 @@ class _Episode:
             record.ego_frenet,
             record.stop_lines,
         )
-        started = perf_counter()
+        started, cpu_started = perf_counter(), thread_time()
         try:
             with failures_of_the_planner():
                 plan: object = self._planner.plan(scene, self._memory)
         finally:
             if os.getpid() != self._process:  # plan() forked: end the copy of the run
                 os._exit(0)
-        planning_ms = (perf_counter() - started) * TO_MS
+        timing = PlanningTime(
+            (perf_counter() - started) * TO_MS, (thread_time() - cpu_started) * TO_MS
+        )
         if not isinstance(plan, PlanResult):
             raise PlannerOutputError(f"plan() returned {type(plan).__name__}")
-        return plan, planning_ms
+        return plan, timing

@@ -1,6 +1,6 @@
 """From the simulator's traffic to the scene that a planner gets."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from experiments.cosim.records import TrafficState
 from experiments.cosim.road import EgoTask, Road
 from planner.prediction import Predictor, constant_speed
 from planner.scene import Scene, Vehicles
-from planner.states import CartesianState, FloatArray, FrenetState
+from planner.states import CartesianState, FloatArray, FrenetState, freeze
 
 PLANNED_RADIUS = 120.0  # vehicles farther from the ego are not planned with [m]
 
@@ -21,11 +21,13 @@ class Outlook:
     horizon: float = 5.0  # [s]
     predictor: Predictor = constant_speed
     full_statistics: bool = True  # see `Scene`
+    times: FloatArray = field(init=False)  # of the predictions, from 0 on [s]
 
-    def times(self) -> FloatArray:
-        """Return the times of the predictions, from 0 on, (n_steps,) [s]."""
+    def __post_init__(self) -> None:
+        """Compute the times, which are the same in every cycle."""
         n_steps = max(round(self.horizon / self.step), 1) + 1
-        return self.step * np.arange(n_steps, dtype=np.float64)
+        times = freeze(self.step * np.arange(n_steps, dtype=np.float64))
+        object.__setattr__(self, "times", times)
 
 
 def build_scene(
@@ -55,7 +57,7 @@ def build_scene(
     front = ego_frenet.s + task.vehicle.front_reach
     near = np.hypot(users.x - ego.x, users.y - ego.y) <= PLANNED_RADIUS
     planned = users.among(near)
-    prediction = outlook.predictor(road.path, planned, outlook.times())
+    prediction = outlook.predictor(road.path, planned, outlook.times)
     return Scene(
         time=traffic.time,
         step=outlook.step,

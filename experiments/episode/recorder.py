@@ -1,12 +1,12 @@
 """Records the steps of a running episode."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from time import perf_counter
 
 from experiments.cosim.records import StepRecord
 from experiments.trace.candidates import CandidateLog
-from planner.interface import SpeedGraph
+from planner.interface import PlanResult, SpeedGraph
 from planner.states import Trajectory
 
 OnStep = Callable[[StepRecord], None]
@@ -50,5 +50,9 @@ class Recorder:
             graph = plan.speed_graph()
             if graph is not None:
                 self.graphs.append((record.index, graph))
-        light = replace(plan, alternatives=None, speed_graph=None)
-        return replace(record, plan=light)
+        if record.planning is None or (
+            plan.alternatives is None and plan.speed_graph is None
+        ):
+            return record
+        light = PlanResult(plan.status, plan.trajectory, plan.memory, plan.stats)
+        return record.with_plan(light, record.planning)

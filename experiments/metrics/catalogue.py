@@ -7,6 +7,7 @@ and the reference in the documentation are all derived from this list.
 
 import sys
 from collections.abc import Mapping
+from functools import partial
 from typing import Final
 
 from experiments.metrics import (
@@ -19,10 +20,62 @@ from experiments.metrics import (
     safety,
     without_ego,
 )
-from experiments.metrics.metric import Better, CellKind, Metric
+from experiments.metrics.computation import PlanningClock
+from experiments.metrics.metric import Better, CellKind, MeasuredEpisode, Metric
 
 LOWER, HIGHER = Better.LOWER, Better.HIGHER
 TEXT, WHOLE, FLAG = CellKind.TEXT, CellKind.WHOLE, CellKind.FLAG
+
+_PERCENTILES = {
+    50: ("median", columns.PLANNING_CPU_P50, columns.PLANNING_P50),
+    95: ("p95", columns.PLANNING_CPU_P95, columns.PLANNING_P95),
+    99: ("p99", columns.PLANNING_CPU_P99, columns.PLANNING_P99),
+    100: ("max", columns.PLANNING_CPU_MAX, columns.PLANNING_MAX),
+}
+_SHOWN_PERCENTILES = (50, 99)  # on the terminal and in comparisons
+
+
+def _planning_times() -> tuple[Metric, ...]:
+    """List the percentiles of the planning time, by CPU time and by wall clock.
+
+    Comparisons take CPU time: wall clock depends on what else the machine does.
+    """
+    return tuple(
+        Metric(
+            column=cpu if clock is PlanningClock.CPU else wall,
+            label=f"{name}, {which}",
+            compute=partial(_planning_percentile, percentile=percentile, clock=clock),
+            formula=f"{words}, {which}; the first cycle, which loads compiled loops, "
+            "is excluded",
+            unit="ms",
+            digits=2,
+            better=LOWER,
+            in_terminal=percentile in _SHOWN_PERCENTILES,
+            compared=percentile in _SHOWN_PERCENTILES and clock is PlanningClock.CPU,
+            timing=True,
+        )
+        for clock, name, words in (
+            (
+                PlanningClock.CPU,
+                "planning CPU time",
+                "CPU time that the planning thread spends on a cycle",
+            ),
+            (
+                PlanningClock.WALL,
+                "planning time",
+                "wall-clock time of a planning cycle",
+            ),
+        )
+        for percentile, (which, cpu, wall) in _PERCENTILES.items()
+    )
+
+
+def _planning_percentile(
+    episode: MeasuredEpisode, percentile: float, clock: PlanningClock
+) -> float | None:
+    """Return a percentile of the planning time [ms]."""
+    return computation.planning_percentile(episode.trace, percentile, clock)
+
 
 _IDENTITY = (
     Metric(
@@ -287,51 +340,7 @@ _COMPUTATION = (
         "cycles, or if the planner was not asked to count them",
         in_terminal=True,
     ),
-    Metric(
-        column=columns.PLANNING_P50,
-        label="planning time, median",
-        compute=lambda e: computation.planning_percentile(e.trace, 50),
-        formula="wall-clock time of a planning cycle, median; the first cycle, which "
-        "loads compiled loops, is excluded",
-        unit="ms",
-        digits=2,
-        better=LOWER,
-        in_terminal=True,
-        compared=True,
-        timing=True,
-    ),
-    Metric(
-        column=columns.PLANNING_P95,
-        label="planning time, p95",
-        compute=lambda e: computation.planning_percentile(e.trace, 95),
-        formula="the same, 95th percentile",
-        unit="ms",
-        digits=2,
-        better=LOWER,
-        timing=True,
-    ),
-    Metric(
-        column=columns.PLANNING_P99,
-        label="planning time, p99",
-        compute=lambda e: computation.planning_percentile(e.trace, 99),
-        formula="the same, 99th percentile",
-        unit="ms",
-        digits=2,
-        better=LOWER,
-        in_terminal=True,
-        compared=True,
-        timing=True,
-    ),
-    Metric(
-        column=columns.PLANNING_MAX,
-        label="planning time, max",
-        compute=lambda e: computation.planning_percentile(e.trace, 100),
-        formula="the same, maximum",
-        unit="ms",
-        digits=2,
-        better=LOWER,
-        timing=True,
-    ),
+    *_planning_times(),
     Metric(
         column=columns.DEADLINE_MISSES,
         label="deadline misses",

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.trace.files import read_table, write_tables
-from experiments.trace.schema import Kind, Table, column
+from experiments.trace.schema import Kind, Table
 from planner.interface import Alternative
 from planner.states import FloatArray
 
@@ -37,7 +37,7 @@ class CandidateLog:
 
     def table(self) -> Table:
         """Return all candidates as columns."""
-        rows = [
+        rows: list[tuple[int, int, Alternative]] = [
             (index, number, one)
             for index, alternatives in self.cycles
             for number, one in enumerate(alternatives)
@@ -46,9 +46,8 @@ class CandidateLog:
         return {
             "index": np.repeat([index for index, _, _ in rows], sizes).astype(np.int64),
             "number": np.repeat([n for _, n, _ in rows], sizes).astype(np.int64),
-            "verdict": column(
-                [one.verdict for _, _, one in rows for _ in range(one.x.size)],
-                Kind.TEXT,
+            "verdict": np.repeat(
+                np.array([one.verdict for _, _, one in rows], dtype=object), sizes
             ),
             "x_m": _joined([one.x for _, _, one in rows]),
             "y_m": _joined([one.y for _, _, one in rows]),

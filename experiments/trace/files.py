@@ -7,6 +7,7 @@ stamps: the same trace gives the same bytes.
 import os
 import re
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,13 +67,13 @@ def write_tables(tables: Iterable[tuple[Table, Mapping[str, Kind], Path]]) -> No
     """
     import duckdb
 
-    with duckdb.connect(config={"threads": 1}) as database:
-        for table, kinds, path in tables:
-            try:
-                _write(database, table, kinds, path)
-            except duckdb.Error as error:
-                problem = f"{path}: cannot be written: {_short(error)}"
-                raise ResultsError(problem) from error
+    database = _database(os.getpid())
+    for table, kinds, path in tables:
+        try:
+            _write(database, table, kinds, path)
+        except duckdb.Error as error:
+            problem = f"{path}: cannot be written: {_short(error)}"
+            raise ResultsError(problem) from error
 
 
 def read_trace(folder: Path) -> Trace:
@@ -96,15 +97,13 @@ def read_tables(folder: Path) -> Trace:
     Raises:
         ResultsError: If a file is missing, damaged or of another schema version.
     """
-    import duckdb
-
-    with duckdb.connect(config={"threads": 1}) as database:
-        return Trace(
-            **{
-                name: _read_or_refuse(database, kinds, folder / file_name(name))
-                for name, kinds in {**TABLES, "timing": TIMING}.items()
-            }
-        )
+    database = _database(os.getpid())
+    return Trace(
+        **{
+            name: _read_or_refuse(database, kinds, folder / file_name(name))
+            for name, kinds in {**TABLES, "timing": TIMING}.items()
+        }
+    )
 
 
 def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
@@ -113,12 +112,17 @@ def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
     Raises:
         ResultsError: If the file is missing, damaged or of another schema version.
     """
-    import duckdb
-
-    with duckdb.connect(config={"threads": 1}) as database:
-        table = _read_or_refuse(database, kinds, path)
+    table = _read_or_refuse(_database(os.getpid()), kinds, path)
     check_table(path.stem, kinds, table, path)
     return table
+
+
+@cache
+def _database(_process: int) -> "duckdb.DuckDBPyConnection":
+    """Open this process's database, in memory: opening takes as long as a table."""
+    import duckdb
+
+    return duckdb.connect(config={"threads": 1})
 
 
 def _read_or_refuse(

@@ -78,7 +78,7 @@ def build_trace(
         timing=_from_rows(
             "timing",
             [
-                (r.index, r.planning_ms, at)
+                (r.index, *planning_cells(r), at)
                 for r, at in zip(records, elapsed, strict=True)
             ],
         ),
@@ -184,6 +184,12 @@ def _step_row(record: StepRecord, centre: tuple[float, ...]) -> tuple[Any, ...]:
 def _numbers(state: Any) -> tuple[float, ...]:
     """Return the numbers of a record of scalars."""
     return tuple(getattr(state, f.name) for f in fields(state))
+
+
+def planning_cells(record: StepRecord) -> tuple[float | None, float | None]:
+    """Make the cells about the time of planning, wall clock and CPU [ms]."""
+    timing = record.planning
+    return (None, None) if timing is None else (timing.wall_ms, timing.cpu_ms)
 
 
 def plan_cells(plan: PlanResult) -> tuple[object, ...]:

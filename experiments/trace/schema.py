@@ -137,7 +137,8 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
 }
 TIMING: Mapping[str, Kind] = {
     "index": _COUNT,
-    "planning_ms": _NUMBER,
+    "planning_ms": _NUMBER,  # wall clock
+    "planning_cpu_ms": _NUMBER,  # CPU time of the planning thread
     "elapsed_s": _NUMBER,  # wall clock since the first step
 }
 

@@ -1,6 +1,14 @@
-"""From a scenario to a road with obstacles, before anything moves on it."""
+"""From a scenario to a road with obstacles, before anything moves on it.
 
-from dataclasses import replace
+Runs of a sweep share most of this: roads and drawn obstacles are remembered by what
+they are made from.
+"""
+
+import json
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 from experiments.config import Scenario
 from experiments.world_setup.ego_vehicle import ego_task
@@ -16,7 +24,20 @@ from experiments.world_setup.road import (
     sumo_road,
 )
 from planner.errors import PlannerError
+from planner.scene import Obstacles
+from sumo_nets.build import net_path
 from sumo_nets.errors import NetworkError
+
+MOST_ROADS = 16  # remembered at a time
+MOST_FIELDS = 64  # of drawn obstacles, remembered at a time
+
+
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """A scenario as far as a layout depends on it."""
+
+    content: str  # what it is made from
+    scenario: Scenario = field(compare=False)
 
 
 def make_layout(scenario: Scenario) -> Layout:
@@ -26,19 +47,58 @@ def make_layout(scenario: Scenario) -> Layout:
         ConfigError: If the network, its route or lane does not exist, something lies
             beyond the road, or an obstacle stands where the ego starts.
     """
-    bare = _bare_layout(scenario)
+    bare = _bare_layout(_road_source(scenario))
     beyond = scenario.beyond(bare.road.path.length)
     if beyond is not None:
         raise scenario.error(*beyond)
     check_on_road(scenario, bare)
-    road = replace(bare.road, obstacles=static_bodies(scenario, bare))
+    bodies = _static_bodies(_body_source(scenario))
+    road = replace(bare.road, obstacles=bodies)
     layout = replace(bare, road=road)
     check_start(scenario, layout)
     return layout
 
 
-def _bare_layout(scenario: Scenario) -> Layout:
-    """Build the road without obstacles."""
+def _road_source(scenario: Scenario) -> _Source:
+    """Return what the road is made from: sections and the state of the file."""
+    keys = ("world", "network", "road", "ego")
+    resolved = scenario.resolved()
+    parts: list[Any] = [resolved.get(key) for key in keys]
+    network = scenario.network
+    if network is not None:
+        parts.append(_stamp(network.file or net_path(network.name or "")))
+    return _Source(json.dumps(parts, default=str), scenario)
+
+
+def _body_source(scenario: Scenario) -> _Source:
+    """Return what the obstacles are made from: the road, and the seed if drawn."""
+    section = scenario.obstacles
+    drawn = section.random is not None or section.field is not None
+    seed = scenario.simulation.seed if drawn else None
+    own = json.dumps([scenario.resolved()["obstacles"], seed])
+    return _Source(_road_source(scenario).content + own, scenario)
+
+
+def _stamp(file: str | Path) -> tuple[str, int, int] | None:
+    """Return a file's place, size and time of its last change; None if it is gone."""
+    try:
+        state = Path(file).stat()
+    except OSError:
+        return None
+    return str(Path(file).absolute()), state.st_size, state.st_mtime_ns
+
+
+@lru_cache(maxsize=MOST_FIELDS)
+def _static_bodies(source: _Source) -> Obstacles:
+    """Return the obstacles of a scenario, drawn once for the same road and seed."""
+    bare = _bare_layout(_road_source(source.scenario))
+    return static_bodies(source.scenario, bare)
+
+
+@lru_cache(maxsize=MOST_ROADS)
+def _bare_layout(source: _Source) -> Layout:
+    """Build the road without obstacles, once for the same content."""
+    scenario = source.scenario
     task, in_sumo = ego_task(scenario.ego), scenario.world == "sumo"
     try:
         if not in_sumo:

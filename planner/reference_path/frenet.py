@@ -14,7 +14,13 @@ from planner.errors import OutsidePathDomainError
 from planner.numerics.angles import wrapped
 from planner.numerics.compiled import compiled, inlined
 from planner.reference_path.linear_curvature import IndexArray, point_at
-from planner.reference_path.path import ReferencePath, as_input
+from planner.reference_path.path import (
+    PROJECTION_REACH,
+    PathTable,
+    ReferencePath,
+    as_input,
+)
+from planner.reference_path.projection import EVERYWHERE, NO_DIRECTION, foot
 from planner.states import (
     CartesianState,
     CartesianStates,
@@ -284,20 +290,40 @@ def cartesian_to_frenet_one(
     path: ReferencePath, state: CartesianState, near: float | None = None
 ) -> FrenetState:
     """Transform one state of the plane, as `cartesian_to_frenet` does."""
-    s, l = path.project_one(state.x, state.y, near)
-    s_dot, s_ddot, l_dot, l_ddot, l_prime, l_second, inside = frenet_point(
-        path.table.knots,
-        path.table.bins,
-        s,
-        l,
+    *values, inside = _frenet_one(
+        path.table,
+        float(state.x),
+        float(state.y),
         float(state.heading),
         float(state.curvature),
         float(state.speed),
         float(state.acceleration),
+        EVERYWHERE
+        if near is None
+        else (float(near - PROJECTION_REACH), float(near + PROJECTION_REACH)),
     )
     if not inside:
-        raise _outside(path, s, l, state.heading)
-    return FrenetState(s, s_dot, s_ddot, l, l_dot, l_ddot, l_prime, l_second)
+        raise _outside(path, values[0], values[3], state.heading)
+    return FrenetState(*values)
+
+
+@compiled
+def _frenet_one(
+    path: PathTable,
+    x: float,
+    y: float,
+    heading: float,
+    curvature: float,
+    speed: float,
+    acceleration: float,
+    limits: tuple[float, float],
+) -> tuple[float, float, float, float, float, float, float, float, bool]:
+    """Project one state; the values of a `FrenetState`, and the domain."""
+    s, l = foot(path.knots, path.bins, path.blocks, x, y, limits, NO_DIRECTION)
+    s_dot, s_ddot, l_dot, l_ddot, l_prime, l_second, inside = frenet_point(
+        path.knots, path.bins, s, l, heading, curvature, speed, acceleration
+    )
+    return s, s_dot, s_ddot, l, l_dot, l_ddot, l_prime, l_second, inside
 
 
 def frenet_to_cartesian_one(path: ReferencePath, state: FrenetState) -> CartesianState:

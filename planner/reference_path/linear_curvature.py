@@ -104,6 +104,23 @@ def follow(
     """Follow a piece for `u` [m] from a point and a direction; (x, y, cos, sin)."""
     if curvature == 0.0 and rate == 0.0:
         return x + u * cos, y + u * sin, cos, sin
+    return follow_bent(x, y, cos, sin, curvature, rate, u)
+
+
+@inlined
+def follow_bent(
+    x: float,
+    y: float,
+    cos: float,
+    sin: float,
+    curvature: float,
+    rate: float,
+    u: float,
+) -> tuple[float, float, float, float]:
+    """Follow a piece as `follow` does, bit by bit, but without a branch.
+
+    For loops that become vector instructions.
+    """
     along, across, cos_turn, sin_turn = advance(curvature, rate, u)
     return (
         x + along * cos - across * sin,

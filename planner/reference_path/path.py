@@ -24,6 +24,7 @@ from planner.reference_path.segments import (
 from planner.states import FloatArray, freeze
 
 EMPTY = freeze(())
+PROJECTION_REACH = 30.0  # from a guess of s, within which feet are looked for [m]
 
 
 class PathTable(NamedTuple):
@@ -144,7 +145,7 @@ class ReferencePath:
         x: ArrayLike,
         y: ArrayLike,
         near: ArrayLike | None = None,
-        reach: float = 30.0,
+        reach: float = PROJECTION_REACH,
         heading: ArrayLike | None = None,
     ) -> tuple[FloatArray, FloatArray]:
         """Find the nearest foot points; implements [Thesis] eq. 3.22 as corrected.
@@ -178,7 +179,11 @@ class ReferencePath:
         return s.reshape(shape), l.reshape(shape)
 
     def project_one(
-        self, x: float, y: float, near: float | None = None, reach: float = 30.0
+        self,
+        x: float,
+        y: float,
+        near: float | None = None,
+        reach: float = PROJECTION_REACH,
     ) -> tuple[float, float]:
         """Find the nearest foot point of one point, as `project` does."""
         limits = (

@@ -19,6 +19,7 @@ from planner.reference_path.linear_curvature import (
     X,
     Y,
     follow,
+    follow_bent,
     index_bins,
     piece_index,
     points_at,
@@ -29,6 +30,9 @@ PIECES_PER_BLOCK = 64
 # Columns of the block table; ALONE is how near blocks but its neighbours come to its
 # middle [m].
 MIDDLE_X, MIDDLE_Y, HALF_LENGTH, SHARPEST, ALONE = range(5)
+
+CHUNK = 128  # points of a batch whose Newton steps are taken together
+VECTOR_STEPS = 2  # of Newton's method, enough for nearly all
 
 STEP_DONE = 1e-7  # [m]; Newton's next step is then below 1e-13 m
 STEP_LIMIT = 60  # bisection alone needs 45 steps from 1 m
@@ -82,8 +86,20 @@ def newton_step(
         (the next bracket; l, cos_heading, sin_heading at the present place; whether the
         next place is the foot).
     """
+    place = follow(x, y, cos, sin, curvature, rate, bracket[2])
+    return improved_bracket(place, curvature, rate, bracket)
+
+
+@inlined
+def improved_bracket(
+    place: tuple[float, float, float, float],
+    curvature: float,
+    rate: float,
+    bracket: tuple[float, float, float],
+) -> tuple[tuple[float, float, float], float, float, float, bool]:
+    """Compute what `newton_step` returns from the (x, y, cos, sin) at its place."""
     low, high, u = bracket
-    px, py, foot_cos, foot_sin = follow(x, y, cos, sin, curvature, rate, u)
+    px, py, foot_cos, foot_sin = place
     along = -px * foot_cos - py * foot_sin
     l = px * foot_sin - py * foot_cos
     slope = 1.0 - (curvature + rate * u) * l
@@ -271,6 +287,23 @@ def foot_within(
         (cost, s, l, found); the cost is the distance plus that of the direction.
     """
     best = foot_on_extensions(knots, x, y, limits, direction)
+    nearest, _ = nearest_block(knots, bins, blocks, x, y, limits)
+    best = better_foot_in_block(knots, blocks, nearest, x, y, limits, direction, best)
+    return best_of_the_rest(
+        knots, bins, blocks, (x, y), limits, direction, nearest, best
+    )
+
+
+@inlined
+def nearest_block(
+    knots: FloatArray,
+    bins: IndexArray,
+    blocks: FloatArray,
+    x: float,
+    y: float,
+    limits: tuple[float, float],
+) -> tuple[int, float]:
+    """Find the block whose middle is nearest, and its squared distance [m²]."""
     first = piece_index(knots, bins, limits[0]) // PIECES_PER_BLOCK
     last = piece_index(knots, bins, limits[1]) // PIECES_PER_BLOCK
     nearest, least = first, np.inf
@@ -278,7 +311,25 @@ def foot_within(
         squared = squared_distance(blocks, j, x, y)
         if squared < least:
             nearest, least = j, squared
-    best = better_foot_in_block(knots, blocks, nearest, x, y, limits, direction, best)
+    return nearest, least
+
+
+@inlined
+def best_of_the_rest(
+    knots: FloatArray,
+    bins: IndexArray,
+    blocks: FloatArray,
+    point: tuple[float, float],
+    limits: tuple[float, float],
+    direction: tuple[float, float, float],
+    nearest: int,
+    best: Foot,
+) -> Foot:
+    """Compare the feet in all other blocks with the best one of the nearest block."""
+    x, y = point
+    first = piece_index(knots, bins, limits[0]) // PIECES_PER_BLOCK
+    last = piece_index(knots, bins, limits[1]) // PIECES_PER_BLOCK
+    least = squared_distance(blocks, nearest, x, y)
     if best[0] + np.sqrt(least) < blocks[nearest, ALONE]:
         first, last = max(first, nearest - 1), min(last, nearest + 1)
     for j in range(first, last + 1):
@@ -310,6 +361,75 @@ def foot(
     return s, l
 
 
+@inlined
+def likely_piece(
+    knots: FloatArray, blocks: FloatArray, j: int, x: float, y: float
+) -> int:
+    """Find the piece of block `j` with the foot, -1 where that takes a closer look."""
+    start = j * PIECES_PER_BLOCK
+    stop = min(start + PIECES_PER_BLOCK, knots.shape[0] - 1)
+    farthest = np.sqrt(squared_distance(blocks, j, x, y)) + blocks[j, HALF_LENGTH]
+    piece = -1
+    if farthest * blocks[j, SHARPEST] < 1.0:
+        piece = falling_piece(knots, start, stop, x, y)
+    return piece
+
+
+@inlined
+def begin_newton(
+    knots: FloatArray, i: int, x: float, y: float, table: FloatArray, k: int
+) -> None:
+    """Fill column `k` of the table of `newton_steps` as `foot_in_piece` begins."""
+    length = knots[i + 1, S] - knots[i, S]
+    ahead, behind = lead(knots, i, x, y), lead(knots, i + 1, x, y)
+    table[0, k], table[1, k] = knots[i, X] - x, knots[i, Y] - y
+    table[2, k], table[3, k] = knots[i, COS], knots[i, SIN]
+    table[4, k], table[5, k] = knots[i, CURVATURE], knots[i, RATE]
+    table[6, k] = length
+    table[7, k] = length * ahead / (ahead - behind)
+
+
+@inlined
+def newton_steps(table: FloatArray, n: int) -> None:
+    """Take the steps of `converge` for many points at once, without a branch.
+
+    Args:
+        table: (12, >= n). Rows 0 to 5: the arguments of `converge`; 6: the length of
+            the piece; 7: the first guess, which becomes u. Rows 8 to 10 are filled with
+            l and the direction at the foot, row 11 with 1 where it is found.
+        n: Points.
+    """
+    for k in range(n):
+        curvature, rate = table[4, k], table[5, k]
+        bracket = (0.0, table[6, k], table[7, k])
+        l, foot_cos, foot_sin, done = 0.0, 1.0, 0.0, False
+        for _ in range(VECTOR_STEPS):
+            place = follow_bent(
+                table[0, k],
+                table[1, k],
+                table[2, k],
+                table[3, k],
+                curvature,
+                rate,
+                bracket[2],
+            )
+            after, new_l, new_cos, new_sin, found = improved_bracket(
+                place, curvature, rate, bracket
+            )
+            bracket = (
+                bracket[0] if done else after[0],
+                bracket[1] if done else after[1],
+                bracket[2] if done else after[2],
+            )
+            l = l if done else new_l
+            foot_cos = foot_cos if done else new_cos
+            foot_sin = foot_sin if done else new_sin
+            done = done | found
+        table[7, k] = bracket[2]
+        table[8, k], table[9, k], table[10, k] = l, foot_cos, foot_sin
+        table[11, k] = 1.0 if done else 0.0
+
+
 @compiled
 def feet(
     knots: FloatArray,
@@ -324,12 +444,41 @@ def feet(
     """Project many points; an empty `near` or `heading` stands for none."""
     s, l = np.empty(x.size), np.empty(x.size)
     limits, direction = EVERYWHERE, NO_DIRECTION
-    for i in range(x.size):
-        if near.size > 0:
-            limits = (near[i] - reach, near[i] + reach)
-        if heading.size > 0:
-            direction = (np.cos(heading[i]), np.sin(heading[i]), HEADING_WEIGHT)
-        s[i], l[i] = foot(knots, bins, blocks, x[i], y[i], limits, direction)
+    table = np.empty((12, CHUNK))
+    pieces, nearby = np.empty(CHUNK, np.int64), np.empty(CHUNK, np.int64)
+    for begin in range(0, x.size, CHUNK):
+        n = min(CHUNK, x.size - begin)
+        for k in range(n):
+            i = begin + k
+            if near.size > 0:
+                limits = (near[i] - reach, near[i] + reach)
+            nearby[k], _ = nearest_block(knots, bins, blocks, x[i], y[i], limits)
+            pieces[k] = likely_piece(knots, blocks, nearby[k], x[i], y[i])
+            begin_newton(knots, max(pieces[k], 0), x[i], y[i], table, k)
+        newton_steps(table, n)
+        for k in range(n):
+            i = begin + k
+            if near.size > 0:
+                limits = (near[i] - reach, near[i] + reach)
+            if heading.size > 0:
+                direction = (np.cos(heading[i]), np.sin(heading[i]), HEADING_WEIGHT)
+            best = foot_on_extensions(knots, x[i], y[i], limits, direction)
+            if pieces[k] >= 0 and table[11, k] == 1.0:
+                at = knots[pieces[k], S] + table[7, k]
+                candidate = (at, table[8, k], table[9, k], table[10, k])
+                best = better_of(best, candidate, limits, direction)
+            else:
+                best = better_foot_in_block(
+                    knots, blocks, nearby[k], x[i], y[i], limits, direction, best
+                )
+            point = (x[i], y[i])
+            _, s[i], l[i], found = best_of_the_rest(
+                knots, bins, blocks, point, limits, direction, nearby[k], best
+            )
+            if not found:
+                s[i], l[i] = foot(
+                    knots, bins, blocks, x[i], y[i], EVERYWHERE, direction
+                )
     return s, l
 
 

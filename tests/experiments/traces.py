@@ -4,7 +4,13 @@ import math
 
 import numpy as np
 
-from experiments.cosim.records import Ending, EpisodeStatus, StepRecord, TrafficState
+from experiments.cosim.records import (
+    Ending,
+    EpisodeStatus,
+    PlanningTime,
+    StepRecord,
+    TrafficState,
+)
 from experiments.cosim.road import EgoTask, Road
 from experiments.trace.recording import RunFacts, build_trace
 from experiments.trace.schema import Trace
@@ -48,7 +54,7 @@ def record(
         traffic(time, cars),
         (),
         plan,
-        None if plan is None else 1.0 + index,
+        None if plan is None else PlanningTime(1.0 + index, 0.5 + index),
         contacts,
         clearance,
         None,

@@ -2,26 +2,28 @@
 
 SUMO says where the centre of the *front bumper* is and measures angles in degrees
 clockwise from north. We say where the centre of the *rectangle* is (other vehicles)
-or of the *rear axle* (the ego) and measure radians counter-clockwise from +x. All
-functions take scalars or arrays that broadcast.
+or of the *rear axle* (the ego) and measure radians counter-clockwise from +x.
 """
 
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from planner.numerics.compiled import compiled
+from planner.scene import COLUMNS
 from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
 
 RIGHT_ANGLE = 90.0  # from north to east [degrees]
 FULL_TURN = 360.0  # [degrees]
+X, Y, HEADING, LENGTH = (COLUMNS.index(n) for n in ("x", "y", "heading", "length"))
 
 
-def heading_from_angle(angle: ArrayLike) -> FloatArray:
+@compiled
+def heading_from_angle(angle: float) -> float:
     """Turn SUMO's angle [degrees, clockwise from north] into a heading [rad]."""
-    turned = np.remainder(RIGHT_ANGLE - np.asarray(angle), FULL_TURN)
-    return np.deg2rad(np.where(turned > FULL_TURN / 2, turned - FULL_TURN, turned))
+    turned = (RIGHT_ANGLE - angle) % FULL_TURN
+    return math.radians(turned - FULL_TURN if turned > FULL_TURN / 2 else turned)
 
 
 def angle_from_heading(heading: float) -> float:
@@ -31,25 +33,26 @@ def angle_from_heading(heading: float) -> float:
     return 0.0 if angle == FULL_TURN else angle
 
 
-def centre_from_front(
-    x: ArrayLike, y: ArrayLike, heading: FloatArray, length: ArrayLike
-) -> tuple[FloatArray, FloatArray]:
-    """Go from the front bumper back to the centre of the rectangle.
+@compiled
+def centres_of(fronts: FloatArray) -> FloatArray:
+    """Turn SUMO's poses of many vehicles into ours.
 
     Args:
-        x: Front bumper [m].
-        y: Front bumper [m].
-        heading: Ours [rad].
-        length: Of the rectangle [m].
+        fronts: Front bumpers and SUMO's angles, columns in the order of
+            `planner.scene.COLUMNS`, (n, 8).
 
     Returns:
-        (x, y) of the centre [m].
+        Centres and headings, (8, n), as in `RoadUsers`.
     """
-    half = np.asarray(length) / 2.0
-    return (
-        np.asarray(x) - half * np.cos(heading),
-        np.asarray(y) - half * np.sin(heading),
-    )
+    table = np.empty((fronts.shape[1], fronts.shape[0]))
+    for k in range(fronts.shape[0]):
+        table[:, k] = fronts[k]
+        heading = heading_from_angle(fronts[k, HEADING])
+        half = fronts[k, LENGTH] / 2.0
+        table[X, k] = fronts[k, X] - half * math.cos(heading)
+        table[Y, k] = fronts[k, Y] - half * math.sin(heading)
+        table[HEADING, k] = heading
+    return table
 
 
 def front_from_rear_axle(
@@ -81,7 +84,7 @@ def rear_axle_from_front(
     Returns:
         (x, y) of the rear axle [m] and the heading [rad].
     """
-    heading = float(heading_from_angle(angle))
+    heading = heading_from_angle(angle)
     return (
         x - vehicle.front_reach * math.cos(heading),
         y - vehicle.front_reach * math.sin(heading),

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.cosim.sumo import frames
-from experiments.cosim.sumo.lanes import Lane, edge_of
+from experiments.cosim.sumo.lanes import Lane, Strip, edge_of
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
@@ -33,7 +33,6 @@ KEEP_ROUTE_EXACT = 3  # moveToXY: exact position, route kept
 NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
 LOOK_AHEAD = 4  # strips in which the ego may turn up next
 INSIDE_JUNCTION = ":"  # how the names of lanes there begin
-STRIP_MARGIN = 1.0  # a front bumper farther outside its edge is not on it [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,19 +62,20 @@ def ghost_pose(
         reach off the edge, or is not on this edge at all.
     """
     front_x, front_y, _ = frames.front_from_rear_axle(ego, vehicle)
-    own = lane_of(lanes, front_x, front_y)
-    if own is None:
+    return _pose_in(Strip(lanes), (front_x, front_y), ego, vehicle)
+
+
+def _pose_in(
+    strip: Strip, front: tuple[float, float], ego: CartesianState, vehicle: Vehicle
+) -> GhostPose | None:
+    """Decide as `ghost_pose` does; `front` is the centre of the front bumper [m]."""
+    pose = (ego.x, ego.y, ego.heading)
+    body = (vehicle.rear_overhang, vehicle.front_reach, vehicle.width)
+    reached = strip.reached_lane(front, pose, body)
+    if reached is None:
         return None
-    offsets = [lanes[own].project(x, y)[1] for x, y in corners(ego, vehicle)]
-    half = lanes[own].width / 2.0
-    to_left, to_right = max(offsets) - half, -min(offsets) - half
-    sides = sorted(((to_left, own + 1), (to_right, own - 1)), reverse=True)
-    for excess, index in sides:
-        if excess > 0.0 and 0 <= index < len(lanes):
-            target = lanes[index]
-            x, y, heading = target.at(target.project(front_x, front_y)[0])
-            return GhostPose(target.edge, target.index, x, y, heading)
-    return None
+    lane, station = reached
+    return GhostPose(lane.edge, lane.index, *lane.at(station))
 
 
 def lane_of(lanes: Sequence[Lane], x: float, y: float) -> int | None:
@@ -83,13 +83,7 @@ def lane_of(lanes: Sequence[Lane], x: float, y: float) -> int | None:
 
     The lane changes exactly where the point crosses the line between two lanes.
     """
-    nearest, excess = None, STRIP_MARGIN
-    for index, lane in enumerate(lanes):
-        station, offset = lane.project(x, y)
-        outside = abs(offset) - lane.width / 2.0
-        if 0.0 <= station <= lane.length and outside < excess:
-            nearest, excess = index, outside
-    return nearest
+    return Strip(lanes).lane_of(x, y)
 
 
 def corners(ego: CartesianState, vehicle: Vehicle) -> FloatArray:
@@ -130,19 +124,26 @@ class Ghost:
         sumo.vehicletype.copy(type_id, GHOST_TYPE)
         sumo.vehicletype.setSpeedFactor(GHOST_TYPE, NO_LIMIT)
         sumo.vehicletype.setMaxSpeed(GHOST_TYPE, NO_LIMIT)
-        self._strips = tuple(tuple(strip) for strip in strips)
+        self._strips = tuple(Strip(strip) for strip in strips)
         self._strip = 0  # where the ego was last seen
         self._noted = False  # SUMO may think that the ego is over a line
         self.pose: GhostPose | None = None
 
-    def update(self, ego: CartesianState, vehicle: Vehicle) -> None:
+    def update(
+        self, ego: CartesianState, vehicle: Vehicle, front: tuple[float, float]
+    ) -> None:
         """Move the ghost to where the ego, about to be moved to `ego`, needs it.
+
+        Args:
+            ego: Rear axle.
+            vehicle: The ego's dimensions.
+            front: Centre of its front bumper [m].
 
         Raises:
             libsumo.TraCIException: If SUMO refuses; the session wraps it.
         """
         alive = self.pose is not None
-        self.pose = ghost_pose(self._strips[self._locate(ego, vehicle)], ego, vehicle)
+        self.pose = _pose_in(self._strips[self._locate(front)], front, ego, vehicle)
         if self.pose is not None:
             self._place(self.pose, max(ego.speed, 0.0), alive=alive)
             self._noted = True
@@ -151,13 +152,12 @@ class Ghost:
         elif self._noted:  # a step later: SUMO has the ego inside its lane too
             self._noted = not _clear_note(self._sumo, self._ego_id)
 
-    def _locate(self, ego: CartesianState, vehicle: Vehicle) -> int:
+    def _locate(self, front: tuple[float, float]) -> int:
         """Return the strip that the ego is on, from the last one on."""
-        x, y, _ = frames.front_from_rear_axle(ego, vehicle)
         for index in range(
             self._strip, min(self._strip + LOOK_AHEAD, len(self._strips))
         ):
-            if lane_of(self._strips[index], x, y) is not None:
+            if self._strips[index].lane_of(*front) is not None:
                 self._strip = index
                 break
         return self._strip

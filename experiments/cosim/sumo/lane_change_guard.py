@@ -7,11 +7,15 @@ sideways, so vehicles abreast of the ego may not begin a lane change. Vehicles a
 behind are not restricted.
 """
 
+import math
+from collections.abc import Iterable
+
 import numpy as np
 
 from experiments.cosim.sumo.libsumo_api import Libsumo
+from planner.numerics.compiled import compiled
 from planner.scene import RoadUsers
-from planner.states import CartesianState
+from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle, centre_from_rear_axle
 
 LENGTHWISE_MARGIN = 0.5  # bumper to bumper; SUMO decides a step later [m]
@@ -30,14 +34,32 @@ def abreast(ego: CartesianState, vehicle: Vehicle, others: RoadUsers) -> set[str
 
     """
     x, y = centre_from_rear_axle(ego, vehicle)
-    dx, dy = others.x - x, others.y - y
-    cos, sin = np.cos(ego.heading), np.sin(ego.heading)
-    along = np.abs(dx * cos + dy * sin)
-    across = np.abs(dy * cos - dx * sin)
-    reach = (vehicle.length + others.length) / 2.0 + LENGTHWISE_MARGIN
-    same_way = np.cos(others.heading - ego.heading) > 0.0
-    inside = (along < reach) & (across < SIDEWAYS_REACH) & same_way
-    return {others.ids[i] for i in np.flatnonzero(inside)}
+    ids = others.ids
+    return {ids[i] for i in _abreast((x, y, ego.heading), vehicle.length, others.table)}
+
+
+@compiled
+def _abreast(
+    ego: tuple[float, float, float], ego_length: float, others: FloatArray
+) -> list[int]:
+    """Return the columns of the vehicles that overlap the ego.
+
+    Args:
+        ego: Centre (x, y) [m] and heading [rad].
+        ego_length: Of its body [m].
+        others: Table of road users, (8, n).
+    """
+    x, y, ego_heading = ego
+    cos, sin = math.cos(ego_heading), math.sin(ego_heading)
+    inside = np.zeros(others.shape[1], np.bool_)
+    for k in range(inside.size):
+        dx, dy = others[0, k] - x, others[1, k] - y
+        along = abs(dx * cos + dy * sin)
+        across = abs(dy * cos - dx * sin)
+        reach = (ego_length + others[6, k]) / 2.0 + LENGTHWISE_MARGIN
+        same_way = math.cos(others[2, k] - ego_heading) > 0.0
+        inside[k] = along < reach and across < SIDEWAYS_REACH and same_way
+    return [k for k in range(inside.size) if inside[k]]
 
 
 class LaneChangeGuard:
@@ -47,11 +69,14 @@ class LaneChangeGuard:
         self._sumo = sumo
         self._held: set[str] = set()
 
-    def update(self, ids: set[str], present: set[str]) -> None:
+    def update(self, ids: set[str], present: Iterable[str]) -> None:
         """Hold `ids`, and release all others that are still `present`."""
+        if ids == self._held:
+            return
+        there = set(present)
         mode = self._sumo.vehicle.setLaneChangeMode
         for name in sorted(self._held - ids):
-            if name in present:
+            if name in there:
                 mode(name, OWN_LANE_CHANGES)
         for name in sorted(ids - self._held):
             mode(name, NO_LANE_CHANGES)

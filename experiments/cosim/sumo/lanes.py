@@ -8,20 +8,21 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from planner.errors import InvalidInputError
-from planner.numerics.compiled import compiled
-from planner.states import FloatArray, freeze
+from planner.numerics.compiled import compiled, inlined
+from planner.states import FloatArray, IntArray, freeze
 
 OVERHANG = 20.0  # how far a lane's ends are carried on straight, for long bodies [m]
 SAME_POINT = 1e-9  # closer points of a centre line are one [m]
 NEXT_LANE: Final = 0  # places in a link of `lane.getLinks`
 INTERNAL_LANE: Final = 4
+STRIP_MARGIN = 1.0  # a front bumper farther outside its edge is not on it [m]
 PLANE = 2  # coordinates of a point
 TWO = 2  # points of a line, lanes side by side
 TRAFFIC_CLASS = "passenger"  # of all vehicles in the demand files
@@ -185,3 +186,116 @@ def _foot_point(
             side = 1.0 if tx * dy - ty * dx >= 0.0 else -1.0
             offset = side * math.sqrt(square)
     return station, offset
+
+
+class StripTable(NamedTuple):
+    """Numbers of lanes side by side, their points one lane after the other."""
+
+    points: FloatArray  # centre lines, (n, 2) [m]
+    stations: FloatArray  # arc length at each point, (n,) [m]
+    ends: IntArray  # where each lane begins, and the end, (n_lanes + 1,)
+    widths: FloatArray  # (n_lanes,) [m]
+
+
+class Strip:
+    """The lanes of one edge side by side, as tables that compiled functions read.
+
+    Args:
+        lanes: From the rightmost to the leftmost, at least one.
+    """
+
+    def __init__(self, lanes: Sequence[Lane]) -> None:
+        self._lanes = tuple(lanes)
+        ends = np.cumsum([lane.stations.size for lane in lanes])
+        self._table = StripTable(
+            freeze(np.concatenate([lane.points for lane in lanes])),
+            freeze(np.concatenate([lane.stations for lane in lanes])),
+            np.array([0, *ends]),
+            np.array([lane.width for lane in lanes]),
+        )
+
+    def lane_of(self, x: float, y: float) -> int | None:
+        """Return the lane in which SUMO counts a front bumper; None off the edge."""
+        index = _lane_of(self._table, x, y)
+        return None if index < 0 else index
+
+    def reached_lane(
+        self,
+        front: tuple[float, float],
+        pose: tuple[float, float, float],
+        body: tuple[float, float, float],
+    ) -> tuple[Lane, float] | None:
+        """Find the lane beside its own that a body reaches into, if there is one.
+
+        Args:
+            front: Centre of its front bumper [m].
+            pose: Rear axle (x, y) [m] and heading [rad].
+            body: Rear overhang, reach to the front, and width [m].
+
+        Returns:
+            The lane, and the arc length of the front bumper on it [m].
+        """
+        index, station = _reached_lane(self._table, front, pose, body)
+        return None if index < 0 else (self._lanes[index], station)
+
+
+@inlined
+def _on_lane(strip: StripTable, k: int, x: float, y: float) -> tuple[float, float]:
+    """Return arc length and offset of a point on lane `k` [m]."""
+    begin, end = strip.ends[k], strip.ends[k + 1]
+    return _foot_point(
+        strip.points[begin:end], strip.stations[begin:end], x, y, OVERHANG
+    )
+
+
+@compiled
+def _lane_of(strip: StripTable, x: float, y: float) -> int:
+    """Return the lane that a front bumper is counted in, -1 off the edge."""
+    nearest, excess = -1, STRIP_MARGIN
+    for k in range(strip.widths.size):
+        station, offset = _on_lane(strip, k, x, y)
+        outside = abs(offset) - strip.widths[k] / 2.0
+        length = strip.stations[strip.ends[k + 1] - 1]
+        if 0.0 <= station <= length and outside < excess:
+            nearest, excess = k, outside
+    return nearest
+
+
+@compiled
+def _reached_lane(
+    strip: StripTable,
+    front: tuple[float, float],
+    pose: tuple[float, float, float],
+    body: tuple[float, float, float],
+) -> tuple[int, float]:
+    """Find the lane beside its own that a body reaches into.
+
+    Args:
+        strip: Lanes of the edge.
+        front: Centre of its front bumper [m].
+        pose: Rear axle (x, y) [m] and heading [rad].
+        body: Rear overhang, reach to the front, and width [m].
+
+    Returns:
+        (lane or -1, arc length of the front bumper on it [m]).
+    """
+    own = _lane_of(strip, front[0], front[1])
+    if own < 0:
+        return -1, 0.0
+    highest, lowest = -np.inf, np.inf
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    for corner in range(4):
+        along = -body[0] if corner in (0, 3) else body[1]
+        across = body[2] / 2.0 * (-1.0 if corner in (0, 1) else 1.0)
+        x = pose[0] + along * cos - across * sin
+        y = pose[1] + along * sin + across * cos
+        _, offset = _on_lane(strip, own, x, y)
+        highest, lowest = max(highest, offset), min(lowest, offset)
+    half = strip.widths[own] / 2.0
+    to_left, to_right = highest - half, -lowest - half
+    first = 1 if to_left >= to_right else -1  # the side that is reached farther into
+    for side in (first, -first):
+        excess = to_left if side > 0 else to_right
+        if excess > 0.0 and 0 <= own + side < strip.widths.size:
+            return own + side, _on_lane(strip, own + side, front[0], front[1])[0]
+    return -1, 0.0

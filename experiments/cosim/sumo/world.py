@@ -151,13 +151,13 @@ class SumoWorld:
         x, y, angle = frames.front_from_rear_axle(ego, self._vehicle)
         with sumo_errors(sumo, "moving the ego"):
             if self._ghost is not None:
-                self._ghost.update(ego, self._vehicle)
+                self._ghost.update(ego, self._vehicle, (x, y))
             # A negative speed would hand the ego back to SUMO's driver.
             sumo.vehicle.setSpeed(EGO_ID, max(ego.speed, 0.0))
             sumo.vehicle.moveToXY(EGO_ID, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
             if self._guard is not None and self._others is not None:
                 beside = abreast(ego, self._vehicle, self._others)
-                self._guard.update(beside, set(self._others.ids))
+                self._guard.update(beside, self._others.ids)
             sumo.simulationStep()
             if sumo.simulation.getCollidingVehiclesNumber():
                 self._count_collision(sumo)

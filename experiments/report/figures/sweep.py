@@ -24,7 +24,7 @@ SHOWN = (
     columns.MIN_CLEARANCE,
     columns.RMS_JERK,
     columns.REAR_MAX_DECELERATION,
-    columns.PLANNING_P99,
+    columns.PLANNING_CPU_P99,
 )
 ROW = 0.17  # of a group in a panel [in]
 MOST_GROUPS = 16  # with more, scenarios are merged

@@ -125,8 +125,8 @@ def test_arrives_and_records_every_step():
     assert [r.index for r in records] == list(range(steps + 1))
     assert [r.time for r in records] == pytest.approx(0.1 * np.arange(steps + 1))
     assert records[-1].plan is None
-    assert records[-1].planning_ms is None
-    assert all(r.plan is not None and r.planning_ms > 0.0 for r in records[:-1])
+    assert records[-1].planning is None
+    assert all(r.plan is not None and r.planning.wall_ms > 0.0 for r in records[:-1])
     assert [r.ego.x for r in records] == pytest.approx(0.8 * np.arange(steps + 1))
     assert records[-1].ego_frenet.s >= 59.9 > records[-2].ego_frenet.s
 

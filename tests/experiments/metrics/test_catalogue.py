@@ -44,7 +44,7 @@ def test_entry_is_complete(metric):
     suffix = metric.column.rpartition("_")[2]
     if suffix in UNITS and metric.column != columns.STEPS_PER_SECOND:
         assert metric.unit == UNITS[suffix]
-    if "planning_ms" in metric.column:
+    if metric.column.startswith("planning_"):
         assert metric.unit == "ms"
         assert metric.timing
     if metric.rate:
@@ -66,11 +66,14 @@ def test_numbers_are_formatted_with_the_digits_of_their_metric():
 
 
 def test_derived_lists():
-    assert "wall-clock" in METRICS[TIMING_COLUMNS[0]].formula
+    assert "CPU time" in METRICS["planning_cpu_ms_p50"].formula
+    assert "wall-clock" in METRICS["planning_ms_p50"].formula
+    compared = [name for name in TIMING_COLUMNS if METRICS[name].compared]
+    assert compared == ["planning_cpu_ms_p50", "planning_cpu_ms_p99"]
     assert set(TIMING_COLUMNS) == {
         column
         for column in ALL_COLUMNS
-        if column.startswith("planning_ms")
+        if column.startswith("planning_")
         or column in ("deadline_misses", "steps_per_s")
     }
     assert dict(RATES) == {

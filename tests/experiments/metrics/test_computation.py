@@ -10,6 +10,8 @@ from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.states import CartesianState
 from tests.experiments.traces import cruising, record, trace_of
 
+WALL, CPU = computation.PlanningClock.WALL, computation.PlanningClock.CPU
+
 
 def test_computation_of_planned_cycles():
     def plan(status, candidates):
@@ -29,8 +31,11 @@ def test_computation_of_planned_cycles():
     assert computation.mean_count(trace, "candidates") == 200.0
     assert computation.fallback_cycles(trace) == 1
     # of the second cycle and the third: the first one also loads compiled loops
-    percentiles = [computation.planning_percentile(trace, p) for p in (0, 50, 100)]
-    assert percentiles == [2.0, 2.5, 3.0]
+    for clock, expected in ((WALL, [2.0, 2.5, 3.0]), (CPU, [1.5, 2.0, 2.5])):
+        percentiles = [
+            computation.planning_percentile(trace, p, clock) for p in (0, 50, 100)
+        ]
+        assert percentiles == expected
     slow = np.ma.masked_invalid([9.9e4, 150.0, 99.0, np.nan])
     late = replace(trace, timing={**trace.timing, "planning_ms": slow})
     assert computation.deadline_misses(late) == 1
@@ -40,5 +45,5 @@ def test_computation_of_planned_cycles():
 def test_nothing_was_planned():
     trace = cruising(5)
     assert computation.mean_count(trace, "candidates") is None
-    assert computation.planning_percentile(trace, 50) is None
+    assert computation.planning_percentile(trace, 50, WALL) is None
     assert computation.deadline_misses(trace) == 0

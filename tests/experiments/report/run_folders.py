@@ -63,7 +63,7 @@ def driven_trace(
             k, ego, cars=cars, plan=plan_from(ego, stats), clearance=3 + math.cos(t)
         )
         records.append(made)
-    records[-1] = replace(records[-1], plan=None, planning_ms=None)
+    records[-1] = replace(records[-1], plan=None, planning=None)
     return trace_of(records, obstacles=obstacles)
 
 

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from planner import cruise
-from planner.cruise.drawn_candidates import MOST_KEPT, MOST_REMOVED
+from planner.cruise.cycle import Cycle
+from planner.cruise.drawn_candidates import (
+    MOST_KEPT,
+    MOST_REMOVED,
+    SPACING,
+    alternatives_of,
+)
+from planner.cruise.feasibility import Check
 from planner.interface import KEPT
 from tests.planner.scenes import Disc, make_scene, straight
 
@@ -51,3 +58,22 @@ def test_asking_changes_nothing(plan):
     once_more = PLANNER.plan(scene, None)
     assert once_more.trajectory.x.tolist() == result.trajectory.x.tolist()
     assert once_more.stats == result.stats
+
+
+def test_drawn_points_are_those_of_the_candidates(plan):
+    """Bit by bit, at every so many points and at the last one."""
+    scene, _ = plan
+    cycle = Cycle.of(scene, PLANNER.settings, None)
+    n_offsets = cycle.lateral.offsets.size
+    shaped = np.flatnonzero(np.repeat(cycle.tracks.dropped == Check.PASSED, n_offsets))
+    verdict = np.zeros(cycle.tracks.dropped.size * n_offsets, np.int64)
+    found = alternatives_of(cycle, verdict)
+    places = np.rint(np.linspace(0, shaped.size - 1, MOST_KEPT)).astype(int)
+    every = round(SPACING / PLANNER.settings.step)
+    assert len(found) == MOST_KEPT
+    for one, index in zip(found, shaped[places], strict=True):
+        whole = cycle.trajectory(int(index))
+        last = whole.x.size - 1
+        kept = [*range(0, last, every), last]
+        assert one.x.tolist() == whole.x[kept].tolist()
+        assert one.y.tolist() == whole.y[kept].tolist()

@@ -20,7 +20,7 @@ lengths = st.floats(0.5, 20.0)
     [(90.0, 0.0), (0.0, math.pi / 2), (180.0, -math.pi / 2), (270.0, math.pi)],
 )
 def test_compass_points(angle, heading):
-    assert float(frames.heading_from_angle(angle)) == pytest.approx(heading)
+    assert frames.heading_from_angle(angle) == pytest.approx(heading)
     assert frames.angle_from_heading(heading) == pytest.approx(angle)
 
 
@@ -42,11 +42,12 @@ def test_angle_stays_below_a_full_turn_at_north(tiny):
 def test_centre_round_trip(x, y, heading, length):
     front_x = x + length / 2.0 * math.cos(heading)
     front_y = y + length / 2.0 * math.sin(heading)
-    back = frames.heading_from_angle(frames.angle_from_heading(heading))
-    centre = frames.centre_from_front(front_x, front_y, back, length)
-    assert centre[0] == pytest.approx(x, abs=1e-9)
-    assert centre[1] == pytest.approx(y, abs=1e-9)
-    assert abs(wrapped(float(back) - heading)) < 1e-12
+    angle = frames.angle_from_heading(heading)
+    front = np.array([[front_x, front_y, angle, 1.0, 2.0, 3.0, length, 4.0]])
+    (centre,) = frames.centres_of(front).T
+    assert centre[:2] == pytest.approx((x, y), abs=1e-9)
+    assert abs(wrapped(centre[2] - heading)) < 1e-12
+    assert centre[3:].tolist() == [1.0, 2.0, 3.0, length, 4.0]
 
 
 @given(coordinates, coordinates, headings)
@@ -72,14 +73,11 @@ def test_centre_lies_between_the_bumpers(x, y, heading):
     assert centre[1] == pytest.approx((front_y + rear_y) / 2, abs=1e-9)
 
 
-def test_a_batch_is_a_loop_of_singles():
+def test_many_are_many_single_ones():
     rng = np.random.default_rng(1)
-    x, y, angle = rng.uniform(0, 360, (3, 20))
-    length = rng.uniform(1, 10, 20)
-    heading = frames.heading_from_angle(angle)
-    batch = frames.centre_from_front(x, y, heading, length)
-    for i in range(20):
-        one = frames.centre_from_front(
-            x[i], y[i], frames.heading_from_angle(angle[i]), length[i]
-        )
-        assert (batch[0][i], batch[1][i]) == pytest.approx(one, abs=1e-12)
+    fronts = rng.uniform(0.0, 360.0, (20, 8))
+    together = frames.centres_of(fronts)
+    assert together.shape == (8, 20)
+    for k, front in enumerate(fronts):
+        assert frames.centres_of(front[None])[:, 0].tolist() == together[:, k].tolist()
+    assert frames.centres_of(np.empty((0, 8))).shape == (8, 0)
