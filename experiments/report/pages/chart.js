@@ -16,6 +16,9 @@ class Chart {
     this.hovered = null;
     this.shown = 0;
     this.range();
+    const lengths = Array.from(curve.series[0].values, (value) => this.textOf(value).length);
+    const longest = lengths.reduce((a, b) => Math.max(a, b), 4);
+    this.readout.style.minWidth = `${longest}ch`; // what stands beside it stays
     let scrubbing = false;
     const stepUnder = (event) => {
       const x = event.clientX - this.box.getBoundingClientRect().left;

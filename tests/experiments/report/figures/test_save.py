@@ -247,7 +247,7 @@ def refusal(capsys, *arguments: str) -> str:
 def test_mistakes_are_one_line(run, tmp_path, capsys, monkeypatch):
     before = sorted(path.name for path in run.iterdir())
     assert "is not a run folder" in refusal(capsys, str(tmp_path))
-    assert "is not a run folder" in refusal(capsys, str(tmp_path / "nowhere"))
+    assert "there is no such folder" in refusal(capsys, str(tmp_path / "nowhere"))
     assert "is not a run folder" in refusal(capsys, str(run / "trace.parquet"))
     assert "allowed: .png, .svg, .pdf" in refusal(capsys, str(run), "-o", "a.jpg")
     assert "allowed: .png, .svg, .pdf" in refusal(capsys, str(run), "-o", "a")

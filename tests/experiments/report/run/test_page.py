@@ -224,7 +224,7 @@ def test_damaged_runs_are_one_line(tmp_path, capsys, damage, message):
 
 def test_other_mistakes_are_one_line(run, tmp_path, capsys):
     assert "is neither a run folder" in refusal(capsys, tmp_path)
-    assert "is neither a run folder" in refusal(capsys, tmp_path / "nowhere")
+    assert "there is no such folder" in refusal(capsys, tmp_path / "nowhere")
     nowhere = tmp_path / "nowhere" / "a.html"
     assert "cannot be written" in refusal(capsys, run, "-o", nowhere)
 
