@@ -234,7 +234,7 @@ def test_a_sweep_does_not_mix_with_something_else(tmp_path, refusal):
     for place, words in (
         (out, "runs: holds single runs (1), no sweep; allowed: a folder that is new"),
         (single, "is the folder of a single run"),
-        (tmp_path, "holds something else (empty_road.yaml)"),
+        (tmp_path, "holds something else (constant_speed_planner.py)"),
         (file, "notes.md: is a file; allowed: a folder"),
         (file / "inner", "notes.md: is a file; allowed: a folder"),
     ):
