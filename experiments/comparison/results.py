@@ -94,8 +94,7 @@ def query(
     Raises:
         ConfigError: If the question is not one SELECT, or SQL cannot understand it.
     """
-    connection = duckdb.connect()
-    _load_runs(connection, folder)
+    connection = _load_runs(folder)
     try:
         statements = connection.extract_statements(sql)
         if [one.type for one in statements] != [duckdb.StatementType.SELECT]:
@@ -263,11 +262,15 @@ def _rows_in(path: Path) -> int:
     return int(found[0]) if found and not missing else -1
 
 
-def _load_runs(connection: duckdb.DuckDBPyConnection, folder: Path) -> None:
-    """Create the table `runs`; a damaged file of results is built anew."""
+def _load_runs(folder: Path) -> duckdb.DuckDBPyConnection:
+    """Open a database with the table `runs`; damaged results are built anew."""
     create = f"CREATE TABLE runs AS SELECT * FROM {parquet_source(refresh(folder))}"
+    connection = duckdb.connect()
     try:
         connection.execute(create)
-    except duckdb.Error:
+    except duckdb.Error:  # a fatal one ends the database
+        connection.close()
         rebuild(folder)
+        connection = duckdb.connect()
         connection.execute(create)
+    return connection
