@@ -127,8 +127,7 @@ def _runs_alone(folder: Path) -> duckdb.DuckDBPyConnection:
     SQL may read and write any file (`read_text('/etc/passwd')`), and load extensions
     from the network.
     """
-    connection = duckdb.connect()
-    _load_runs(connection, folder)
+    connection = _load_runs(folder)
     connection.execute(f"SET memory_limit = '{SQL_MEMORY}'")
     connection.execute("SET enable_external_access = false")
     connection.execute("SET lock_configuration = true")
@@ -303,11 +302,15 @@ def _rows_in(path: Path) -> int:
     return int(found[0]) if found and not missing else -1
 
 
-def _load_runs(connection: duckdb.DuckDBPyConnection, folder: Path) -> None:
-    """Create the table `runs`; a damaged file of results is built anew."""
+def _load_runs(folder: Path) -> duckdb.DuckDBPyConnection:
+    """Open a database with the table `runs`; damaged results are built anew."""
     create = f"CREATE TABLE runs AS SELECT * FROM {parquet_source(refresh(folder))}"
+    connection = duckdb.connect()
     try:
         connection.execute(create)
-    except duckdb.Error:
+    except duckdb.Error:  # a fatal one ends the database
+        connection.close()
         rebuild(folder)
+        connection = duckdb.connect()
         connection.execute(create)
+    return connection
