@@ -30,7 +30,7 @@ _NULLABLE: Mapping[str, set[str]] = {
     "vehicles": _PLACES | {"acceleration_mps2", "lateral_speed_mps"},
     "plans": {"s_m", "l_m"},
     "speed_limits": {"limit_mps"},
-    "timing": {"planning_ms"},
+    "timing": {"planning_ms", "planning_cpu_ms"},
 }
 _WITH_STEPS = ("vehicles", "plans", "signals")  # tables whose index is that of a step
 
