@@ -67,13 +67,13 @@ def write_tables(tables: Iterable[tuple[Table, Mapping[str, Kind], Path]]) -> No
     """
     import duckdb
 
-    database = _database(os.getpid())
-    for table, kinds, path in tables:
-        try:
-            _write(database, table, kinds, path)
-        except duckdb.Error as error:
-            problem = f"{path}: cannot be written: {_short(error)}"
-            raise ResultsError(problem) from error
+    with _database(os.getpid()).cursor() as database:  # an error ends the cursor only
+        for table, kinds, path in tables:
+            try:
+                _write(database, table, kinds, path)
+            except duckdb.Error as error:
+                problem = f"{path}: cannot be written: {_short(error)}"
+                raise ResultsError(problem) from error
 
 
 def read_trace(folder: Path) -> Trace:
@@ -97,13 +97,16 @@ def read_tables(folder: Path) -> Trace:
     Raises:
         ResultsError: If a file is missing, damaged or of another schema version.
     """
-    database = _database(os.getpid())
-    return Trace(
-        **{
-            name: _read_or_refuse(database, kinds, folder / file_name(name))
-            for name, kinds in {**TABLES, "timing": TIMING}.items()
-        }
-    )
+    import duckdb
+
+    # a damaged file may end its database, so not in the one that writes
+    with duckdb.connect(config={"threads": 1}) as database:
+        return Trace(
+            **{
+                name: _read_or_refuse(database, kinds, folder / file_name(name))
+                for name, kinds in {**TABLES, "timing": TIMING}.items()
+            }
+        )
 
 
 def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
@@ -112,7 +115,10 @@ def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
     Raises:
         ResultsError: If the file is missing, damaged or of another schema version.
     """
-    table = _read_or_refuse(_database(os.getpid()), kinds, path)
+    import duckdb
+
+    with duckdb.connect(config={"threads": 1}) as database:
+        table = _read_or_refuse(database, kinds, path)
     check_table(path.stem, kinds, table, path)
     return table
 

@@ -79,6 +79,8 @@ def pretend(sweep: str, out: Path) -> None:
     for run in plan:
         about = {"sweep": {"name": "light", "label": run.label, "point": run.point}}
         about |= {"trace_hash": "0", "attempts": 1, "wall_s": 0.1}
+        about |= {"scenario": run.scenario.name, "planner": "p", "seed": 1}
+        about |= {"status": "arrived"}
         row = row_without_episode(run.scenario.name, "p", 1, "arrived")
         folder = run_folder(out, run.run_id)
         folder.mkdir(parents=True)
@@ -271,9 +273,9 @@ def test_other_code_and_other_sweep_are_refused(tmp_path, refusal):
     [
         (("sweep", "smok"), "smok: no such sweep; did you mean smoke?"),
         (("sweep", "smoke", "--workers", "2", "--cluster", "tcp://x:1"), "--workers"),
-        (("results", "nowhere"), "nowhere: is not the folder of a sweep"),
-        (("compare", "nowhere", "--baseline", "a"), "is not the folder of a sweep"),
-        (("rerun", "nowhere", "a"), "is not the folder of a sweep"),
+        (("results", "nowhere"), "nowhere: there is no such folder"),
+        (("compare", "nowhere", "--baseline", "a"), "there is no such folder"),
+        (("rerun", "nowhere", "a"), "there is no such folder"),
     ],
 )
 def test_bad_words_are_one_line(arguments, message, refusal):

@@ -64,9 +64,11 @@ def test_drawn_points_are_those_of_the_candidates(plan):
     """Bit by bit, at every so many points and at the last one."""
     scene, _ = plan
     cycle = Cycle.of(scene, PLANNER.settings, None)
-    n_offsets = cycle.lateral.offsets.size
-    shaped = np.flatnonzero(np.repeat(cycle.tracks.dropped == Check.PASSED, n_offsets))
-    verdict = np.zeros(cycle.tracks.dropped.size * n_offsets, np.int64)
+    n_offsets = cycle.tables.lateral.offsets.size
+    shaped = np.flatnonzero(
+        np.repeat(cycle.tables.tracks.dropped == Check.PASSED, n_offsets)
+    )
+    verdict = np.zeros(cycle.tables.tracks.dropped.size * n_offsets, np.int64)
     found = alternatives_of(cycle, verdict)
     places = np.rint(np.linspace(0, shaped.size - 1, MOST_KEPT)).astype(int)
     every = round(SPACING / PLANNER.settings.step)
