@@ -12,6 +12,9 @@ from sumo_nets.net_reader import Edge, Net, check_route
 # A random route is tried from so many edges before the network counts as too small.
 TRIES = 200
 
+# Edges of a random route: over two junctions if that can be, else over one, or none.
+FEWEST_EDGES = (3, 2, 1)
+
 
 def onward_edges(edge: Edge) -> list[Edge]:
     """List the edges that a car can go on to, sorted by id."""
@@ -33,7 +36,7 @@ def random_route(
     Args:
         net: The network.
         rng: Decides where it begins and how it turns.
-        least: Length of the route; it has three edges at least [m].
+        least: Length of the route [m].
         first: Least length of its first edge [m].
 
     Raises:
@@ -43,25 +46,32 @@ def random_route(
     edges = sorted((e for e in roads if length_of(e) >= first), key=lambda e: e.id)
     if not edges:
         raise NetworkError(f"{net.file}: no edge of {first:g} m is open to cars")
-    for _ in range(TRIES):
-        route = [edges[int(rng.integers(len(edges)))]]
-        driven = length_of(route[0])
-        while driven < least or len(route) < 3:  # noqa: PLR2004 - two junctions
-            here = route[-1]
-            ways = [
-                edge
-                for edge in onward_edges(here)
-                if edge not in route and edge.end != here.start
-            ]
-            if not ways:
-                break
-            route.append(ways[int(rng.integers(len(ways)))])
-            driven += length_of(route[-1])
-        else:
-            return tuple(edge.id for edge in route)
-    raise NetworkError(
-        f"{net.file}: no route of {least:g} m over three edges was found; name one"
-    )
+    for fewest in FEWEST_EDGES:
+        for _ in range(TRIES):
+            start = edges[int(rng.integers(len(edges)))]
+            route = _wander(start, rng, least, fewest)
+            if route is not None:
+                return tuple(edge.id for edge in route)
+    raise NetworkError(f"{net.file}: no route of {least:g} m was found; name one")
+
+
+def _wander(
+    start: Edge, rng: np.random.Generator, least: float, fewest: int
+) -> list[Edge] | None:
+    """Drive at random until the route is long enough; None in a dead end before."""
+    route, driven = [start], length_of(start)
+    while driven < least or len(route) < fewest:
+        here = route[-1]
+        ways = [
+            edge
+            for edge in onward_edges(here)
+            if edge not in route and edge.end != here.start
+        ]
+        if not ways:
+            return None
+        route.append(ways[int(rng.integers(len(ways)))])
+        driven += length_of(route[-1])
+    return route
 
 
 def fastest_route(net: Net, places: Sequence[str]) -> tuple[str, ...]:
