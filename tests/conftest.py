@@ -21,5 +21,8 @@ def pytest_addoption(parser):
         help="kill -9 of a sweep in the test of resuming",
     )
     parser.addoption(
+        "--turns", type=int, default=60, help="random bends that a path is planned for"
+    )
+    parser.addoption(
         "--mutations", type=int, default=400, help="damaged inputs for the readers"
     )

@@ -59,13 +59,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-sweep_commands.add_to(app)
-results_commands.add_to(app)
-report_commands.add_to(app)
-replan_command.add_to(app)
-thesis_command.add_to(app)
-compile_command.add_to(app)
-r157_command.add_to(app)
 
 
 def main() -> None:
@@ -209,6 +202,15 @@ def list_() -> None:
         _print_list("networks", {n: r.description for n, r in networks().items()})
         _print_list("sweeps", {n: load_sweep(n)[0].purpose for n in sweep_names()})
         _print_list("planners", {n: known.purpose for n, known in PLANNERS.items()})
+
+
+report_commands.add_to(app)
+replan_command.add_to(app)
+sweep_commands.add_to(app)
+results_commands.add_to(app)
+r157_command.add_to(app)
+thesis_command.add_to(app)
+compile_command.add_to(app)
 
 
 @app.command()

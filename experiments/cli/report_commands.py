@@ -7,7 +7,9 @@ from typing import Annotated
 import typer
 
 from experiments.cli.user_errors import report_user_errors
+from experiments.errors import ConfigError
 
+PAGE_SUFFIXES = (".html", ".htm")
 _FOLDER_HELP = "Folder of a run or a sweep.  [newest run in runs]"
 
 
@@ -42,6 +44,8 @@ def report(
         from experiments.sweep.folder import is_sweep
 
         folder = folder or newest_run()
+        if output is not None and output.suffix.lower() not in PAGE_SUFFIXES:
+            raise ConfigError(f"-o: {output}: allowed: {', '.join(PAGE_SUFFIXES)}")
         if is_run(folder) or not is_sweep(folder):
             sys.stdout.write(f"{save_run_page(folder, output)}\n")
             return

@@ -13,6 +13,7 @@ from experiments.config.scenario_file import CONFIG_FILE, config_text
 from experiments.cosim.records import Ending
 from experiments.episode.newest_run import ENDED
 from experiments.metrics.row import Cell, metric_row
+from experiments.planners.registry import user_module
 from experiments.storage.run_files import MANIFEST, METRICS, write_json
 from experiments.trace.files import write_trace
 from experiments.trace.schema import SCHEMA_VERSION, Table, Trace, trace_hash
@@ -102,7 +103,9 @@ def write_run(
         "trace_kept": kept,
         "wall_s": perf_counter() - output.started,
         ENDED: datetime.now(UTC).isoformat(),
-        "command": shlex.join([*command, "--out", str(output.target.parent)]),
+        "command": shlex.join(
+            [*command, *_allowance(scenario), "--out", str(output.target.parent)]
+        ),
         **output.options.facts,
     }
     write_files(output.aside, row, manifest, scenario.resolved())
@@ -126,3 +129,9 @@ def write_files(
     write_json(folder / METRICS, row)
     write_json(folder / MANIFEST, manifest)
     (folder / CONFIG_FILE).write_text(config_text(config), encoding="utf-8")
+
+
+def _allowance(scenario: Scenario) -> list[str]:
+    """Return the option without which a user's planner is refused in a file."""
+    module = user_module(scenario.planner.name)
+    return [] if module is None else ["--allow-planner", module]
