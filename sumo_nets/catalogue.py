@@ -10,6 +10,7 @@ obstacles are one carriageway of the first kind.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import pi
 from pathlib import Path
 from types import MappingProxyType
@@ -117,6 +118,7 @@ def networks() -> Mapping[str, Network]:
         _one_way("lane_change_curved", 7, 0, "winding one-way road, two lanes"),
         _dense(),
         _dense_curved(),
+        *_crossroads(),
     )
     return MappingProxyType({record.name: record for record in records})
 
@@ -281,4 +283,85 @@ def _intersection() -> Network:
             arc(7.5 * pi, 1.0 / 15.0),
             line(250.0),
         ),
+    )
+
+
+# counter-clockwise, as traffic goes round a roundabout
+ARMS = ("east", "north", "west", "south")
+
+
+def _crossroads() -> tuple[Network, ...]:
+    """Describe the junctions where vehicles give way to each other."""
+    without_north = ("east", "west", "south")
+    return (
+        _junction(
+            "t_junction",
+            "south",
+            "west",
+            "left turn onto a main road: give way",
+            without_north,
+        ),
+        _junction(
+            "stop_sign", "south", "north", "straight over a main road from a stop sign"
+        ),
+        _junction(
+            "all_way_stop", "west", "north", "left turn where every arm has a stop sign"
+        ),
+        _junction(
+            "right_before_left",
+            "south",
+            "north",
+            "straight on where the right goes first",
+        ),
+        _junction(
+            "unprotected_left",
+            "west",
+            "north",
+            "left turn at signals, across oncoming traffic",
+        ),
+        _junction(
+            "roundabout", "south", "north", "half round a roundabout of 22 m radius"
+        ),
+    )
+
+
+def _junction(
+    name: str,
+    begin: str,
+    end: str,
+    description: str,
+    arms: tuple[str, ...] = ARMS,
+) -> Network:
+    """Describe a junction of two-way roads; all arms have traffic in all directions."""
+
+    def way(first: str, second: str) -> tuple[str, ...]:
+        """Return the edges from one arm to another."""
+        ring: tuple[str, ...] = ()
+        if name == "roundabout":
+            place, steps = (
+                ARMS.index(first),
+                (ARMS.index(second) - ARMS.index(first)) % 4,
+            )
+            corners = [ARMS[(place + step) % 4] for step in range(steps + 1)]
+            ring = tuple(f"ring_{a}_{b}" for a, b in pairwise(corners))
+        return (f"{first}_in", *ring, f"{second}_out")
+
+    def stream(title: str, arm: str) -> Stream:
+        """Return the traffic from an arm, the same to all others."""
+        others = [other for other in arms if other != arm]
+        return Stream(title, tuple(Turn(way(arm, other), 1.0) for other in others))
+
+    opposite = ARMS[(ARMS.index(begin) + 2) % 4]
+    streams = [stream("own", begin)]
+    if opposite in arms:
+        streams.append(stream("oncoming", opposite))
+    sides = [arm for arm in arms if arm not in (begin, opposite)]
+    streams += [stream(f"cross_{arm[0]}", arm) for arm in sides]
+    return Network(
+        name=name,
+        net_file=net_path(name),
+        route=way(begin, end),
+        lane=0,
+        streams=tuple(streams),
+        description=description,
     )

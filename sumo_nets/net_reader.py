@@ -99,6 +99,27 @@ class Link:
     via: str  # lane inside the junction, "" without one
     signal: str  # traffic light, "" without one
     signal_link: int  # place in the light's state string
+    state: str  # right of way, SUMO's letter: M m = s w Z; with a signal o
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What a movement over a junction has to do with the others there.
+
+    `response` and `foes` are strings of 0 and 1, the movement of index 0 last.
+    """
+
+    response: str  # to which movements it has to give way
+    foes: str  # which movements it meets
+    cont: bool  # whether a vehicle may wait inside the junction
+
+    def yields_to(self, index: int) -> bool:
+        """Check whether the movement gives way to the one of an index."""
+        return self.response[-1 - index : len(self.response) - index] == "1"
+
+    def meets(self, index: int) -> bool:
+        """Check whether the movement meets the one of an index."""
+        return self.foes[-1 - index : len(self.foes) - index] == "1"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,6 +129,8 @@ class Junction:
     id: str
     kind: str
     shape_text: str = field(repr=False)
+    incoming: tuple[str, ...] = field(default=(), repr=False)  # lanes that end here
+    requests: dict[int, Request] = field(default_factory=dict, repr=False)  # by index
 
     @property
     def outline(self) -> NDArray[np.float64]:
@@ -152,6 +175,10 @@ class Net:
                 return lane
         raise NetworkError(f'{self.file}: no lane "{lane_id}"')
 
+    def movements(self, junction: Junction) -> list[Link]:
+        """List the movements over a junction by their index, those of cars or not."""
+        return [link for lane in junction.incoming for link in self.lane(lane).links]
+
 
 class _Handler:
     """Builds a network from the start and end tags of its file."""
@@ -165,12 +192,14 @@ class _Handler:
         self._restrictions: dict[str, float] = {}  # edge type -> limit of cars [m/s]
         self._type = ""  # of the element that is open
         self._edge: Edge | None = None
+        self._junction: Junction | None = None
         self._parts: dict[str, Callable[[dict[str, str]], None]] = {
             "type": self._open_type,
             "restriction": self._restrict,
             "edge": self._open_edge,
             "lane": self._add_lane,
-            "junction": self._add_junction,
+            "junction": self._open_junction,
+            "request": self._add_request,
             "connection": self.connections.append,
         }
 
@@ -193,6 +222,8 @@ class _Handler:
         """Take in an end tag."""
         if tag == "edge":
             self._edge = None
+        elif tag == "junction":
+            self._junction = None
 
     def _open_type(self, attributes: dict[str, str]) -> None:
         """Remember which type of edges the next restrictions belong to."""
@@ -231,12 +262,24 @@ class _Handler:
         )
         self._edge.lanes.append(lane)
 
-    def _add_junction(self, attributes: dict[str, str]) -> None:
-        """Add a junction."""
-        junction = Junction(
-            attributes["id"], attributes.get("type", ""), attributes.get("shape", "")
+    def _open_junction(self, attributes: dict[str, str]) -> None:
+        """Add a junction; its requests follow."""
+        self._junction = Junction(
+            attributes["id"],
+            attributes.get("type", ""),
+            attributes.get("shape", ""),
+            tuple(attributes.get("incLanes", "").split()),
         )
-        self.junctions[junction.id] = junction
+        self.junctions[self._junction.id] = self._junction
+
+    def _add_request(self, attributes: dict[str, str]) -> None:
+        """Add what one movement over the open junction has to do with the others."""
+        if self._junction is not None:
+            self._junction.requests[int(attributes["index"])] = Request(
+                attributes.get("response", ""),
+                attributes.get("foes", ""),
+                attributes.get("cont") == "1",
+            )
 
     def connect(self) -> None:
         """Add the links, once all lanes are known.
@@ -257,8 +300,9 @@ class _Handler:
                 ) from error
             signal = link.get("tl", "")
             place = int(link.get("linkIndex", -1))
+            state = link.get("state", "")
             source.links.append(
-                Link(source, target, link.get("via", ""), signal, place)
+                Link(source, target, link.get("via", ""), signal, place, state)
             )
 
 

@@ -17,6 +17,7 @@ from sumo_nets.errors import NetworkError
 from sumo_nets.join_lanes import Piece, blend, densify, resample, stitch
 from sumo_nets.lane_choice import LaneUse, choose_lanes, via_lanes
 from sumo_nets.net_reader import Net, NetLane, check_route, read_net
+from sumo_nets.right_of_way import Passage, passages
 
 # Largest distance of neighbouring points [m].
 SPACING = 1.0
@@ -35,6 +36,16 @@ class StopLine:
     signal: str  # SUMO's id of the traffic light
     link: int  # place in the light's state string
     s: float  # arc length along the points [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JunctionSpan:
+    """A junction on the route where it meets other movements; arc lengths [m]."""
+
+    passage: Passage
+    begin: float  # end of the lane before it, where vehicles wait
+    end: float  # begin of the lane behind it
+    first_end: float  # end of its first lane inside, where vehicles may wait
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +94,7 @@ class RoutePath:
     spans: tuple[LaneSpan, ...]
     area: BaseGeometry
     left_hand: bool = False  # whether traffic keeps to the left
+    junctions: tuple[JunctionSpan, ...] = ()
 
     @property
     def lanes(self) -> tuple[str, ...]:
@@ -142,7 +154,8 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
     for column in columns:
         column.setflags(write=False)
     stop_lines = _stop_lines(uses, spans)
-    return RoutePath(*columns, stop_lines, spans, area, net.left_hand)
+    junctions = _junctions(passages(net, uses), spans)
+    return RoutePath(*columns, stop_lines, spans, area, net.left_hand, junctions)
 
 
 def _pieces(net: Net, uses: Sequence[LaneUse]) -> tuple[list[Piece], list[float]]:
@@ -256,3 +269,17 @@ def _stop_lines(
         for use, end in zip(uses, ends, strict=True)
         if use.link is not None and use.link.signal
     )
+
+
+def _junctions(
+    met: Sequence[Passage | None], spans: Sequence[LaneSpan]
+) -> tuple[JunctionSpan, ...]:
+    """Find where on the route its junctions lie; one `met` per edge but the last."""
+    edges = [n for n, span in enumerate(spans) if not span.lane.startswith(":")]
+    found = []
+    for passage, (first, second) in zip(met, pairwise(edges), strict=True):
+        if passage is not None:
+            begin, end = spans[first].end, spans[second].begin
+            inside = spans[first + 1].end if second - first > 1 else end
+            found.append(JunctionSpan(passage, begin, end, inside))
+    return tuple(found)

@@ -50,6 +50,7 @@ class BlockageDetector:
         traffic: TrafficState,
         stop_lines: tuple[float, ...],
         stats: PlanStats,
+        queue_lines: tuple[float, ...] = (),
     ) -> str | None:
         """Update with one step.
 
@@ -59,6 +60,7 @@ class BlockageDetector:
             traffic: All other vehicles, now.
             stop_lines: The closed ones ahead [m].
             stats: Of the last plan.
+            queue_lines: Open ones at which vehicles ahead may have to give way [m].
 
         Returns:
             The reason why the ego is blocked and since when it stands, or None if it is
@@ -69,7 +71,9 @@ class BlockageDetector:
             self._forget()
             return None
         self._since = now if self._since is None else self._since
-        if self._waits(place, traffic, stop_lines, stats):
+        if self._waits(place, traffic, stop_lines, stats) or self._waits_in_queue(
+            place, traffic, queue_lines
+        ):
             self._counted_until = None
             return None
         passed = 0.0 if self._counted_until is None else now - self._counted_until
@@ -119,6 +123,27 @@ class BlockageDetector:
         if line - front <= WAITING_ROOM or stats.blocker in traffic.vehicles.ids:
             return True
         return self._queues(place.l, front, line, traffic)
+
+    def _waits_in_queue(
+        self, place: FrenetState, traffic: TrafficState, lines: tuple[float, ...]
+    ) -> bool:
+        """Check whether the ego stands behind others that give way at a junction."""
+        front = place.s + self._front_reach
+        ahead = [line for line in lines if line - front > WAITING_ROOM]
+        near = [line for line in lines if 0.0 <= line - front <= WAITING_ROOM]
+        if near:
+            return self._stands_before(place.l, front, near[0], traffic)
+        return bool(ahead) and self._queues(place.l, front, ahead[0], traffic)
+
+    def _stands_before(
+        self, l: float, front: float, line: float, traffic: TrafficState
+    ) -> bool:
+        """Check whether a vehicle is between the ego and a line close ahead."""
+        users = traffic.vehicles
+        s, offset = self._path.project(users.x, users.y)
+        ahead = (np.abs(offset - l) <= QUEUE_WIDTH) & (s > front)
+        rear = s - 0.5 * users.length
+        return bool((ahead & (rear < line) & (users.speed < QUEUE_SPEED)).any())
 
     def _queues(
         self, l: float, front: float, line: float, traffic: TrafficState

@@ -24,7 +24,9 @@ from experiments.cosim.records import (
     EpisodeStatus,
     PlanningTime,
     StepRecord,
+    TrafficState,
 )
+from experiments.cosim.right_of_way import JunctionTraffic, RightOfWay, closed_lines
 from experiments.cosim.road import EgoTask
 from experiments.cosim.scene_builder import Outlook, build_scene
 from experiments.cosim.signals import closed_stop_lines
@@ -135,6 +137,9 @@ class _Episode:
         self._blockage = BlockageDetector(
             options.blocked_after, vehicle.front_reach, road.path
         )
+        self._right_of_way: RightOfWay | None = None
+        if road.junctions and isinstance(world, JunctionTraffic):
+            self._right_of_way = RightOfWay(road, task, world)
         self._memory: object = None
         self._stats = PlanStats()
         self._off_road_steps = 0
@@ -176,12 +181,7 @@ class _Episode:
             ego,
             frenet,
             traffic,
-            closed_stop_lines(
-                traffic.signals,
-                s + self._task.vehicle.front_reach,
-                ego.speed,
-                self._task.vehicle.limits,
-            ),
+            self._closed_lines(traffic, s, ego),
             None,
             None,
             check.contacts,
@@ -189,6 +189,20 @@ class _Episode:
             check.nearest,
             check.off_road,
         )
+
+    def _closed_lines(
+        self, traffic: TrafficState, s: float, ego: CartesianState
+    ) -> tuple[float, ...]:
+        """List the lines that the front bumper must not pass now."""
+        task = self._task
+        front = s + task.vehicle.front_reach
+        limits = task.vehicle.limits
+        lines = closed_stop_lines(traffic.signals, front, ego.speed, limits)
+        if self._right_of_way is None:
+            return lines
+        step = self._world.step
+        _, decided = self._right_of_way.update(traffic, s, ego, step)
+        return tuple(sorted({*lines, *closed_lines(list(decided.values()))}))
 
     def _ending(self, record: StepRecord) -> Ending | None:
         """Return how the episode has ended, the worst ending first, or None."""
@@ -216,8 +230,16 @@ class _Episode:
                 f"drove against the road's direction, from s = {self._farthest:.1f} m "
                 f"back to {frenet.s:.1f} m {time}",
             )
+        queue_lines: tuple[float, ...] = ()
+        if self._right_of_way is not None:
+            queue_lines = self._right_of_way.lines_ahead(frenet.s)
         reason = self._blockage.update(
-            frenet, record.ego, record.traffic, record.stop_lines, self._stats
+            frenet,
+            record.ego,
+            record.traffic,
+            record.stop_lines,
+            self._stats,
+            queue_lines,
         )
         return None if reason is None else Ending(EpisodeStatus.BLOCKED, reason)
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from experiments.cosim.junctions import RoadJunction
 from planner.reference_path.frenet import state_on_path
 from planner.reference_path.path import ReferencePath
 from planner.scene import Lanes, Obstacles, RoadBounds, SpeedLimits
@@ -25,6 +26,7 @@ class Road:
     stop_lines: tuple[StopLine, ...] = ()  # of the traffic lights on the route
     obstacles: Obstacles = field(default_factory=Obstacles.none)
     speed_limits: SpeedLimits = field(default_factory=SpeedLimits.none)
+    junctions: tuple[RoadJunction, ...] = ()  # where the route meets others
 
     def allowed_speed(self, front: float, speed: float) -> float:
         """Return the speed that the limits here and ahead allow [m/s].

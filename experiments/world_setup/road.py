@@ -13,6 +13,7 @@ from experiments.config import Ego, Scenario
 from experiments.config.road import KinematicRoad
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.road import EgoTask, Road
+from experiments.world_setup.conflict_zones import road_junctions
 from experiments.world_setup.driven_path import DrivenPath, driven_path
 from experiments.world_setup.road_bounds import road_bounds
 from planner.errors import PlannerError
@@ -157,7 +158,10 @@ def sumo_road(network: Network, vehicle: Vehicle, start: float | None = None) ->
     edges = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
     bounds = road_bounds(found, driven, edges, vehicle)
     lanes, limits = _lanes(found, s, l), _speed_limits(found, s)
-    return Road(path, bounds, lanes, stop_lines, speed_limits=limits)
+    junctions = road_junctions(found, path, s, vehicle)
+    return Road(
+        path, bounds, lanes, stop_lines, speed_limits=limits, junctions=junctions
+    )
 
 
 def _check_entry(

@@ -5,7 +5,7 @@ silently replace the first.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from contextlib import contextmanager
 from time import monotonic, sleep
 
@@ -31,6 +31,7 @@ from experiments.cosim.sumo.ghost_vehicle import (
 from experiments.cosim.sumo.lane_change_guard import LaneChangeGuard, abreast
 from experiments.cosim.sumo.lanes import all_lanes, edge_lanes, route_strips
 from experiments.cosim.sumo.libsumo_api import Libsumo
+from experiments.cosim.sumo.movements import MovementReader
 from experiments.cosim.sumo.settings import (
     BEGIN,
     EGO_TYPE,
@@ -41,6 +42,7 @@ from experiments.cosim.sumo.settings import (
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
 from experiments.errors import EntryError, SimulationError
+from planner.right_of_way.records import Conflict
 from planner.scene import RoadUsers
 from planner.states import CartesianState, Trajectory
 from sumo_nets.errors import NetworkError
@@ -68,6 +70,7 @@ class SumoWorld:
         self._others: RoadUsers | None = None  # as last observed
         self._ego_front = (math.nan, math.nan)
         self._reader: VehicleReader | None = None
+        self._movements: MovementReader | None = None
         self._steps = 0
         self._entry_steps = 0
         self._reported_collisions = 0
@@ -131,6 +134,22 @@ class SumoWorld:
             signals = self._read_signals(sumo)
         time = self._steps * self.step
         return TrafficState(time, self._others, signals, self._ghost_state())
+
+    def conflicts(self, near: Set[int], vehicles: RoadUsers) -> tuple[Conflict, ...]:
+        """Read who is on the way over the ego's junctions.
+
+        Args:
+            near: Places in the road's list of the junctions that are looked at.
+            vehicles: As just observed.
+
+        Raises:
+            SimulationError: If SUMO fails.
+        """
+        sumo = self._running()
+        if self._movements is None:
+            self._movements = MovementReader(sumo, self.road.junctions)
+        with sumo_errors(sumo, "reading the junctions"):
+            return self._movements.conflicts(near, vehicles)
 
     def advance(self, ego: CartesianState) -> CartesianState:
         """Put the ego at `ego` and let SUMO move all others one step on.
@@ -197,7 +216,7 @@ class SumoWorld:
         forever now and then when it is to close one.
         """
         sumo, self._sumo, self._ghost = self._sumo, None, None
-        self._reader = None
+        self._reader = self._movements = None
         if sumo is not None and sumo.isLoaded() and not self._settings.gui:
             with sumo_errors(sumo, "closing"):
                 sumo.close()

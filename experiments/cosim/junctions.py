@@ -1,0 +1,36 @@
+"""The junctions on the ego's road: where it meets the movements of others."""
+
+from dataclasses import dataclass
+
+from planner.right_of_way.records import Crossing
+
+
+@dataclass(frozen=True, slots=True)
+class ConflictZone:
+    """Where a movement of others comes into the ego's way, or joins it.
+
+    Distances of the others count from the line where they would wait.
+    """
+
+    source: str  # lane that the movement comes from
+    source_edge: str
+    target_edge: str
+    inside: tuple[tuple[str, float], ...]  # its lanes in the junction, and their begin
+    begin_s: float  # of the zone on the ego's path [m]
+    end_s: float  # [m]
+    entry: float  # of the zone from the line of the others [m]
+    exit: float  # [m]
+    limit: float  # of the road they come from [m/s]
+    goes_first: bool  # whether the ego has to give way
+    signal: str  # their traffic light, "" without one
+    signal_link: int
+
+
+@dataclass(frozen=True, slots=True)
+class RoadJunction:
+    """A junction on the ego's road."""
+
+    crossing: Crossing
+    zones: tuple[ConflictZone, ...]
+    signal: str  # the ego's traffic light, "" without one
+    signal_link: int

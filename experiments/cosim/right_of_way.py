@@ -1,0 +1,173 @@
+"""Which lines at junctions are closed for the ego because others go first."""
+
+from collections.abc import Sequence, Set
+from dataclasses import replace
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from experiments.cosim.junctions import RoadJunction
+from experiments.cosim.records import TrafficState
+from experiments.cosim.road import EgoTask, Road
+from planner.right_of_way.decision import decide, is_near
+from planner.right_of_way.records import (
+    AtCrossing,
+    Conflict,
+    Crossing,
+    Permission,
+    Rule,
+    Waiting,
+)
+from planner.scene import RoadUsers
+from planner.states import CartesianState
+
+COMFORTABLE_DECELERATION = 3.0  # that a line may ask for [m/s²]
+SAME_LINE = 0.5  # a signal's stop line and its junction's are so near [m]
+QUEUE_SPEED = 1.0  # slower vehicles behind a junction may stay there [m/s]
+QUEUE_WIDTH = 1.6  # lateral offset up to which they are in the ego's lane [m]
+BEHIND = 1.0  # a vehicle with its rear so little inside counts as behind it [m]
+FREE_ROOM = 1.0  # that is left when the ego has left the junction [m]
+
+# What a signal's letter makes of the right of way; others need no decision here.
+OF_LETTER = {
+    "g": Rule.MINOR,
+    "m": Rule.MINOR,
+    "o": Rule.MINOR,
+    "s": Rule.STOP,
+    "=": Rule.RIGHT_BEFORE_LEFT,
+    "w": Rule.ALL_WAY_STOP,
+}
+UNGUARDED = frozenset({Rule.MAJOR, Rule.OFF_MAJOR, Rule.ZIPPER})
+
+
+@runtime_checkable
+class JunctionTraffic(Protocol):
+    """A world that knows who is on the way over the ego's junctions."""
+
+    def conflicts(self, near: Set[int], vehicles: RoadUsers) -> tuple[Conflict, ...]:
+        """Read the conflicts at the junctions in these places of the road's list."""
+        ...
+
+
+class RightOfWay:
+    """Decides step by step at which junctions the ego has to wait.
+
+    Args:
+        road: Of the episode.
+        task: The ego's.
+        traffic: Knows the vehicles at junctions.
+    """
+
+    def __init__(self, road: Road, task: EgoTask, traffic: JunctionTraffic) -> None:
+        self._road = road
+        self._task = task
+        self._traffic = traffic
+        self._memory: dict[int, Waiting] = {}
+
+    def update(
+        self, state: TrafficState, s: float, ego: CartesianState, step: float
+    ) -> tuple[tuple[Conflict, ...], dict[int, Permission]]:
+        """Decide on all junctions that the ego is near.
+
+        Args:
+            state: The traffic, now.
+            s: Arc length of the ego's rear axle [m].
+            ego: Its state.
+            step: Since the decision before [s].
+
+        Returns:
+            The conflicts there, and the decision on each junction by its place in
+            the road's list.
+        """
+        at = self._at(s, ego)
+        near = {
+            number: crossing
+            for number, junction in enumerate(self._road.junctions)
+            if (crossing := self._crossing(junction, state)) is not None
+            and (is_near(at, crossing) or self._is_decided(number, at, crossing))
+        }
+        if not near:
+            return (), {}
+        conflicts = self._traffic.conflicts(near.keys(), state.vehicles)
+        decided: dict[int, Permission] = {}
+        for number, crossing in near.items():
+            own = [x for x in conflicts if x.crossing == number]
+            memory = self._memory.get(number, Waiting())
+            decision = decide(at, crossing, own, memory, step)
+            self._memory[number] = decision.memory
+            if decision.stop_s is None and at.front <= crossing.stop_s:
+                decision = self._kept_clear(at, crossing, state.vehicles, decision)
+            decided[number] = decision
+        return conflicts, decided
+
+    def lines_ahead(self, s: float) -> tuple[float, ...]:
+        """List where vehicles give way at junctions ahead, growing [m]."""
+        front = s + self._task.vehicle.front_reach
+        lines = [
+            junction.crossing.stop_s
+            for junction in self._road.junctions
+            if junction.signal or junction.crossing.rule not in UNGUARDED
+        ]
+        return tuple(sorted(line for line in lines if line >= front - SAME_LINE))
+
+    def _is_decided(self, number: int, at: AtCrossing, crossing: Crossing) -> bool:
+        """Check whether the ego has come near before and is not through yet."""
+        return number in self._memory and at.rear < crossing.exit_s
+
+    def _at(self, s: float, ego: CartesianState) -> AtCrossing:
+        """Describe the ego."""
+        task = self._task
+        return AtCrossing(
+            front=s + task.vehicle.front_reach,
+            rear=s - task.vehicle.rear_overhang,
+            speed=max(ego.speed, 0.0),
+            target_speed=task.target_speed,
+            deceleration=COMFORTABLE_DECELERATION,
+            emergency_deceleration=task.vehicle.limits.emergency_deceleration,
+        )
+
+    @staticmethod
+    def _crossing(junction: RoadJunction, state: TrafficState) -> Crossing | None:
+        """Return the crossing with the rule that holds now; None if nobody waits."""
+        crossing = junction.crossing
+        if not junction.signal:
+            return None if crossing.rule in UNGUARDED else crossing
+        for signal in state.signals:
+            if (
+                signal.id == junction.signal
+                and abs(signal.stop_s - crossing.stop_s) < SAME_LINE
+            ):
+                rule = OF_LETTER.get(signal.state)
+                return None if rule is None else replace(crossing, rule=rule)
+        return None
+
+    def _kept_clear(
+        self,
+        at: AtCrossing,
+        crossing: Crossing,
+        vehicles: RoadUsers,
+        decision: Permission,
+    ) -> Permission:
+        """Close the line if the ego would have to stop inside the junction."""
+        slow = vehicles.among(vehicles.speed < QUEUE_SPEED)
+        if not slow.ids:
+            return decision
+        s, l = self._road.path.project(slow.x, slow.y)
+        rears = s - 0.5 * slow.length
+        queue = (np.abs(l) < QUEUE_WIDTH) & (rears > crossing.exit_s - BEHIND)
+        if not queue.any():
+            return decision
+        first = int(np.argmin(np.where(queue, rears, np.inf)))
+        room = float(rears[first]) - crossing.exit_s
+        way = crossing.stop_s - at.front
+        if room >= self._task.vehicle.length + FREE_ROOM:
+            return decision
+        if at.speed**2 > 2.0 * at.deceleration * max(way, 0.0):
+            return decision
+        why = f"{slow.ids[first]} behind the junction"
+        return Permission(crossing.stop_s, decision.memory._replace(goes=False), why)
+
+
+def closed_lines(decided: Sequence[Permission]) -> tuple[float, ...]:
+    """Return the arc lengths where the ego has to stop, growing [m]."""
+    return tuple(sorted(x.stop_s for x in decided if x.stop_s is not None))

@@ -1,0 +1,134 @@
+"""Where on the ego's path the movements of others come into its way."""
+
+import math
+
+import numpy as np
+import shapely
+
+from experiments.cosim.junctions import ConflictZone, RoadJunction
+from planner.reference_path.path import ReferencePath
+from planner.right_of_way.records import Crossing, Rule
+from planner.states import FloatArray
+from planner.vehicle import Vehicle
+from sumo_nets.right_of_way import FoeMovement
+from sumo_nets.route_path import JunctionSpan, RoutePath
+
+SPACING = 0.25  # of the places that are looked at [m]
+HALF_WIDTH = 1.25  # of other vehicles: lorries and their mirrors [m]
+MARGIN = 0.3  # between two bodies that just miss each other [m]
+BEYOND = 10.0  # behind a junction, for movements that join the ego's lane [m]
+COMFORTABLE = 2.2  # lateral acceleration in a turn [m/s²]
+FASTEST = 60.0  # through a junction without a bend [m/s]
+
+
+def road_junctions(
+    found: RoutePath, path: ReferencePath, s: FloatArray, vehicle: Vehicle
+) -> tuple[RoadJunction, ...]:
+    """Find the conflict zones of all junctions on a route.
+
+    Args:
+        found: The route.
+        path: As the ego drives it.
+        s: Where the route's points lie on the path, (n,) [m].
+        vehicle: The ego.
+
+    Returns:
+        The junctions where paths come nearer to each other than the bodies are wide.
+    """
+    junctions = [_junction(span, found, path, s, vehicle) for span in found.junctions]
+    return tuple(junction for junction in junctions if junction.zones)
+
+
+def _junction(
+    span: JunctionSpan,
+    found: RoutePath,
+    path: ReferencePath,
+    s: FloatArray,
+    vehicle: Vehicle,
+) -> RoadJunction:
+    """Find the conflict zones of one junction."""
+    begin, end, inside = (
+        float(x) for x in np.interp([span.begin, span.end, span.first_end], found.s, s)
+    )
+    at = np.arange(begin, min(end + BEYOND, path.length), SPACING)
+    places = path.at(at)
+    points = np.column_stack([places.x, places.y])
+    reach = vehicle.width / 2.0 + HALF_WIDTH + MARGIN
+    zones = [_zone(foe, at, points, reach) for foe in span.passage.foes]
+    link = span.passage.link
+    sharpest = float(np.abs(places.curvature[at <= end]).max(initial=0.0))
+    crossing = Crossing(
+        junction=span.passage.junction,
+        rule=Rule(link.state) if link.state in set(Rule) else Rule.MAJOR,
+        stop_s=begin,
+        exit_s=end,
+        speed=min(math.sqrt(COMFORTABLE / max(sharpest, 1e-6)), FASTEST),
+        wait_s=inside if span.passage.may_wait_inside else None,
+    )
+    there = tuple(zone for zone in zones if zone is not None)
+    return RoadJunction(crossing, there, link.signal, link.signal_link)
+
+
+def _zone(
+    foe: FoeMovement, at: FloatArray, points: FloatArray, reach: float
+) -> ConflictZone | None:
+    """Find where one movement and the ego's come near each other.
+
+    Args:
+        foe: The movement.
+        at: Arc lengths on the ego's path, (n,) [m].
+        points: The path there, (n, 2) [m].
+        reach: Distance of the centre lines at which the bodies touch [m].
+    """
+    along, line = _line(foe)
+    distance = np.linalg.norm(points[:, None, :] - line[None, :, :], axis=-1)
+    own = at[distance.min(axis=1) < reach]
+    if not own.size:
+        return None
+    theirs = along[distance.min(axis=0) < reach]
+    begins, place = [], 0.0
+    for lane in foe.inside:
+        begins.append((lane.id, place))
+        place += lane.length
+    link = foe.link
+    return ConflictZone(
+        source=link.source.id,
+        source_edge=link.source.edge.id,
+        target_edge=link.target.edge.id,
+        inside=tuple(begins),
+        begin_s=float(own[0]),
+        end_s=float(own[-1]),
+        entry=float(theirs[0]),
+        exit=float(theirs[-1]),
+        limit=link.source.speed,
+        goes_first=foe.goes_first,
+        signal=link.signal,
+        signal_link=link.signal_link,
+    )
+
+
+def _line(foe: FoeMovement) -> tuple[FloatArray, FloatArray]:
+    """Return a movement's centre line from where its vehicles wait.
+
+    Returns:
+        Distances (m,) as SUMO counts them, and points (m, 2) [m].
+    """
+    parts: list[FloatArray] = []
+    lengths: list[FloatArray] = []
+    place = 0.0
+    for lane, longest in [
+        *((lane, math.inf) for lane in foe.inside),
+        (foe.link.target, BEYOND),
+    ]:
+        points = lane.points
+        line = shapely.LineString(points) if len(points) > 1 else None
+        if line is None or line.length <= 0.0:
+            continue
+        drawn = min(line.length, longest)
+        steps = np.linspace(0.0, drawn, max(math.ceil(drawn / SPACING), 1) + 1)
+        parts.append(
+            shapely.get_coordinates(shapely.line_interpolate_point(line, steps))
+        )
+        lengths.append(place + steps * (lane.length / line.length))
+        place += lane.length
+    return np.concatenate(lengths), np.concatenate(parts)

@@ -1,0 +1,1 @@
+"""Right of way at junctions without a signal of one's own."""

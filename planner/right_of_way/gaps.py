@@ -1,0 +1,104 @@
+"""Whether the ego fits before or behind another vehicle in a conflict zone.
+
+SUMO's own rule (`MSLink::blockedByFoe`): either one of the two has left before the
+other arrives, with a time between them. Times of arrival are early and times of
+leaving late ones, since neither driver keeps to a plan.
+"""
+
+import math
+
+from planner.right_of_way.records import AtCrossing, Conflict, Crossing
+
+EARLY_EGO = 2.0  # acceleration with which the ego may arrive early [m/s²]
+LATE_EGO = 1.0  # with which it surely leaves [m/s²]
+START = 0.6  # that a standing ego takes to move off [s]
+EARLY_FOE = 1.5  # acceleration with which another may arrive early [m/s²]
+SLOW = 0.5  # a slower vehicle is not counted on to leave [m/s]
+HARD_BRAKING = 4.5  # with which a vehicle that has to give way can stop [m/s²]
+STUCK = 5.0  # a vehicle that has stood so long does not use its right of way [s]
+MARGIN_BEHIND = 0.5  # between a vehicle that leaves and the ego [s]
+
+
+def travel_time(
+    distance: float, speed: float, acceleration: float, highest: float
+) -> float:
+    """Compute how long a distance takes [s].
+
+    Args:
+        distance: To go; none or less takes no time [m].
+        speed: Now [m/s].
+        acceleration: Until the highest speed is reached; positive [m/s²].
+        highest: Speed; one who is faster keeps the speed [m/s].
+    """
+    if distance <= 0.0:
+        return 0.0
+    highest = max(highest, speed, 1e-3)
+    ramp = (highest - speed) / acceleration
+    covered = 0.5 * (speed + highest) * ramp
+    if covered >= distance:
+        root = math.sqrt(speed * speed + 2.0 * acceleration * distance)
+        return (root - speed) / acceleration
+    return ramp + (distance - covered) / highest
+
+
+def ego_interval(
+    ego: AtCrossing, crossing: Crossing, conflict: Conflict
+) -> tuple[float, float]:
+    """Compute when the ego arrives at the zone at the earliest, and has surely left.
+
+    Returns:
+        (early, late) from now on [s].
+    """
+    through = min(crossing.speed, ego.target_speed)
+    early = travel_time(conflict.begin_s - ego.front, ego.speed, EARLY_EGO, through)
+    start = START if ego.speed < SLOW else 0.0
+    slow = min(ego.speed, through)
+    late = travel_time(conflict.end_s - ego.rear, slow, LATE_EGO, through)
+    return early, start + late
+
+
+def foe_interval(conflict: Conflict) -> tuple[float, float]:
+    """Compute when the other arrives at the zone at the earliest, and has surely left.
+
+    Returns:
+        (early, late) from now on [s]; late is inf if it is not sure to leave.
+    """
+    early = travel_time(conflict.entry, conflict.speed, EARLY_FOE, conflict.limit)
+    if conflict.exit <= 0.0:
+        return early, 0.0
+    if conflict.speed < SLOW:
+        return early, math.inf
+    return early, conflict.exit / conflict.speed
+
+
+def is_open(
+    ego: AtCrossing, crossing: Crossing, conflict: Conflict, gap: float
+) -> bool:
+    """Check whether the ego can go without getting into the other's way.
+
+    Args:
+        ego: On its way to the crossing.
+        crossing: Of the conflict.
+        conflict: With the other vehicle.
+        gap: Time between the ego that leaves and the other that arrives [s].
+    """
+    early, late = ego_interval(ego, crossing, conflict)
+    foe_early, foe_late = foe_interval(conflict)
+    if early > foe_late + MARGIN_BEHIND:
+        return True
+    return conflict.entry > 0.0 and foe_early > late + gap
+
+
+def counts(conflict: Conflict) -> bool:
+    """Check whether the other vehicle is one to give way to.
+
+    One with the right of way is, unless a red light holds it or it has stood for long;
+    one that is in the zone is; and one without the right of way if it cannot stop.
+    """
+    if conflict.exit <= 0.0:
+        return False
+    if conflict.entry <= 0.0:
+        return True
+    if conflict.goes_first:
+        return not conflict.held and conflict.stood < STUCK
+    return conflict.speed**2 / (2.0 * HARD_BRAKING) > conflict.entry
