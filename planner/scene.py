@@ -6,6 +6,7 @@ import numpy as np
 
 from planner.errors import InvalidInputError
 from planner.reference_path.path import ReferencePath
+from planner.right_of_way.records import Conflict, Crossing
 from planner.states import (
     BoolArray,
     CartesianState,
@@ -326,6 +327,10 @@ class Scene:
     target_speed: float  # [m/s], no faster than the limits here and ahead allow
     lanes: Lanes = field(default_factory=Lanes.none)
     speed_limits: SpeedLimits = field(default_factory=SpeedLimits.none)
+    # junctions near the ego, and who is on the way over them; the stop lines hold what
+    # follows from them for a driver who keeps to the rules
+    crossings: tuple[Crossing, ...] = ()
+    conflicts: tuple[Conflict, ...] = ()  # their `crossing` is a place in `crossings`
     # whether PlanStats must count what each check removes; else a planner may leave
     # out what cannot change its plan
     full_statistics: bool = False

@@ -21,7 +21,9 @@ class ConflictZone:
     entry: float  # of the zone from the line of the others [m]
     exit: float  # [m]
     limit: float  # of the road they come from [m/s]
+    turn_speed: float  # at which they drive over the junction [m/s]
     goes_first: bool  # whether the ego has to give way
+    gives_way: bool  # whether they have to give way to the ego
     signal: str  # their traffic light, "" without one
     signal_link: int
 

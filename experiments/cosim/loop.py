@@ -139,7 +139,7 @@ class _Episode:
         )
         self._right_of_way: RightOfWay | None = None
         if road.junctions and isinstance(world, JunctionTraffic):
-            self._right_of_way = RightOfWay(road, task, world)
+            self._right_of_way = RightOfWay(road, task, world, world.step)
         self._memory: object = None
         self._stats = PlanStats()
         self._off_road_steps = 0
@@ -174,6 +174,7 @@ class _Episode:
             frenet = None
         s = frenet.s if frenet is not None else near or 0.0
         check = self._monitor.check(ego, traffic.vehicles, s)
+        traffic, lines, gives_way_to = self._closed_lines(traffic, s, ego)
         self._off_road_steps += check.off_road > OFF_ROAD_TOLERANCE
         return StepRecord(
             index,
@@ -181,28 +182,37 @@ class _Episode:
             ego,
             frenet,
             traffic,
-            self._closed_lines(traffic, s, ego),
+            lines,
             None,
             None,
             check.contacts,
             check.clearance,
             check.nearest,
             check.off_road,
+            gives_way_to,
         )
 
     def _closed_lines(
         self, traffic: TrafficState, s: float, ego: CartesianState
-    ) -> tuple[float, ...]:
-        """List the lines that the front bumper must not pass now."""
+    ) -> tuple[TrafficState, tuple[float, ...], str | None]:
+        """List the lines that the front bumper must not pass now.
+
+        Returns:
+            The traffic with what was read of the junctions, the lines, and whom the
+            ego gives way to.
+        """
         task = self._task
         front = s + task.vehicle.front_reach
         limits = task.vehicle.limits
         lines = closed_stop_lines(traffic.signals, front, ego.speed, limits)
         if self._right_of_way is None:
-            return lines
-        step = self._world.step
-        _, decided = self._right_of_way.update(traffic, s, ego, step)
-        return tuple(sorted({*lines, *closed_lines(list(decided.values()))}))
+            return traffic, lines, None
+        traffic, decided = self._right_of_way.update(traffic, s, ego)
+        return (
+            traffic,
+            tuple(sorted({*lines, *closed_lines(decided)})),
+            next((x.because_of for x in decided if x.because_of), None),
+        )
 
     def _ending(self, record: StepRecord) -> Ending | None:
         """Return how the episode has ended, the worst ending first, or None."""

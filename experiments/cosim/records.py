@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from planner.interface import PlanResult
+from planner.right_of_way.records import Conflict, Crossing
 from planner.scene import RoadUsers
 from planner.states import CartesianState, FrenetState
+from planner.ways import Ways
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +27,9 @@ class TrafficState:
     vehicles: RoadUsers
     signals: tuple[Signal, ...] = ()
     ghost: CartesianState | None = None  # centre of the ghost, while there is one
+    ways: Ways | None = None  # of the vehicles, near junctions
+    crossings: tuple[Crossing, ...] = ()  # junctions near the ego
+    conflicts: tuple[Conflict, ...] = ()  # at them; `crossing` is a place there
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +56,7 @@ class StepRecord:
     clearance: float  # to the nearest body now [m]; inf without one
     nearest: str | None
     off_road: float  # how far the body reaches over the road's edge [m]; 0 inside
+    gives_way_to: str | None = None  # why a line at a junction is closed
 
     def with_plan(self, plan: PlanResult, timing: PlanningTime) -> "StepRecord":
         """Return the record of the same step with its plan.
@@ -70,6 +76,7 @@ class StepRecord:
             self.clearance,
             self.nearest,
             self.off_road,
+            self.gives_way_to,
         )
 
 

@@ -20,12 +20,15 @@ from planner.right_of_way.records import (
 )
 from planner.scene import RoadUsers
 from planner.states import CartesianState
+from planner.ways import Ways
 
 COMFORTABLE_DECELERATION = 3.0  # that a line may ask for [m/s²]
 SAME_LINE = 0.5  # a signal's stop line and its junction's are so near [m]
 QUEUE_SPEED = 1.0  # slower vehicles behind a junction may stay there [m/s]
 QUEUE_WIDTH = 1.6  # lateral offset up to which they are in the ego's lane [m]
 BEHIND = 1.0  # a vehicle with its rear so little inside counts as behind it [m]
+SEEN = 100.0  # junctions nearer ahead are looked at [m] ...
+LEFT = 30.0  # ... until the ego has left them so far behind [m]
 FREE_ROOM = 1.0  # that is left when the ego has left the junction [m]
 
 # What a signal's letter makes of the right of way; others need no decision here.
@@ -44,8 +47,13 @@ UNGUARDED = frozenset({Rule.MAJOR, Rule.OFF_MAJOR, Rule.ZIPPER})
 class JunctionTraffic(Protocol):
     """A world that knows who is on the way over the ego's junctions."""
 
-    def conflicts(self, near: Set[int], vehicles: RoadUsers) -> tuple[Conflict, ...]:
-        """Read the conflicts at the junctions in these places of the road's list."""
+    def movements(
+        self, near: Set[int], vehicles: RoadUsers
+    ) -> tuple[tuple[Conflict, ...], Ways]:
+        """Read the conflicts at the junctions in these places of the road's list.
+
+        Also the ways of all vehicles.
+        """
         ...
 
 
@@ -56,49 +64,71 @@ class RightOfWay:
         road: Of the episode.
         task: The ego's.
         traffic: Knows the vehicles at junctions.
+        step: Between two decisions [s].
     """
 
-    def __init__(self, road: Road, task: EgoTask, traffic: JunctionTraffic) -> None:
+    def __init__(
+        self, road: Road, task: EgoTask, traffic: JunctionTraffic, step: float
+    ) -> None:
         self._road = road
         self._task = task
         self._traffic = traffic
+        self._step = step
         self._memory: dict[int, Waiting] = {}
 
     def update(
-        self, state: TrafficState, s: float, ego: CartesianState, step: float
-    ) -> tuple[tuple[Conflict, ...], dict[int, Permission]]:
+        self, state: TrafficState, s: float, ego: CartesianState
+    ) -> tuple[TrafficState, list[Permission]]:
         """Decide on all junctions that the ego is near.
 
         Args:
             state: The traffic, now.
             s: Arc length of the ego's rear axle [m].
             ego: Its state.
-            step: Since the decision before [s].
 
         Returns:
-            The conflicts there, and the decision on each junction by its place in
-            the road's list.
+            The traffic with what happens at these junctions, and the decisions.
         """
         at = self._at(s, ego)
-        near = {
-            number: crossing
+        near = [
+            number
             for number, junction in enumerate(self._road.junctions)
-            if (crossing := self._crossing(junction, state)) is not None
-            and (is_near(at, crossing) or self._is_decided(number, at, crossing))
-        }
+            if junction.crossing.stop_s < at.front + SEEN
+            and at.rear < junction.crossing.exit_s + LEFT
+        ]
         if not near:
-            return (), {}
-        conflicts = self._traffic.conflicts(near.keys(), state.vehicles)
-        decided: dict[int, Permission] = {}
-        for number, crossing in near.items():
-            own = [x for x in conflicts if x.crossing == number]
-            memory = self._memory.get(number, Waiting())
-            decision = decide(at, crossing, own, memory, step)
-            self._memory[number] = decision.memory
-            if decision.stop_s is None and at.front <= crossing.stop_s:
-                decision = self._kept_clear(at, crossing, state.vehicles, decision)
-            decided[number] = decision
-        return conflicts, decided
+            return state, []
+        found, ways = self._traffic.movements(set(near), state.vehicles)
+        decided, crossings = [], []
+        conflicts: list[Conflict] = []
+        for place, number in enumerate(near):
+            junction = self._road.junctions[number]
+            own = [x._replace(crossing=place) for x in found if x.crossing == number]
+            crossing = self._crossing(junction, state)
+            crossings.append(crossing or junction.crossing)
+            conflicts += own
+            if crossing is not None and self._is_due(number, at, crossing):
+                decided.append(self._decision(number, at, crossing, own, state))
+        state = replace(
+            state, ways=ways, crossings=tuple(crossings), conflicts=tuple(conflicts)
+        )
+        return state, decided
+
+    def _decision(
+        self,
+        number: int,
+        at: AtCrossing,
+        crossing: Crossing,
+        conflicts: Sequence[Conflict],
+        state: TrafficState,
+    ) -> Permission:
+        """Decide on one junction and remember it."""
+        memory = self._memory.get(number, Waiting())
+        decision = decide(at, crossing, conflicts, memory, self._step)
+        if decision.stop_s is None and at.front <= crossing.stop_s:
+            decision = self._kept_clear(at, crossing, state.vehicles, decision)
+        self._memory[number] = decision.memory
+        return decision
 
     def lines_ahead(self, s: float) -> tuple[float, ...]:
         """List where vehicles give way at junctions ahead, growing [m]."""
@@ -110,9 +140,10 @@ class RightOfWay:
         ]
         return tuple(sorted(line for line in lines if line >= front - SAME_LINE))
 
-    def _is_decided(self, number: int, at: AtCrossing, crossing: Crossing) -> bool:
-        """Check whether the ego has come near before and is not through yet."""
-        return number in self._memory and at.rear < crossing.exit_s
+    def _is_due(self, number: int, at: AtCrossing, crossing: Crossing) -> bool:
+        """Check whether it is time to decide, or was before the ego is through."""
+        known = number in self._memory and at.rear < crossing.exit_s
+        return known or is_near(at, crossing)
 
     def _at(self, s: float, ego: CartesianState) -> AtCrossing:
         """Describe the ego."""
@@ -128,7 +159,10 @@ class RightOfWay:
 
     @staticmethod
     def _crossing(junction: RoadJunction, state: TrafficState) -> Crossing | None:
-        """Return the crossing with the rule that holds now; None if nobody waits."""
+        """Return the crossing with the rule that holds now; None if the ego goes first.
+
+        So it does where a signal decides: its own stop line is closed or open.
+        """
         crossing = junction.crossing
         if not junction.signal:
             return None if crossing.rule in UNGUARDED else crossing

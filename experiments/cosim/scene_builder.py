@@ -6,9 +6,10 @@ import numpy as np
 
 from experiments.cosim.records import TrafficState
 from experiments.cosim.road import EgoTask, Road
-from planner.prediction import Predictor, constant_speed
+from planner.prediction import Predictor, constant_speed, held_braking
 from planner.scene import Scene, Vehicles
 from planner.states import CartesianState, FloatArray, FrenetState, freeze
+from planner.ways import along_ways
 
 PLANNED_RADIUS = 120.0  # vehicles farther from the ego are not planned with [m]
 
@@ -58,6 +59,12 @@ def build_scene(
     near = np.hypot(users.x - ego.x, users.y - ego.y) <= PLANNED_RADIUS
     planned = users.among(near)
     prediction = outlook.predictor(road.path, planned, outlook.times)
+    if traffic.ways is not None:
+        ways = traffic.ways.among(np.flatnonzero(near))
+        brake = outlook.predictor is held_braking
+        prediction = along_ways(
+            prediction, road.path, planned, ways, outlook.times, brake=brake
+        )
     return Scene(
         time=traffic.time,
         step=outlook.step,
@@ -72,5 +79,7 @@ def build_scene(
         target_speed=min(task.target_speed, road.allowed_speed(front, ego.speed)),
         lanes=road.lanes,
         speed_limits=road.speed_limits,
+        crossings=traffic.crossings,
+        conflicts=traffic.conflicts,
         full_statistics=outlook.full_statistics,
     )

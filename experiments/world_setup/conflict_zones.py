@@ -101,7 +101,9 @@ def _zone(
         entry=float(theirs[0]),
         exit=float(theirs[-1]),
         limit=link.source.speed,
+        turn_speed=min(lane.speed for lane in foe.inside),
         goes_first=foe.goes_first,
+        gives_way=foe.gives_way,
         signal=link.signal,
         signal_link=link.signal_link,
     )

@@ -10,9 +10,10 @@ import math
 from planner.right_of_way.records import AtCrossing, Conflict, Crossing
 
 EARLY_EGO = 2.0  # acceleration with which the ego may arrive early [m/s²]
-LATE_EGO = 1.0  # with which it surely leaves [m/s²]
+LATE_EGO = 1.2  # with which it surely leaves [m/s²]
 START = 0.6  # that a standing ego takes to move off [s]
 EARLY_FOE = 1.5  # acceleration with which another may arrive early [m/s²]
+TURN_BRAKING = 3.0  # with which another slows down before it turns [m/s²]
 SLOW = 0.5  # a slower vehicle is not counted on to leave [m/s]
 HARD_BRAKING = 4.5  # with which a vehicle that has to give way can stop [m/s²]
 STUCK = 5.0  # a vehicle that has stood so long does not use its right of way [s]
@@ -63,12 +64,27 @@ def foe_interval(conflict: Conflict) -> tuple[float, float]:
     Returns:
         (early, late) from now on [s]; late is inf if it is not sure to leave.
     """
-    early = travel_time(conflict.entry, conflict.speed, EARLY_FOE, conflict.limit)
+    early = _early_arrival(conflict)
     if conflict.exit <= 0.0:
         return early, 0.0
     if conflict.speed < SLOW:
         return early, math.inf
     return early, conflict.exit / conflict.speed
+
+
+def _early_arrival(conflict: Conflict) -> float:
+    """Compute when the other is at the zone, if it slows down for its turn late [s]."""
+    turn = conflict.turn_speed
+    inside = max(conflict.entry - max(conflict.to_line, 0.0), 0.0)
+    if conflict.to_line <= 0.0 or turn >= conflict.limit:
+        return travel_time(conflict.entry, conflict.speed, EARLY_FOE, conflict.limit)
+    fastest = math.sqrt(turn * turn + 2.0 * TURN_BRAKING * conflict.to_line)
+    speed = min(conflict.speed, fastest)
+    highest = min(conflict.limit, fastest)
+    braking = max((highest**2 - turn**2) / (2.0 * TURN_BRAKING), 0.0)
+    before = travel_time(conflict.to_line - braking, speed, EARLY_FOE, highest)
+    slowing = min(braking, conflict.to_line) / (0.5 * (highest + turn))
+    return before + slowing + inside / turn
 
 
 def is_open(

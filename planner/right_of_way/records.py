@@ -49,8 +49,10 @@ class Conflict(NamedTuple):
     to_line: float  # to where it would wait; negative once it is over that [m]
     speed: float  # of the other [m/s]
     limit: float  # of its road [m/s]
+    turn_speed: float  # at which its way over the junction is driven [m/s]
     stood: float  # for how long it has stood [s]; 0 while it moves
     goes_first: bool  # whether the ego has to give way to it
+    gives_way: bool  # whether it has to give way to the ego
     held: bool  # by a red light
 
 

@@ -1,4 +1,4 @@
-"""Which vehicles are on their way over the ego's junctions, and how far they are.
+"""Who is on the way over the ego's junctions, how far, and along which lanes.
 
 A vehicle's next turn is read from its route: that is what its indicator shows.
 """
@@ -7,13 +7,21 @@ from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from experiments.cosim.junctions import ConflictZone, RoadJunction
 from experiments.cosim.signals import CLEARING, STOP
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from planner.right_of_way.records import Conflict
 from planner.scene import RoadUsers
+from planner.states import FloatArray
+from planner.ways import NO_WAY, Ways
 
 REACH = 150.0  # to its line; vehicles farther away are left out [m]
+WAY_LENGTH = 120.0  # of a way beyond the lane that a vehicle is on [m]
+TURNS = 3  # edges of the route that a way depends on
+SHORTEST = 0.01  # corners of a way are farther apart [m]
+GIVING_WAY = 3.0  # braking with which a vehicle that gives way is counted on [m/s²]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +43,20 @@ class _Route:
     meetings: tuple[_Meeting, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class _Mover:
+    """A vehicle on its route, now."""
+
+    name: str
+    route: _Route
+    index: int  # of its edge in the route; inside a junction of the edge before
+    lane: str
+    length: float  # [m]
+    speed: float  # [m/s]
+
+
 class MovementReader:
-    """Reads the vehicles that come into the ego's way at junctions.
+    """Reads the vehicles at the ego's junctions.
 
     Args:
         sumo: The running libsumo module.
@@ -45,7 +65,6 @@ class MovementReader:
 
     def __init__(self, sumo: Libsumo, junctions: Sequence[RoadJunction]) -> None:
         self._sumo = sumo
-        self._junctions = junctions
         self._zones: dict[tuple[str, str], list[tuple[int, ConflictZone]]] = {}
         for number, junction in enumerate(junctions):
             for zone in junction.zones:
@@ -54,52 +73,85 @@ class MovementReader:
         self._routes: dict[tuple[str, ...], _Route] = {}
         self._of_vehicle: dict[str, _Route] = {}
         self._lengths: dict[str, float] = {}
+        self._ways: dict[tuple[str, ...], int] = {}
+        self._lines: list[FloatArray] = []
 
-    def conflicts(self, near: Set[int], vehicles: RoadUsers) -> tuple[Conflict, ...]:
-        """Read the conflicts with vehicles at junctions.
+    def read(
+        self, near: Set[int], vehicles: RoadUsers
+    ) -> tuple[tuple[Conflict, ...], Ways]:
+        """Read conflicts at junctions, and the ways of all vehicles.
 
         Args:
             near: Places of the junctions that are looked at.
             vehicles: The traffic about the ego.
         """
         found: list[Conflict] = []
+        way = np.full(len(vehicles.ids), NO_WAY)
+        stop = np.full(len(vehicles.ids), np.inf)
         for row, name in enumerate(vehicles.ids):
-            lane = str(self._sumo.vehicle.getLaneID(name))
-            index = int(self._sumo.vehicle.getRouteIndex(name))
-            if not lane or index < 0:
-                continue  # not on the road yet
-            route = self._route_of(name, index)
-            met = [x for x in route.meetings if x.edge >= index and x.junction in near]
-            if not met:
+            mover = self._mover(name, vehicles, row)
+            if mover is None:
                 continue
-            position = float(self._sumo.vehicle.getLanePosition(name))
-            stood = float(self._sumo.vehicle.getWaitingTime(name))
-            length = float(vehicles.length[row])
-            speed = float(vehicles.speed[row])
-            for meeting in _of_lane(met, lane, index):
-                zone = meeting.zone
-                place = _place(route, index, lane, position, meeting)
-                to_line = meeting.line - place
-                left = to_line + zone.exit + length
-                if to_line > REACH or left <= 0.0:
-                    continue
-                found.append(
-                    Conflict(
-                        crossing=meeting.junction,
-                        vehicle=name,
-                        begin_s=zone.begin_s,
-                        end_s=zone.end_s,
-                        entry=to_line + zone.entry,
-                        exit=left,
-                        to_line=to_line,
-                        speed=speed,
-                        limit=zone.limit,
-                        stood=stood,
-                        goes_first=zone.goes_first,
-                        held=to_line >= 0.0 and self._is_held(zone),
-                    )
+            own = self._conflicts(mover, near)
+            found += own
+            way[row] = self._way(mover)
+            waits = [x.to_line for x in own if _will_wait(x)]
+            stop[row] = min(waits, default=np.inf)
+        return tuple(found), Ways(way, stop, tuple(self._lines))
+
+    def _mover(self, name: str, vehicles: RoadUsers, row: int) -> _Mover | None:
+        """Read where a vehicle is on its route; None if it is not on the road."""
+        api = self._sumo.vehicle
+        lane, index = str(api.getLaneID(name)), int(api.getRouteIndex(name))
+        if not lane or index < 0:
+            return None
+        known = self._of_vehicle.get(name)
+        edge = lane.rpartition("_")[0]
+        if known is None or not (edge.startswith(":") or edge in known.edges[index:]):
+            edges = tuple(api.getRoute(name))  # the first one, or it was changed
+            if edges not in self._routes:
+                self._routes[edges] = self._measured(edges)
+            known = self._of_vehicle[name] = self._routes[edges]
+        length, speed = float(vehicles.length[row]), float(vehicles.speed[row])
+        return _Mover(name, known, index, lane, length, speed)
+
+    def _conflicts(self, mover: _Mover, near: Set[int]) -> list[Conflict]:
+        """List the conflicts of a vehicle at junctions that are looked at."""
+        met = [
+            x
+            for x in mover.route.meetings
+            if x.edge >= mover.index and x.junction in near
+        ]
+        if not met:
+            return []
+        position = float(self._sumo.vehicle.getLanePosition(mover.name))
+        stood = float(self._sumo.vehicle.getWaitingTime(mover.name))
+        found = []
+        for meeting in _of_lane(met, mover):
+            zone = meeting.zone
+            to_line = meeting.line - _place(mover, position, meeting)
+            left = to_line + zone.exit + mover.length
+            if to_line > REACH or left <= 0.0:
+                continue
+            found.append(
+                Conflict(
+                    crossing=meeting.junction,
+                    vehicle=mover.name,
+                    begin_s=zone.begin_s,
+                    end_s=zone.end_s,
+                    entry=to_line + zone.entry,
+                    exit=left,
+                    to_line=to_line,
+                    speed=mover.speed,
+                    limit=zone.limit,
+                    turn_speed=zone.turn_speed,
+                    stood=stood,
+                    goes_first=zone.goes_first,
+                    gives_way=zone.gives_way,
+                    held=to_line >= 0.0 and self._is_held(zone),
                 )
-        return tuple(found)
+            )
+        return found
 
     def _is_held(self, zone: ConflictZone) -> bool:
         """Check whether a light holds the vehicles of a movement."""
@@ -107,18 +159,6 @@ class MovementReader:
             return False
         state = self._sumo.trafficlight.getRedYellowGreenState(zone.signal)
         return state[zone.signal_link] in STOP | CLEARING
-
-    def _route_of(self, name: str, index: int) -> _Route:
-        """Return a vehicle's route; read anew if it has been given another one."""
-        known = self._of_vehicle.get(name)
-        edge = str(self._sumo.vehicle.getRoadID(name))
-        if known is not None and (edge.startswith(":") or edge in known.edges[index:]):
-            return known
-        edges = tuple(self._sumo.vehicle.getRoute(name))
-        if edges not in self._routes:
-            self._routes[edges] = self._measured(edges)
-        self._of_vehicle[name] = self._routes[edges]
-        return self._routes[edges]
 
     def _measured(self, edges: tuple[str, ...]) -> _Route:
         """Measure a route and find where it meets the ego's."""
@@ -148,31 +188,79 @@ class MovementReader:
         ]
         return min(lengths, default=0.0)
 
+    def _way(self, mover: _Mover) -> int:
+        """Return the number of a vehicle's way; NO_WAY if its lane leads elsewhere."""
+        first = mover.index + 1
+        onward = mover.route.edges[first : first + TURNS]
+        key = (mover.lane, *onward)
+        if key not in self._ways:
+            line = self._line(mover.lane, onward)
+            self._ways[key] = NO_WAY if line is None else len(self._lines)
+            if line is not None:
+                self._lines.append(line)
+        return self._ways[key]
 
-def _of_lane(met: Sequence[_Meeting], lane: str, index: int) -> Sequence[_Meeting]:
+    def _line(self, lane: str, onward: Sequence[str]) -> FloatArray | None:
+        """Join the lanes of a way: arc length, x, y of its corners, (3, m) [m]."""
+        points = [*self._sumo.lane.getShape(lane)]
+        beyond, edges = 0.0, list(onward)
+        while edges and beyond < WAY_LENGTH:
+            following = self._next_lane(lane, edges[0])
+            if not following:
+                break
+            lane = following
+            points += self._sumo.lane.getShape(lane)
+            beyond += self._length(lane)
+            if lane.rpartition("_")[0] == edges[0]:
+                edges.pop(0)
+        if edges and beyond == 0.0:
+            return None
+        corners = np.array(points, dtype=np.float64)[:, :2]
+        apart = np.hypot(*np.diff(corners, axis=0).T) > SHORTEST
+        corners = corners[np.concatenate(([True], apart))]
+        if len(corners) == 1:
+            return None
+        at = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))))
+        return np.ascontiguousarray(np.vstack([at, corners.T]))
+
+    def _next_lane(self, lane: str, edge: str) -> str:
+        """Return the lane that follows on the way to an edge, "" if there is none."""
+        for link in self._sumo.lane.getLinks(lane):
+            if link[0].rpartition("_")[0] == edge:
+                return str(link[4] or link[0])
+        return ""
+
+
+def _will_wait(conflict: Conflict) -> bool:
+    """Check whether a vehicle is expected to stop at its line."""
+    if conflict.to_line <= 0.0:
+        return False
+    lawful = conflict.held or (conflict.gives_way and not conflict.goes_first)
+    return lawful and conflict.speed**2 <= 2.0 * GIVING_WAY * conflict.to_line
+
+
+def _of_lane(met: Sequence[_Meeting], mover: _Mover) -> Sequence[_Meeting]:
     """Keep what a vehicle can meet from the lane that it is on.
 
     Before a junction it may still change its lane if none of its movements begins in
     this one; inside it stays on its way.
     """
+    lane, later = mover.lane, [x for x in met if x.edge > mover.index]
+    own = [x for x in met if x.edge == mover.index]
     if lane.startswith(":"):
-        return [
-            x
-            for x in met
-            if x.edge > index or any(lane == each for each, _ in x.zone.inside)
-        ]
-    own = [x for x in met if x.edge == index]
+        there = [x for x in own if any(lane == each for each, _ in x.zone.inside)]
+        return [*there, *later]
     exact = [x for x in own if x.zone.source == lane]
-    return [*(exact or own), *(x for x in met if x.edge > index)]
+    return [*(exact or own), *later]
 
 
-def _place(
-    route: _Route, index: int, lane: str, position: float, meeting: _Meeting
-) -> float:
+def _place(mover: _Mover, position: float, meeting: _Meeting) -> float:
     """Return how far along its route a vehicle is [m]."""
-    if not lane.startswith(":"):
-        return route.begins[index] + position
+    begins, index = mover.route.begins, mover.index
+    if not mover.lane.startswith(":"):
+        return begins[index] + position
     if meeting.edge == index:
-        begin = next(at for each, at in meeting.zone.inside if each == lane)
-        return meeting.line + begin + position
-    return route.begins[index + 1] - 1.0 if index + 1 < len(route.begins) else position
+        inside = meeting.zone.inside
+        return meeting.line + next(at for x, at in inside if x == mover.lane) + position
+    # inside an earlier junction: how far is not known, but the next edge begins later
+    return begins[index + 1] - 1.0 if index + 1 < len(begins) else begins[index]

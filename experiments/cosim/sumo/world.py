@@ -45,6 +45,7 @@ from experiments.errors import EntryError, SimulationError
 from planner.right_of_way.records import Conflict
 from planner.scene import RoadUsers
 from planner.states import CartesianState, Trajectory
+from planner.ways import Ways
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
 
@@ -135,8 +136,10 @@ class SumoWorld:
         time = self._steps * self.step
         return TrafficState(time, self._others, signals, self._ghost_state())
 
-    def conflicts(self, near: Set[int], vehicles: RoadUsers) -> tuple[Conflict, ...]:
-        """Read who is on the way over the ego's junctions.
+    def movements(
+        self, near: Set[int], vehicles: RoadUsers
+    ) -> tuple[tuple[Conflict, ...], Ways]:
+        """Read who is on the way over the ego's junctions, and all vehicles' ways.
 
         Args:
             near: Places in the road's list of the junctions that are looked at.
@@ -149,7 +152,7 @@ class SumoWorld:
         if self._movements is None:
             self._movements = MovementReader(sumo, self.road.junctions)
         with sumo_errors(sumo, "reading the junctions"):
-            return self._movements.conflicts(near, vehicles)
+            return self._movements.read(near, vehicles)
 
     def advance(self, ego: CartesianState) -> CartesianState:
         """Put the ego at `ego` and let SUMO move all others one step on.

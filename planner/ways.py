@@ -1,0 +1,175 @@
+"""Prediction of vehicles along their own ways through junctions.
+
+A vehicle that turns follows its lanes, not its heading; one that has to give way, or
+that a red light holds, stops at its line if it can.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.errors import InvalidInputError
+from planner.numerics.compiled import compiled
+from planner.prediction import driven_distances
+from planner.reference_path.frenet import FRENET_REACH
+from planner.reference_path.path import PathTable, ReferencePath, as_input
+from planner.reference_path.projection import EVERYWHERE, NO_DIRECTION, foot
+from planner.scene import Prediction, RoadUsers
+from planner.states import FloatArray, IntArray, freeze
+
+NO_WAY = -1
+CHORD = 2.0  # to both sides of a place, for the heading there [m]
+FADE = 3.0  # in which a vehicle comes to the centre of its lane [s]
+LARGEST_OFFSET = 3.0  # from its way; a vehicle farther off is not on it [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ways:
+    """The ways of vehicles, as far as they are known; arrays are (n,)."""
+
+    way: IntArray  # place in `lines`; NO_WAY where there is none
+    stop: FloatArray  # that the front has to go to where it will stop [m], inf: none
+    lines: tuple[FloatArray, ...]  # arc length, x, y as rows, (3, m) each [m]
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        object.__setattr__(self, "stop", freeze(self.stop))
+        way = np.array(self.way, dtype=np.int64)
+        way.setflags(write=False)
+        object.__setattr__(self, "way", way)
+        if way.shape != self.stop.shape or np.any(way >= len(self.lines)):
+            raise InvalidInputError("each vehicle needs a way that exists, or none")
+
+    def among(self, kept: IntArray) -> "Ways":
+        """Return those of the vehicles in these rows."""
+        return Ways(self.way[kept], self.stop[kept], self.lines)
+
+
+def along_ways(
+    prediction: Prediction,
+    path: ReferencePath,
+    vehicles: RoadUsers,
+    ways: Ways,
+    times: FloatArray,
+    *,
+    brake: bool,
+) -> Prediction:
+    """Replace the predictions of vehicles whose ways are known.
+
+    Args:
+        prediction: Of all vehicles, by another predictor.
+        path: Reference path of the ego.
+        vehicles: As they are now, n of them.
+        ways: Of these vehicles.
+        times: As of the prediction, (n_steps,) [s].
+        brake: Whether those that brake go on doing so until they stand.
+
+    Returns:
+        The prediction; the same record if no way is known.
+    """
+    known = np.flatnonzero(ways.way != NO_WAY)
+    if not known.size:
+        return prediction
+    times = as_input(times)
+    driven = driven_distances(vehicles.speed, vehicles.acceleration, times, brake)
+    out = prediction.table.copy()
+    for v in known.tolist():
+        line = ways.lines[ways.way[v]]
+        distance = _stopped(driven[v], float(vehicles.speed[v]), ways.stop[v], times)
+        place = float(vehicles.x[v]), float(vehicles.y[v])
+        follow_line(path.table, line, place, distance, times, out[:, v])
+    return Prediction.from_table(prediction.step, out)
+
+
+def _stopped(
+    distance: FloatArray, speed: float, stop: float, times: FloatArray
+) -> FloatArray:
+    """Let a vehicle brake evenly so that it stands after `stop` [m]."""
+    if not np.isfinite(stop) or speed <= 0.0:
+        return distance
+    room = max(float(stop), 1e-3)
+    until = np.minimum(times, 2.0 * room / speed)
+    braked = speed * until - speed * speed / (4.0 * room) * until * until
+    return np.minimum(distance, braked)
+
+
+@compiled
+def follow_line(
+    path: PathTable,
+    line: FloatArray,
+    place: tuple[float, float],
+    distance: FloatArray,
+    times: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Drive one vehicle along a polyline.
+
+    Args:
+        path: Tables of the ego's reference path.
+        line: Arc length, x, y of the corners, (3, m) [m].
+        place: Of the vehicle's centre now [m].
+        distance: Driven, (n_steps,) [m].
+        times: (n_steps,) [s].
+        out: x, y, heading, s, l as in `Prediction`, (5, n_steps). Left as it is if the
+            vehicle is not on the line.
+    """
+    begin, offset = nearest_on(line, place)
+    if abs(offset) > LARGEST_OFFSET:
+        return
+    for i in range(distance.size):
+        at = begin + distance[i]
+        x, y = point_on(line, at)
+        back_x, back_y = point_on(line, at - CHORD)
+        on_x, on_y = point_on(line, at + CHORD)
+        heading = np.arctan2(on_y - back_y, on_x - back_x)
+        l = offset * max(1.0 - times[i] / FADE, 0.0)
+        x -= l * np.sin(heading)
+        y += l * np.cos(heading)
+        s, own_l = foot(
+            path.knots, path.bins, path.blocks, x, y, EVERYWHERE, NO_DIRECTION
+        )
+        if not abs(own_l) < FRENET_REACH:
+            s, own_l = np.inf, 0.0
+        out[0, i] = x
+        out[1, i] = y
+        out[2, i] = heading
+        out[3, i] = s
+        out[4, i] = own_l
+
+
+@compiled
+def nearest_on(line: FloatArray, place: tuple[float, float]) -> tuple[float, float]:
+    """Find the arc length of a polyline's nearest point, and the offset to the left.
+
+    Args:
+        line: Arc length, x, y of the corners, (3, m) [m].
+        place: x, y [m].
+    """
+    best, at, offset = np.inf, 0.0, 0.0
+    for k in range(line.shape[1] - 1):
+        dx, dy = line[1, k + 1] - line[1, k], line[2, k + 1] - line[2, k]
+        length = np.hypot(dx, dy)
+        if length <= 0.0:
+            continue
+        px, py = place[0] - line[1, k], place[1] - line[2, k]
+        share = min(max((px * dx + py * dy) / (length * length), 0.0), 1.0)
+        away = np.hypot(px - share * dx, py - share * dy)
+        if away < best:
+            best, at = away, line[0, k] + share * length
+            offset = away if dx * py - dy * px >= 0.0 else -away
+    return at, offset
+
+
+@compiled
+def point_on(line: FloatArray, at: float) -> tuple[float, float]:
+    """Find the point of a polyline at an arc length; straight on beyond its ends.
+
+    Args:
+        line: Arc length, x, y of the corners, (3, m) [m].
+        at: Arc length [m].
+    """
+    k = min(max(np.searchsorted(line[0], at) - 1, 0), line.shape[1] - 2)
+    share = (at - line[0, k]) / (line[0, k + 1] - line[0, k])
+    x = line[1, k] + share * (line[1, k + 1] - line[1, k])
+    y = line[2, k] + share * (line[2, k + 1] - line[2, k])
+    return x, y
