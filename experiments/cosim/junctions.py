@@ -22,6 +22,7 @@ class ConflictZone:
     exit: float  # [m]
     limit: float  # of the road they come from [m/s]
     turn_speed: float  # at which they drive over the junction [m/s]
+    merges: bool  # whether they go on in the ego's lane
     goes_first: bool  # whether the ego has to give way
     gives_way: bool  # whether they have to give way to the ego
     signal: str  # their traffic light, "" without one

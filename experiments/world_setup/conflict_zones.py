@@ -10,13 +10,14 @@ from planner.reference_path.path import ReferencePath
 from planner.right_of_way.records import Crossing, Rule
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
+from sumo_nets.net_reader import Link
 from sumo_nets.right_of_way import FoeMovement
 from sumo_nets.route_path import JunctionSpan, RoutePath
 
 SPACING = 0.25  # of the places that are looked at [m]
 HALF_WIDTH = 1.25  # of other vehicles: lorries and their mirrors [m]
 MARGIN = 0.3  # between two bodies that just miss each other [m]
-BEYOND = 10.0  # behind a junction, for movements that join the ego's lane [m]
+BEYOND = 2.0  # behind a junction where paths still lie close to each other [m]
 COMFORTABLE = 2.2  # lateral acceleration in a turn [m/s²]
 FASTEST = 60.0  # through a junction without a bend [m/s]
 
@@ -54,8 +55,8 @@ def _junction(
     places = path.at(at)
     points = np.column_stack([places.x, places.y])
     reach = vehicle.width / 2.0 + HALF_WIDTH + MARGIN
-    zones = [_zone(foe, at, points, reach) for foe in span.passage.foes]
     link = span.passage.link
+    zones = [_zone(foe, link, at, points, reach) for foe in span.passage.foes]
     sharpest = float(np.abs(places.curvature[at <= end]).max(initial=0.0))
     crossing = Crossing(
         junction=span.passage.junction,
@@ -70,12 +71,13 @@ def _junction(
 
 
 def _zone(
-    foe: FoeMovement, at: FloatArray, points: FloatArray, reach: float
+    foe: FoeMovement, own_link: Link, at: FloatArray, points: FloatArray, reach: float
 ) -> ConflictZone | None:
     """Find where one movement and the ego's come near each other.
 
     Args:
         foe: The movement.
+        own_link: The ego's movement.
         at: Arc lengths on the ego's path, (n,) [m].
         points: The path there, (n, 2) [m].
         reach: Distance of the centre lines at which the bodies touch [m].
@@ -102,6 +104,7 @@ def _zone(
         exit=float(theirs[-1]),
         limit=link.source.speed,
         turn_speed=min(lane.speed for lane in foe.inside),
+        merges=link.target is own_link.target,
         goes_first=foe.goes_first,
         gives_way=foe.gives_way,
         signal=link.signal,

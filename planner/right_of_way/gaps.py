@@ -15,6 +15,7 @@ START = 0.6  # that a standing ego takes to move off [s]
 EARLY_FOE = 1.5  # acceleration with which another may arrive early [m/s²]
 TURN_BRAKING = 3.0  # with which another slows down before it turns [m/s²]
 SLOW = 0.5  # a slower vehicle is not counted on to leave [m/s]
+GENTLE = 2.0  # braking of one behind a merging ego [m/s²]
 HARD_BRAKING = 4.5  # with which a vehicle that has to give way can stop [m/s²]
 STUCK = 5.0  # a vehicle that has stood so long does not use its right of way [s]
 MARGIN_BEHIND = 0.5  # between a vehicle that leaves and the ego [s]
@@ -73,18 +74,40 @@ def foe_interval(conflict: Conflict) -> tuple[float, float]:
 
 
 def _early_arrival(conflict: Conflict) -> float:
-    """Compute when the other is at the zone, if it slows down for its turn late [s]."""
-    turn = conflict.turn_speed
+    """Compute when the other is at the zone at the earliest [s].
+
+    On its last road it keeps the limit, and it slows down for its turn, but late.
+    """
+    turn, limit, speed = conflict.turn_speed, conflict.limit, conflict.speed
     inside = max(conflict.entry - max(conflict.to_line, 0.0), 0.0)
-    if conflict.to_line <= 0.0 or turn >= conflict.limit:
-        return travel_time(conflict.entry, conflict.speed, EARLY_FOE, conflict.limit)
-    fastest = math.sqrt(turn * turn + 2.0 * TURN_BRAKING * conflict.to_line)
-    speed = min(conflict.speed, fastest)
-    highest = min(conflict.limit, fastest)
+    if conflict.to_line <= 0.0:
+        return travel_time(conflict.entry, speed, EARLY_FOE, max(turn, limit))
+    before = max(conflict.to_line - conflict.road, 0.0)
+    early = travel_time(before, speed, EARLY_FOE, max(speed, limit))
+    way = conflict.to_line - before
+    if before > 0.0:
+        speed = limit
+    if turn >= limit:
+        return early + travel_time(way + inside, speed, EARLY_FOE, limit)
+    fastest = math.sqrt(turn * turn + 2.0 * TURN_BRAKING * way)
+    highest = min(max(limit, speed), fastest)
     braking = max((highest**2 - turn**2) / (2.0 * TURN_BRAKING), 0.0)
-    before = travel_time(conflict.to_line - braking, speed, EARLY_FOE, highest)
-    slowing = min(braking, conflict.to_line) / (0.5 * (highest + turn))
-    return before + slowing + inside / turn
+    early += travel_time(way - braking, min(speed, highest), EARLY_FOE, highest)
+    return early + min(braking, way) / (0.5 * (highest + turn)) + inside / turn
+
+
+def _catching_up(ego: AtCrossing, crossing: Crossing, conflict: Conflict) -> float:
+    """Compute the time that another behind a merging ego needs for slowing down [s].
+
+    It is faster than the ego when that has left the junction, and brakes gently.
+    """
+    if not conflict.merges:
+        return 0.0
+    way = max(conflict.end_s - ego.rear, 0.0)
+    slow = min(ego.speed, crossing.speed)
+    own = min(math.sqrt(slow * slow + 2.0 * LATE_EGO * way), ego.target_speed)
+    fast = max(conflict.speed, min(conflict.limit, ego.target_speed))
+    return max(fast - own, 0.0) ** 2 / (2.0 * GENTLE) / fast
 
 
 def is_open(
@@ -102,7 +125,8 @@ def is_open(
     foe_early, foe_late = foe_interval(conflict)
     if early > foe_late + MARGIN_BEHIND:
         return True
-    return conflict.entry > 0.0 and foe_early > late + gap
+    needed = late + gap + _catching_up(ego, crossing, conflict)
+    return conflict.entry > 0.0 and foe_early > needed
 
 
 def counts(conflict: Conflict) -> bool:

@@ -50,6 +50,8 @@ class Conflict(NamedTuple):
     speed: float  # of the other [m/s]
     limit: float  # of its road [m/s]
     turn_speed: float  # at which its way over the junction is driven [m/s]
+    road: float  # length of its road before the line, where the limit holds [m]
+    merges: bool  # whether it goes on in the ego's lane
     stood: float  # for how long it has stood [s]; 0 while it moves
     goes_first: bool  # whether the ego has to give way to it
     gives_way: bool  # whether it has to give way to the ego

@@ -145,6 +145,8 @@ class MovementReader:
                     speed=mover.speed,
                     limit=zone.limit,
                     turn_speed=zone.turn_speed,
+                    road=meeting.line - mover.route.begins[meeting.edge],
+                    merges=zone.merges,
                     stood=stood,
                     goes_first=zone.goes_first,
                     gives_way=zone.gives_way,
