@@ -7,6 +7,7 @@ planned again in order, each with the memory of the one before; `Planner.plan` i
 function of scene and memory, so that the plans must be those of the run, bit by bit.
 """
 
+import json
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,11 +21,16 @@ from experiments.cosim.loop import failures_of_the_planner
 from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.scene_builder import Outlook, build_scene
-from experiments.cosim.signals import closed_stop_lines
 from experiments.episode.run import make_scenario_planner
 from experiments.errors import ConfigError
 from experiments.storage.atomic_folder import require_there
 from experiments.trace.files import read_trace
+from experiments.trace.junction_tables import (
+    read_conflicts,
+    read_crossings,
+    read_lines,
+    read_ways,
+)
 from experiments.trace.recording import PLAN_COLUMNS, plan_cells
 from experiments.trace.schema import Column, Table, Trace
 from experiments.world_setup.ego_vehicle import ego_task
@@ -119,6 +125,7 @@ class Recorded:
     road: Road
     task: EgoTask
     outlook: Outlook
+    lines: tuple[FloatArray, ...]  # ways of vehicles
 
     @classmethod
     def read(cls, folder: Path, allow_planners: Collection[str] = ()) -> "Recorded":
@@ -135,7 +142,9 @@ class Recorded:
         simulation = scenario.simulation
         predictor = PREDICTORS[simulation.predictor]
         outlook = Outlook(simulation.step_s, simulation.horizon_s, predictor)
-        return cls(scenario, trace, _road(trace), ego_task(scenario.ego), outlook)
+        lines = read_lines(trace.ways)
+        task = ego_task(scenario.ego)
+        return cls(scenario, trace, _road(trace), task, outlook, lines)
 
     def check_planned(self, step: int) -> None:
         """Raise a ConfigError unless a plan was recorded in a step."""
@@ -163,20 +172,22 @@ class Recorded:
             users = RoadUsers.from_table(ids, table[:, rows].copy())
             lights = _signals(signals, _rows_of(signals, k))
             state, place = CartesianState(*ego[k]), FrenetState(*places[k])
+            traffic = TrafficState(times[k], users, lights, **self._junctions(k, ids))
+            lines = tuple(json.loads(steps["stop_lines"][k]))
             yield build_scene(
-                self.road,
-                self.task,
-                self.outlook,
-                TrafficState(times[k], users, lights),
-                state,
-                place,
-                closed_stop_lines(
-                    lights,
-                    place.s + self.task.vehicle.front_reach,
-                    state.speed,
-                    self.task.vehicle.limits,
-                ),
+                self.road, self.task, self.outlook, traffic, state, place, lines
             )
+
+    def _junctions(self, step: int, ids: tuple[str, ...]) -> dict[str, Any]:
+        """Restore what a step had to do with junctions: fields of a traffic state."""
+        trace = self.trace
+        crossings = read_crossings(trace.crossings, _rows_of(trace.crossings, step))
+        if not crossings:
+            return {}
+        conflicts = read_conflicts(trace.conflicts, _rows_of(trace.conflicts, step))
+        rows = _rows_of(trace.vehicle_ways, step)
+        ways = read_ways(trace.vehicle_ways, rows, ids, self.lines)
+        return {"crossings": crossings, "conflicts": conflicts, "ways": ways}
 
     def differences(self, step: int, plan: PlanResult | None) -> tuple[str, ...]:
         """Compare a plan with the recorded one; one line for each difference."""

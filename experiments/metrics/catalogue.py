@@ -17,6 +17,7 @@ from experiments.metrics import (
     efficiency,
     followers,
     lane_change,
+    right_of_way,
     safety,
     without_ego,
 )
@@ -242,6 +243,50 @@ _EFFICIENCY = (
         unit="m/s",
         digits=2,
         better=LOWER,
+    ),
+)
+_RULES = (
+    Metric(
+        column=columns.LINE_VIOLATIONS,
+        label="closed lines passed",
+        compute=lambda e: right_of_way.line_violations(e.trace),
+        formula="stop lines of signals and junctions that the front bumper drove over "
+        "while they were closed for the ego",
+        unit="",
+        digits=0,
+        better=LOWER,
+        kind=WHOLE,
+    ),
+    Metric(
+        column=columns.ENCROACHMENTS,
+        label="hindered others",
+        compute=lambda e: right_of_way.encroachments(e.trace),
+        formula="vehicles with the right of way that brake harder than 2 m/s² before a "
+        "conflict zone while the ego is over its line and not out of the zone; null "
+        "without a junction",
+        unit="",
+        digits=0,
+        better=LOWER,
+        kind=WHOLE,
+    ),
+    Metric(
+        column=columns.GAVE_WAY,
+        label="waited at junctions",
+        compute=lambda e: right_of_way.gave_way_time(e.trace),
+        formula="time for which the ego stood to give way; null without a junction",
+        unit="s",
+        digits=1,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.JUNCTION_PET,
+        label="least time in between at junctions",
+        compute=lambda e: right_of_way.post_encroachment_time(e.trace),
+        formula="post-encroachment time: least time between one of ego and another "
+        "vehicle leaving a conflict zone and the other entering it; null if none did",
+        unit="s",
+        digits=1,
+        better=HIGHER,
     ),
 )
 _COMFORT = (
@@ -470,6 +515,7 @@ METRICS: Final[Mapping[str, Metric]] = {
         *_IDENTITY,
         *_SAFETY,
         *_EFFICIENCY,
+        *_RULES,
         *_COMFORT,
         *_COMPUTATION,
         *_FOLLOWERS,

@@ -26,13 +26,30 @@ _NULLABLE: Mapping[str, set[str]] = {
     | {"s_ddot_mps2", "l_ddot_mps2", "l_prime", "l_second_1pm"}
     | {"centre_s_m", "centre_l_m", "plan_status", "reason", "candidates", "survivors"}
     | {"removed", "costs", "blocker", "explanation", "stop_line_m", "clearance_m"}
-    | {"nearest", "off_road_m", "ghost_x_m", "ghost_y_m", "ghost_heading_rad"},
+    | {
+        "gives_way_to",
+        "nearest",
+        "off_road_m",
+        "ghost_x_m",
+        "ghost_y_m",
+        "ghost_heading_rad",
+    },
     "vehicles": _PLACES | {"acceleration_mps2", "lateral_speed_mps"},
     "plans": {"s_m", "l_m"},
     "speed_limits": {"limit_mps"},
+    "crossings": {"wait_m"},
+    "vehicle_ways": {"stop_m"},
     "timing": {"planning_ms", "planning_cpu_ms"},
 }
-_WITH_STEPS = ("vehicles", "plans", "signals")  # tables whose index is that of a step
+# tables whose index is that of a step
+_WITH_STEPS = (
+    "vehicles",
+    "plans",
+    "signals",
+    "crossings",
+    "conflicts",
+    "vehicle_ways",
+)
 
 
 def check_table(name: str, kinds: Mapping[str, Kind], table: Table, file: Path) -> None:
@@ -125,6 +142,11 @@ def _is_text_list(content: Any) -> bool:
     return isinstance(content, list) and all(isinstance(item, str) for item in content)
 
 
+def _is_number_list(content: Any) -> bool:
+    """Check for a list of numbers."""
+    return isinstance(content, list) and all(isinstance(x, float) for x in content)
+
+
 def _has_numbers(content: Any) -> bool:
     """Check for an object whose values are numbers."""
     return isinstance(content, dict) and all(
@@ -135,6 +157,7 @@ def _has_numbers(content: Any) -> bool:
 
 _JSON_CELLS: Mapping[str, Callable[[Any], bool]] = {
     "contacts": _is_text_list,
+    "stop_lines": _is_number_list,
     "removed": _has_numbers,
     "costs": _has_numbers,  # a planner may report an infinite cost
 }

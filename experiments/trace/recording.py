@@ -10,6 +10,12 @@ import numpy as np
 
 from experiments.cosim.records import Ending, StepRecord, TrafficState
 from experiments.cosim.road import EgoTask, Road
+from experiments.trace.junction_tables import (
+    conflict_table,
+    crossing_table,
+    vehicle_way_table,
+    way_table,
+)
 from experiments.trace.schema import TABLES, TIMING, Column, Table, Trace, column
 from planner.interface import PlanResult
 from planner.reference_path.frenet import FRENET_REACH, MIN_STRETCH
@@ -75,6 +81,10 @@ def build_trace(
         bounds=_bounds(road.bounds),
         speed_limits=_speed_limits(road.speed_limits),
         lanes=_lanes(road.lanes),
+        crossings=crossing_table(records),
+        conflicts=conflict_table(records),
+        vehicle_ways=vehicle_way_table(records),
+        ways=way_table(records),
         timing=_from_rows(
             "timing",
             [
@@ -173,6 +183,8 @@ def _step_row(record: StepRecord, centre: tuple[float, ...]) -> tuple[Any, ...]:
         *centre,
         *((None,) * N_PLAN_CELLS if record.plan is None else plan_cells(record.plan)),
         min(record.stop_lines, default=math.nan),
+        json.dumps(record.stop_lines),
+        record.gives_way_to,
         record.clearance if math.isfinite(record.clearance) else math.nan,
         record.nearest,
         json.dumps(list(record.contacts)),

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from experiments.errors import ResultsError
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 
 Column = NDArray[Any]
 Table = Mapping[str, Column]
@@ -78,6 +78,8 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
         "blocker": _TEXT,
         "explanation": _TEXT,  # why this plan; empty where a planner says nothing
         "stop_line_m": _NUMBER,  # nearest one that holds now
+        "stop_lines": _TEXT,  # JSON list of all of them [m]
+        "gives_way_to": _TEXT,  # at a junction; a vehicle, or why else the ego waits
         "clearance_m": _NUMBER,  # null without any body
         "nearest": _TEXT,
         "contacts": _TEXT,  # JSON list of ids
@@ -134,6 +136,42 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
         "centre_m": _NUMBER,
         "width_m": _NUMBER,
     },
+    # Junctions where the ego meets others; places along its path [m].
+    "crossings": {
+        "index": _COUNT,
+        "junction": _TEXT,
+        "rule": _TEXT,  # letter of the ego's right of way
+        "stop_m": _NUMBER,
+        "exit_m": _NUMBER,
+        "speed_mps": _NUMBER,  # at which it can drive through
+        "wait_m": _NUMBER,  # where it may wait inside; null where it may not
+    },
+    "conflicts": {  # as in planner.right_of_way.records.Conflict
+        "index": _COUNT,
+        "crossing": _COUNT,  # place among the crossings of the step
+        "vehicle": _TEXT,
+        "begin_m": _NUMBER,
+        "end_m": _NUMBER,
+        "entry_m": _NUMBER,
+        "exit_m": _NUMBER,
+        "to_line_m": _NUMBER,
+        "speed_mps": _NUMBER,
+        "limit_mps": _NUMBER,
+        "turn_speed_mps": _NUMBER,
+        "road_m": _NUMBER,
+        "merges": _COUNT,  # 0 or 1, as the next three
+        "stood_s": _NUMBER,
+        "goes_first": _COUNT,
+        "gives_way": _COUNT,
+        "held": _COUNT,
+    },
+    "vehicle_ways": {  # of those near junctions whose way is known
+        "index": _COUNT,
+        "id": _TEXT,
+        "way": _COUNT,
+        "stop_m": _NUMBER,  # that it goes until it waits; null if it does not
+    },
+    "ways": {"way": _COUNT, "s_m": _NUMBER, "x_m": _NUMBER, "y_m": _NUMBER},
 }
 TIMING: Mapping[str, Kind] = {
     "index": _COUNT,
@@ -160,6 +198,10 @@ class Trace:
     bounds: Table
     speed_limits: Table
     lanes: Table
+    crossings: Table
+    conflicts: Table
+    vehicle_ways: Table
+    ways: Table
     timing: Table
 
     def __post_init__(self) -> None:

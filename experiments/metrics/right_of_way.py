@@ -1,0 +1,133 @@
+"""Metrics of the rules at junctions and signals."""
+
+import json
+
+import numpy as np
+
+from experiments.trace.schema import Trace
+from planner.states import BoolArray, FloatArray
+
+OVERSHOOT = 0.35  # a bumper that stops this far over a line has stopped at it [m]
+HARD = 2.0  # a driver with the right of way who brakes harder is hindered [m/s²]
+STANDING = 0.1  # slower is standing [m/s]
+NEVER = np.inf
+
+
+def line_violations(trace: Trace) -> int:
+    """Count the closed stop lines that the front bumper has driven over."""
+    steps, fronts = trace.steps, _fronts(trace)
+    count = 0
+    for k in range(len(fronts) - 1):
+        lines = np.array(json.loads(steps["stop_lines"][k]))
+        over = lines + OVERSHOOT
+        count += int(np.count_nonzero((fronts[k] <= over) & (fronts[k + 1] > over)))
+    return count
+
+
+def encroachments(trace: Trace) -> int | None:
+    """Count the vehicles with the right of way that had to brake for the ego.
+
+    One counts if it brakes harder than `HARD` before the conflict zone while the ego
+    is over its line and has not left the zone. None without a junction.
+    """
+    if not trace.crossings["index"].size:
+        return None
+    table, braking = trace.conflicts, _accelerations(trace)
+    index = table["index"]
+    front, rear = _fronts(trace)[index], _rears(trace)[index]
+    line = _lines_of_conflicts(trace)
+    inside = (front > line) & (rear < table["end_m"]) & (table["entry_m"] > 0.0)
+    hindered = inside & (table["goes_first"] == 1) & (table["held"] == 0)
+    return len(
+        {
+            name
+            for k, name in zip(
+                index[hindered].tolist(),
+                table["vehicle"][hindered].tolist(),
+                strict=True,
+            )
+            if braking.get((k, name), 0.0) < -HARD
+        }
+    )
+
+
+def gave_way_time(trace: Trace) -> float | None:
+    """Return how long the ego stood to give way [s]; None without a junction."""
+    if not trace.crossings["index"].size:
+        return None
+    waits = ~np.ma.getmaskarray(trace.steps["gives_way_to"])
+    stands = np.abs(np.ma.getdata(trace.steps["speed_mps"])) < STANDING
+    return float(np.count_nonzero(waits & stands) * trace.fact("step_s"))
+
+
+def post_encroachment_time(trace: Trace) -> float | None:
+    """Return the least time between one leaving a conflict zone and the other's coming.
+
+    Null unless the ego and another vehicle have both passed a zone of the same
+    conflict while the ego was near the junction.
+    """
+    table = trace.conflicts
+    if not table["index"].size:
+        return None
+    fronts, rears = _fronts(trace), _rears(trace)
+    step = float(trace.fact("step_s"))
+    least = NEVER
+    keys = list(zip(table["vehicle"].tolist(), table["begin_m"].tolist(), strict=True))
+    for key in dict.fromkeys(keys):
+        rows = np.array([each == key for each in keys])
+        own = _passage(fronts > key[1], rears > table["end_m"][rows][0])
+        other = _visit(table["index"][rows], table["entry_m"][rows], len(fronts))
+        if own is None or other is None:
+            continue
+        apart = max(own[0] - other[1], other[0] - own[1])
+        least = min(least, max(apart, 0) * step)
+    return None if least == NEVER else float(least)
+
+
+def _passage(entered: BoolArray, left: BoolArray) -> tuple[int, int] | None:
+    """Return the steps in which the ego entered and left a zone."""
+    if not (entered.any() and left.any()):
+        return None
+    return int(np.argmax(entered)), int(np.argmax(left))
+
+
+def _visit(index: FloatArray, entry: FloatArray, n: int) -> tuple[int, int] | None:
+    """Return the steps in which another vehicle entered and left a zone.
+
+    Its rows end when it has left; one that is there to the end has not.
+    """
+    within = index[entry <= 0.0]
+    if not within.size or index[-1] >= n - 1:
+        return None
+    return int(within[0]), int(index[-1]) + 1
+
+
+def _fronts(trace: Trace) -> FloatArray:
+    """Return the arc length of the ego's front bumper in each step [m]."""
+    reach = trace.fact("length_m") - trace.fact("rear_overhang_m")
+    return np.asarray(np.ma.filled(trace.steps["s_m"], np.nan) + reach)
+
+
+def _rears(trace: Trace) -> FloatArray:
+    """Return the arc length of the ego's rear bumper in each step [m]."""
+    overhang = trace.fact("rear_overhang_m")
+    return np.asarray(np.ma.filled(trace.steps["s_m"], np.nan) - overhang)
+
+
+def _accelerations(trace: Trace) -> dict[tuple[int, str], float]:
+    """Return the acceleration of each vehicle in each step [m/s²]."""
+    table = trace.vehicles
+    return dict(
+        zip(
+            zip(table["index"].tolist(), table["id"].tolist(), strict=True),
+            np.ma.filled(table["acceleration_mps2"], 0.0).tolist(),
+            strict=True,
+        )
+    )
+
+
+def _lines_of_conflicts(trace: Trace) -> FloatArray:
+    """Return the ego's stop line of each conflict, (n_conflicts,) [m]."""
+    table, crossings = trace.conflicts, trace.crossings
+    first = np.searchsorted(crossings["index"], table["index"])
+    return np.asarray(crossings["stop_m"][first + table["crossing"]])
