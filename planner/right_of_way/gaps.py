@@ -87,13 +87,15 @@ def _early_arrival(conflict: Conflict) -> float:
     way = conflict.to_line - before
     if before > 0.0:
         speed = limit
+    straight = travel_time(way + inside, speed, EARLY_FOE, limit)
     if turn >= limit:
-        return early + travel_time(way + inside, speed, EARLY_FOE, limit)
+        return early + straight
     fastest = math.sqrt(turn * turn + 2.0 * TURN_BRAKING * way)
     highest = min(max(limit, speed), fastest)
     braking = max((highest**2 - turn**2) / (2.0 * TURN_BRAKING), 0.0)
-    early += travel_time(way - braking, min(speed, highest), EARLY_FOE, highest)
-    return early + min(braking, way) / (0.5 * (highest + turn)) + inside / turn
+    turned = travel_time(way - braking, min(speed, highest), EARLY_FOE, highest)
+    turned += min(braking, way) / (0.5 * (highest + turn)) + inside / turn
+    return early + max(straight, turned)
 
 
 def _catching_up(ego: AtCrossing, crossing: Crossing, conflict: Conflict) -> float:

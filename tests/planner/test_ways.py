@@ -1,0 +1,105 @@
+"""Predictions along ways, against closed forms."""
+
+import numpy as np
+import pytest
+
+from planner.errors import InvalidInputError
+from planner.prediction import constant_speed
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import line
+from planner.ways import NO_WAY, Ways, along_ways, nearest_on, point_on
+from tests.experiments.road_users import road_users
+
+PATH = ReferencePath.from_segments([line(200.0)])
+TIMES = 0.1 * np.arange(51)
+
+
+def way(*corners):
+    x, y = np.array(corners, dtype=np.float64).T
+    s = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
+    return np.ascontiguousarray(np.vstack([s, x, y]))
+
+
+def arc(radius, n=400):
+    angle = np.linspace(0.0, np.pi, n)
+    return way(*np.column_stack([radius * np.sin(angle), radius * (1 - np.cos(angle))]))
+
+
+def predicted(users, ways, brake=False):  # noqa: FBT002
+    plain = constant_speed(PATH, users, TIMES)
+    return plain, along_ways(plain, PATH, users, ways, TIMES, brake=brake)
+
+
+def one(*, stop=np.inf, number=0, lines=(), **car):
+    users = road_users(
+        ("a", car["x"], car["y"], car["heading"], car["speed"], 0.0),
+        length=4.0,
+        width=2.0,
+    )
+    return users, Ways(np.array([number]), np.array([stop]), tuple(lines))
+
+
+def test_a_turn_is_driven_along_its_arc():
+    users, ways = one(x=0.0, y=0.0, heading=0.0, speed=6.0, lines=[arc(20.0)])
+    plain, turned = predicted(users, ways)
+    angle = 6.0 * TIMES / 20.0
+    assert turned.x[0] == pytest.approx(20.0 * np.sin(angle), abs=2e-2)
+    assert turned.y[0] == pytest.approx(20.0 * (1.0 - np.cos(angle)), abs=2e-2)
+    assert turned.heading[0][5:] == pytest.approx(angle[5:], abs=2e-2)
+    assert np.abs(plain.y[0]).max() < 1e-9
+    assert turned.l[0] == pytest.approx(turned.y[0], abs=1e-6)  # the path lies on y = 0
+
+
+def test_without_a_way_nothing_changes():
+    users, ways = one(x=0.0, y=0.0, heading=0.0, speed=6.0, number=NO_WAY)
+    plain, same = predicted(users, ways)
+    assert same is plain
+
+
+def test_a_vehicle_far_from_its_way_keeps_its_prediction():
+    users, ways = one(
+        x=0.0, y=9.0, heading=0.0, speed=6.0, lines=[way((0, 0), (50, 0))]
+    )
+    plain, same = predicted(users, ways)
+    assert np.array_equal(plain.table, same.table)
+
+
+def test_one_that_waits_stands_at_its_line():
+    straight = way((0, 0), (500, 0))
+    users, ways = one(
+        x=10.0, y=0.0, heading=0.0, speed=8.0, stop=12.0, lines=[straight]
+    )
+    _, stops = predicted(users, ways)
+    assert stops.x[0][-1] == pytest.approx(22.0, abs=1e-6)
+    assert np.all(np.diff(stops.x[0]) >= -1e-12)
+    # even braking: 8²/(2 * 12) = 2.67 m/s², after 1 s 8 - 1.33 m
+    assert stops.x[0][10] == pytest.approx(10.0 + 8.0 - 0.5 * 8.0 / 3.0)
+
+
+def test_an_offset_fades():
+    straight = way((0, 0), (500, 0))
+    users, ways = one(x=10.0, y=1.0, heading=0.0, speed=8.0, lines=[straight])
+    _, moved = predicted(users, ways)
+    assert moved.y[0][0] == pytest.approx(1.0)
+    assert moved.y[0][15] == pytest.approx(0.5)
+    assert moved.y[0][-1] == pytest.approx(0.0)
+
+
+def test_nearest_point_against_brute_force():
+    rng = np.random.default_rng(0)
+    corners = way(*np.cumsum(rng.normal(size=(30, 2)) * 3.0, axis=0))
+    fine = np.array(
+        [point_on(corners, at) for at in np.linspace(0, corners[0, -1], 9000)]
+    )
+    for place in rng.normal(size=(50, 2)) * 10.0:
+        at, offset = nearest_on(corners, (place[0], place[1]))
+        least = np.hypot(*(fine - place).T).min()
+        assert abs(offset) == pytest.approx(least, abs=2e-2)
+        assert np.hypot(*(np.array(point_on(corners, at)) - place)) == pytest.approx(
+            abs(offset)
+        )
+
+
+def test_ways_must_exist():
+    with pytest.raises(InvalidInputError, match="a way that exists"):
+        Ways(np.array([0]), np.array([np.inf]), ())
