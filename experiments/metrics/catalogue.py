@@ -261,9 +261,9 @@ _RULES = (
         column=columns.ENCROACHMENTS,
         label="hindered others",
         compute=lambda e: right_of_way.encroachments(e.trace),
-        formula="vehicles with the right of way that brake harder than 2 m/s² before a "
-        "conflict zone while the ego is over its line and not out of the zone; null "
-        "without a junction",
+        formula="vehicles with the right of way that brake by 2 m/s² more than their own "
+        "turn asks for before a conflict zone, while the ego is over its line and not "
+        "out of the zone; null without a junction",
         unit="",
         digits=0,
         better=LOWER,

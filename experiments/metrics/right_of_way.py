@@ -27,8 +27,9 @@ def line_violations(trace: Trace) -> int:
 def encroachments(trace: Trace) -> int | None:
     """Count the vehicles with the right of way that had to brake for the ego.
 
-    One counts if it brakes harder than `HARD` before the conflict zone while the ego
-    is over its line and has not left the zone. None without a junction.
+    One counts if, before the conflict zone, it brakes by `HARD` more than its own turn
+    asks for while the ego is over its line and has not left the zone. None without a
+    junction.
     """
     if not trace.crossings["index"].size:
         return None
@@ -37,17 +38,17 @@ def encroachments(trace: Trace) -> int | None:
     front, rear = _fronts(trace)[index], _rears(trace)[index]
     line = _lines_of_conflicts(trace)
     inside = (front > line) & (rear < table["end_m"]) & (table["entry_m"] > 0.0)
-    hindered = inside & (table["goes_first"] == 1) & (table["held"] == 0)
+    met = inside & (table["goes_first"] == 1) & (table["held"] == 0)
+    slower = table["speed_mps"] ** 2 - table["turn_speed_mps"] ** 2
+    turning = np.maximum(slower, 0.0) / (2.0 * np.maximum(table["to_line_m"], 1.0))
+    rows = zip(
+        index[met].tolist(),
+        table["vehicle"][met].tolist(),
+        turning[met].tolist(),
+        strict=True,
+    )
     return len(
-        {
-            name
-            for k, name in zip(
-                index[hindered].tolist(),
-                table["vehicle"][hindered].tolist(),
-                strict=True,
-            )
-            if braking.get((k, name), 0.0) < -HARD
-        }
+        {name for k, name, own in rows if braking.get((k, name), 0.0) < -HARD - own}
     )
 
 

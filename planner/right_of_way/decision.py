@@ -13,8 +13,8 @@ from planner.right_of_way.records import (
     Waiting,
 )
 
-GAP = 1.5  # between the ego that leaves and the next one, when it sets off [s]
-KEPT_GAP = 0.5  # the same once it goes [s]
+GAP = 2.0  # between the ego that leaves and the next one, when it sets off [s]
+KEPT_GAP = 1.0  # the same once it goes [s]
 AT_LINE = 4.0  # an ego that stands so near to its line has stopped there [m]
 STANDING = 0.1  # slower is standing [m/s]
 OVERSHOOT = 0.3  # a bumper stopped this far over the line still waits there [m]
