@@ -5,7 +5,9 @@ positive to the left of the reference path. The ego's point is the centre of its
 axle. Arrays are float64 and read-only, time on the last axis.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from numbers import Real
+from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +24,29 @@ def freeze(values: ArrayLike) -> FloatArray:
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
+
+
+def store_floats(record: object) -> None:
+    """Turn the whole numbers in a dataclass's fields of type float into floats.
+
+    A kernel is compiled once more, for minutes, if an int comes where it was a float.
+
+    Args:
+        record: Frozen; called from its `__post_init__`.
+    """
+    for field in fields(record):  # type: ignore[arg-type]
+        if float not in (field.type, *get_args(field.type)):
+            continue
+        value = getattr(record, field.name)
+        stored = tuple(map(_as_float, value)) if isinstance(value, tuple) else value
+        object.__setattr__(record, field.name, _as_float(stored))
+
+
+def _as_float(value: object) -> object:
+    """Return a number as a float, anything else as it is."""
+    if isinstance(value, Real) and type(value) is not bool:
+        return float(value)
+    return value
 
 
 @dataclass(frozen=True, slots=True)
