@@ -44,9 +44,9 @@ def store_floats(record: object) -> None:
 
 def _as_float(value: object) -> object:
     """Return a number as a float, anything else as it is."""
-    if isinstance(value, Real) and type(value) is not bool:
-        return float(value)
-    return value
+    if isinstance(value, bool):
+        return value
+    return float(value) if isinstance(value, Real) else value
 
 
 @dataclass(frozen=True, slots=True)
