@@ -133,7 +133,7 @@ class _Episode:
         )
         self._monitor = CollisionMonitor(road, vehicle)
         self._blockage = BlockageDetector(
-            options.blocked_after, vehicle.front_reach, road.path
+            options.blocked_after, vehicle, road.path, road.obstacles
         )
         self._memory: object = None
         self._stats = PlanStats()

@@ -135,14 +135,14 @@ def _of_blocked(scenario: Scenario, reason: str, trace: Trace) -> Iterator[str]:
     counted = (len(waited) - int(waited.sum())) * step
     if counted < scenario.simulation.blocked_after_s - 2.0 * step:
         yield f"stood only {counted:.1f} s without a closed line before it"
-    if "gives no reason" in why:
+    if why.endswith("gives no reason"):
         yield "no reason"
     yield from _of_blocker(scenario, why, trace)
 
 
 def _of_blocker(scenario: Scenario, why: str, trace: Trace) -> Iterator[str]:
     """A body that is named is ahead, and stands if it is a vehicle."""
-    found = re.search(r"([\w.]+) is in the way", why)
+    found = re.search(r"([\w.]+) (?:is in the way|stands [\d.]+ m ahead)", why)
     if found is None:
         return
     name, last = found[1], len(trace.steps["index"]) - 1
