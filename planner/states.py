@@ -7,7 +7,7 @@ axle. Arrays are float64 and read-only, time on the last axis.
 
 from dataclasses import dataclass, fields
 from numbers import Real
-from typing import get_args
+from typing import TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,8 @@ from planner.errors import InvalidInputError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+
+State = TypeVar("State", "CartesianState", "FrenetState")
 
 
 def freeze(values: ArrayLike) -> FloatArray:
@@ -73,6 +75,14 @@ class FrenetState:
     l_ddot: float  # [m/s²]
     l_prime: float  # dl/ds [-]
     l_second: float  # d²l/ds² [1/m]
+
+
+def with_floats(state: State) -> State:
+    """Return a state whose numbers are floats: itself, unless one is not."""
+    values = [getattr(state, name) for name in state.__slots__]
+    if all(isinstance(value, float) for value in values):
+        return state
+    return type(state)(*map(float, values))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -87,14 +87,19 @@ class BlockageDetector:
         self._watch(ego, traffic, passed)
         if not self._is_blocked(traffic, stats):
             return None
-        why = stats.reason or (
-            f"{stats.blocker} is in the way"
-            if stats.blocker
-            else f"the planner gives no reason{self._ahead(place, traffic)}"
-        )
         return (
             f"stood {now - self._since:.0f} s at s = {place.s:.1f} m, since "
-            f"t = {self._since:.1f} s: {why}"
+            f"t = {self._since:.1f} s: {self._why(place, traffic, stats)}"
+        )
+
+    def standing(
+        self, place: FrenetState, traffic: TrafficState, stats: PlanStats
+    ) -> str | None:
+        """Say since when the ego stands, and why; None if it moves."""
+        if self._since is None:
+            return None
+        return f"stands since t = {self._since:.1f} s: " + self._why(
+            place, traffic, stats
         )
 
     def _forget(self) -> None:
@@ -145,6 +150,14 @@ class BlockageDetector:
             if line - front <= WAITING_ROOM:
                 return True
         return False
+
+    def _why(self, place: FrenetState, traffic: TrafficState, stats: PlanStats) -> str:
+        """Return the planner's reason; without one, what stands ahead."""
+        if stats.reason:
+            return stats.reason
+        if stats.blocker:
+            return f"{stats.blocker} is in the way"
+        return f"the planner gives no reason{self._ahead(place, traffic)}"
 
     def _ahead(self, place: FrenetState, traffic: TrafficState) -> str:
         """Describe the nearest body that stands before the ego; empty without one."""

@@ -172,3 +172,14 @@ def test_without_a_reason_the_body_that_stands_ahead_is_named():
     assert reason(wall, cars=parked) == "; a stands 2.0 m ahead"
     driving = [("a", 17.8, 0.5, 0.0, 3.0)]
     assert reason(wall, cars=driving) == "; obstacle.0 stands 4.2 m ahead"
+
+
+def test_an_ego_that_stands_when_the_time_is_up_says_since_when():
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none())
+    place = FrenetState(10.0, *(0.0,) * 7)
+    for time, speed in ((0.0, 3.0), (1.0, 0.0), (2.0, 0.0)):
+        ego = CartesianState(10.0, 0.0, 0.0, 0.0, speed, 0.0)
+        detector.update(place, ego, traffic(time), (), PlanStats())
+        said = detector.standing(place, traffic(time), NAMED)
+        expected = "stands since t = 1.0 s: every way ahead is taken"
+        assert said == (None if speed else expected)
