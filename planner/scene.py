@@ -12,6 +12,7 @@ from planner.states import (
     FloatArray,
     FrenetState,
     freeze,
+    with_floats,
 )
 from planner.vehicle import Vehicle
 
@@ -329,3 +330,10 @@ class Scene:
     # whether PlanStats must count what each check removes; else a planner may leave
     # out what cannot change its plan
     full_statistics: bool = False
+
+    def __post_init__(self) -> None:
+        """Store whole numbers as floats: kernels would be compiled anew for them."""
+        object.__setattr__(self, "ego", with_floats(self.ego))
+        object.__setattr__(self, "ego_frenet", with_floats(self.ego_frenet))
+        for name in ("time", "step", "target_speed"):
+            object.__setattr__(self, name, float(getattr(self, name)))

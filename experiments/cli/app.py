@@ -38,7 +38,6 @@ from experiments.cli.user_errors import (
     AllowPlanner,
     TerminatedError,
     end_on_sigterm,
-    names_are_free,
     reader_may_leave,
     report_user_errors,
 )
@@ -69,7 +68,6 @@ def main() -> None:
     end_on_sigterm()
     try:
         with reader_may_leave():
-            names_are_free()
             status = app(prog_name="rearview", standalone_mode=False)
     except _UsageError as error:
         _show_usage_error(error)

@@ -13,6 +13,7 @@ import yaml
 from pydantic import ValidationError
 
 from experiments.config import DEFAULT_PLANNER, Scenario
+from experiments.config.file_kinds import hint_at_sweep
 from experiments.config.network_scenario import is_network_file, network_document
 from experiments.config.planner_modules import require_allowed
 from experiments.config.validation_errors import describe, unknown_name
@@ -55,6 +56,9 @@ def find_scenario(name: str) -> Path:
         return path
     shipped = SCENARIO_FOLDER / f"{name}.yaml"
     if name not in scenario_names():
+        other = hint_at_sweep(name)
+        if other is not None:
+            raise ConfigError(f"{name}: {other}")
         near = path.with_name(f"{name}.yaml") if name else path
         hint = unknown_name(name, scenario_names())
         hint = f"did you mean {near}?" if near.is_file() else f"{hint}, or a .yaml file"
@@ -88,6 +92,9 @@ def load_scenario(
         ConfigError: One line that names the file, the key and what is allowed.
     """
     document = scenario_document(name)
+    other = hint_at_sweep(name, document.data)
+    if other is not None:
+        raise ConfigError(f"{document.name}: {other}")
     if planner is not None:
         _choose_planner(document, planner)
     if seed is not None:

@@ -17,6 +17,7 @@ from experiments.metrics import (
     efficiency,
     followers,
     lane_change,
+    limits,
     safety,
     without_ego,
 )
@@ -314,6 +315,16 @@ _COMFORT = (
         "on the path",
         unit="rad",
         digits=3,
+    ),
+    Metric(
+        column=columns.OVER_LIMITS_STEPS,
+        label="steps over vehicle limits",
+        kind=WHOLE,
+        compute=lambda e: limits.steps_over_limits(e.trace, e.limits),
+        formula="steps in which speed, acceleration, braking (against emergency "
+        "braking), lateral acceleration or curvature is more than 1 % over the limit "
+        "in `ego.vehicle.limits`; null without a step",
+        better=LOWER,
     ),
 )
 _COMPUTATION = (

@@ -10,6 +10,7 @@ from experiments.metrics import without_ego
 from experiments.metrics.columns import Cell
 from experiments.trace.content_check import LARGEST_NUMBER
 from experiments.trace.schema import Table, Trace
+from planner.vehicle import VehicleLimits
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,7 @@ class MeasuredEpisode:
 
     trace: Trace
     vehicles_without_ego: Table | None = None
+    limits: VehicleLimits | None = None  # of the ego, if they are known
 
     @cached_property
     def costs_behind(self) -> list[without_ego.Cost] | None:

@@ -13,20 +13,26 @@ from experiments.metrics.metric import MeasuredEpisode
 from experiments.storage.json_files import read_json, short, short_text
 from experiments.storage.run_files import METRICS as METRICS_FILE
 from experiments.trace.schema import Table, Trace
+from planner.vehicle import VehicleLimits
 
 
-def metric_row(trace: Trace, without_ego: Table | None = None) -> dict[str, Cell]:
+def metric_row(
+    trace: Trace,
+    without_ego: Table | None = None,
+    limits: VehicleLimits | None = None,
+) -> dict[str, Cell]:
     """Compute all metrics of an episode.
 
     Args:
         trace: The recorded episode, with any number of steps.
         without_ego: The vehicles of the same seed without the ego, if that was run.
+        limits: Of the ego, if they are known.
 
     Returns:
         Column name to value, in the order of the results; None where a metric does
         not apply.
     """
-    episode = MeasuredEpisode(trace, without_ego)
+    episode = MeasuredEpisode(trace, without_ego, limits)
     return {
         column: _finite(metric.compute(episode)) for column, metric in METRICS.items()
     }

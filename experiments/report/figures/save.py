@@ -108,22 +108,26 @@ def _title(figure: "Figure", page: Page, run: RunRecord) -> None:
 
 
 def _legend(figure: "Figure", page: Page, run: RunRecord) -> None:
-    """Explain the colours of the moments and the signs."""
+    """Explain the colours of the moments, and the signs that the figure has."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     from experiments.report.figures.time_series import fallback_steps, waiting_steps
+    from experiments.report.figures.top_view import vehicles_shown
 
     handles: list[Any] = [
         Patch(fc=colour, ec="black", lw=palette.THIN, label=_moment_name(run, k))
         for k, colour in enumerate(palette.MOMENTS[: len(run.moments)])
     ]
-    handles += [
-        Patch(fc="white", ec="black", lw=palette.MEDIUM, label="other vehicle"),
-        Line2D([], [], color=palette.CURVE, lw=palette.MEDIUM, label="plan"),
-        Patch(fc=palette.OBSTACLE, label="obstacle"),
-        Line2D([], [], color=palette.ROAD_EDGE, lw=palette.EDGE, label="road edge"),
-    ]
+    if vehicles_shown(run):
+        other = Patch(fc="white", ec="black", lw=palette.MEDIUM, label="other vehicle")
+        handles.append(other)
+    plan = Line2D([], [], color=palette.CURVE, lw=palette.MEDIUM, label="plan")
+    handles.append(plan)
+    if len(run.trace.obstacles["id"]):
+        handles.append(Patch(fc=palette.OBSTACLE, label="obstacle"))
+    edge = Line2D([], [], color=palette.ROAD_EDGE, lw=palette.EDGE, label="road edge")
+    handles.append(edge)
     if waiting_steps(run).any():
         handles.append(Patch(fc=palette.WAITING, label="stop line closed"))
     if fallback_steps(run).any():
