@@ -54,6 +54,7 @@ def _planning_times() -> tuple[Metric, ...]:
             in_terminal=percentile in _SHOWN_PERCENTILES,
             compared=percentile in _SHOWN_PERCENTILES and clock is PlanningClock.CPU,
             timing=True,
+            of_planner=True,
         )
         for clock, name, words in (
             (
@@ -277,6 +278,7 @@ _COMFORT = (
         better=LOWER,
         in_terminal=True,
         compared=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.MAX_ACCELERATION,
@@ -298,6 +300,7 @@ _COMFORT = (
         digits=2,
         better=LOWER,
         in_terminal=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.MAX_CURVATURE,
@@ -306,6 +309,7 @@ _COMFORT = (
         formula="max |κ| of the driven path",
         unit="1/m",
         digits=4,
+        of_planner=True,
     ),
     Metric(
         column=columns.MAX_HEADING,
@@ -315,6 +319,7 @@ _COMFORT = (
         "on the path",
         unit="rad",
         digits=3,
+        of_planner=True,
     ),
     Metric(
         column=columns.OVER_LIMITS_STEPS,
@@ -335,6 +340,7 @@ _COMPUTATION = (
         formula="planning cycles without a fresh plan",
         better=LOWER,
         in_terminal=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.CANDIDATES_MEAN,
@@ -342,6 +348,7 @@ _COMPUTATION = (
         compute=lambda e: computation.mean_count(e.trace, "candidates"),
         formula="mean number of candidates over planning cycles; null without cycles",
         in_terminal=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.FEASIBLE_MEAN,
@@ -350,6 +357,7 @@ _COMPUTATION = (
         formula="mean number of feasible candidates over planning cycles; null without "
         "cycles, or if the planner was not asked to count them",
         in_terminal=True,
+        of_planner=True,
     ),
     *_planning_times(),
     Metric(
@@ -360,6 +368,7 @@ _COMPUTATION = (
         "the step",
         better=LOWER,
         timing=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.STEPS_PER_SECOND,
@@ -407,6 +416,7 @@ _LANE_CHANGE = (
         "stays within 0.1 m for 2 s; null without one",
         unit="s",
         digits=1,
+        of_planner=True,
     ),
     Metric(
         column=columns.LANE_CHANGE_DONE,
@@ -415,6 +425,7 @@ _LANE_CHANGE = (
         formula="time from entry to the end of that lane change; null without one",
         unit="s",
         digits=1,
+        of_planner=True,
     ),
     Metric(
         column=columns.BEFORE_BLOCKAGE,

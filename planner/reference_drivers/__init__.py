@@ -6,6 +6,9 @@ Sensitive Safety, and the fuzzy safety model. They only brake. Each is a frozen
 dataclass of its parameters with pure functions; arrays hold one number a conflict, so
 that a whole grid of conflicts is judged at once. As planners they drive in any scene.
 
+Apart from these, IDM with MOBIL (`idm_mobil`) drives as people usually do in traffic,
+lane changes included: a baseline for planners.
+
 Details that the papers leave open are those of the published implementation [JRC]: the
 delay counts down by whole steps of danger and once only, so that 0.75 s last eight
 steps of 0.1 s; between two dangers the speed is held and the brake keeps its level; a
@@ -31,6 +34,7 @@ from planner.reference_drivers.braking_planner import BrakingPlanner
 from planner.reference_drivers.careful_human import CarefulHuman
 from planner.reference_drivers.driver import DriverState, ReferenceDriver
 from planner.reference_drivers.fuzzy_safety import FuzzySafety
+from planner.reference_drivers.idm_mobil import IdmMobilPlanner, IdmMobilSettings
 from planner.reference_drivers.regulation_157 import Regulation157
 from planner.reference_drivers.rss import ResponsibilitySensitiveSafety
 from planner.reference_drivers.situation import ConflictState
@@ -41,6 +45,8 @@ __all__ = [
     "ConflictState",
     "DriverState",
     "FuzzySafety",
+    "IdmMobilPlanner",
+    "IdmMobilSettings",
     "ReferenceDriver",
     "Regulation157",
     "ResponsibilitySensitiveSafety",
