@@ -5,15 +5,18 @@ from pathlib import Path
 
 from experiments.config import Scenario
 from experiments.cosim.kinematic_world import KinematicWorld, ScriptedVehicle
-from experiments.cosim.sumo.settings import SumoSettings
+from experiments.cosim.sumo.settings import BEGIN, SumoSettings
 from experiments.cosim.sumo.sumo_driver import SumoDriverWorld
 from experiments.cosim.sumo.without_ego import WithoutEgoWorld
 from experiments.cosim.sumo.world import SumoWorld
 from experiments.cosim.world import World
 from experiments.world_setup.conflict import conflict_world
+from experiments.world_setup.demand_files import checked_demand, taken_vehicle
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import TRAFFIC_FILE, slow_leader, write_traffic
 from sumo_nets.catalogue import Network
+from sumo_nets.errors import NetworkError
+from sumo_nets.net_reader import read_net
 
 SUMO_DRIVER = "sumo"  # the planner that is SUMO's own driver
 
@@ -90,6 +93,15 @@ def _sumo_settings(
 ) -> SumoSettings:
     """Collect the settings of the SUMO world."""
     simulation = scenario.simulation
+    demand = checked_demand(scenario, network.net_file)
+    begin = BEGIN if demand is None else demand.begin
+    try:
+        taken = taken_vehicle(scenario, read_net(network.net_file))
+    except NetworkError as error:
+        raise scenario.error(("network", "vehicle"), str(error)) from error
+    warm_up = simulation.warmup_s
+    if taken is not None:
+        warm_up = max(taken.depart - begin - simulation.step_s, 0.0)
     return SumoSettings(
         net_file=network.net_file,
         route_file=route_file,
@@ -99,5 +111,8 @@ def _sumo_settings(
         leader=slow_leader(scenario.traffic),
         step=simulation.step_s,
         seed=simulation.seed,
-        warm_up=simulation.warmup_s,
+        warm_up=warm_up,
+        demand=demand,
+        begin=begin,
+        taken=None if taken is None else taken.id,
     )
