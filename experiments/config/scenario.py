@@ -2,7 +2,15 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, PrivateAttr, model_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PrivateAttr,
+    Tag,
+    model_validator,
+)
 
 from experiments.config.base import Strict, as_section, mismatch
 from experiments.config.conflict import N_LANES, STEP_S, Conflict
@@ -15,11 +23,22 @@ from experiments.config.obstacles import (
     read_obstacles,
 )
 from experiments.config.road import KinematicRoad, NetworkConfig
-from experiments.config.traffic import ScriptedVehicleConfig, Traffic, read_traffic
+from experiments.config.traffic import (
+    ScriptedVehicleConfig,
+    SumoTraffic,
+    Traffic,
+    read_traffic,
+    traffic_kind,
+)
 from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
 
 DEFAULT_PLANNER = "cruise"
+
+AnyTraffic = Annotated[
+    Annotated[Traffic, Tag("flows")] | Annotated[SumoTraffic, Tag("files")],
+    Discriminator(traffic_kind),
+]
 
 
 class PlannerChoice(Strict):
@@ -98,8 +117,10 @@ class Scenario(Strict):
         ),
     ] = ObstaclesConfig()
     traffic: Annotated[
-        Traffic | None,
-        BeforeValidator(read_traffic, json_schema_input_type=Literal["none"] | Traffic),
+        AnyTraffic | None,
+        BeforeValidator(
+            read_traffic, json_schema_input_type=Literal["none"] | AnyTraffic
+        ),
     ] = Field(default=None, description="world sumo")
     vehicles: tuple[ScriptedVehicleConfig, ...] = Field(
         default=(), description="world kinematic"
@@ -130,6 +151,10 @@ class Scenario(Strict):
         if not sumo and self.obstacles.closure is not None:
             problem = "is of SUMO's traffic; allowed in world kinematic: a list"
             raise mismatch("obstacles.closure", problem)
+        vehicle = self.network is not None and self.network.vehicle is not None
+        if vehicle and not isinstance(self.traffic, SumoTraffic):
+            problem = "is of a route file; allowed with traffic.sumocfg or route_files"
+            raise mismatch("network.vehicle", problem)
         if not sumo and self.simulation.without_ego:
             problem = "is for world sumo, where vehicles react; allowed: false"
             raise mismatch("simulation.without_ego", problem)

@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from experiments.config import Scenario
+from experiments.config import Scenario, SumoTraffic
 from experiments.world_setup.closures import check_closure, closure_of
 from experiments.world_setup.ego_vehicle import ego_task
 from experiments.world_setup.obstacles import (
@@ -65,8 +65,10 @@ def make_layout(scenario: Scenario) -> Layout:
 
 def _road_source(scenario: Scenario) -> _Source:
     """Return what the road is made from: sections and the state of the file."""
-    keys = ("world", "network", "road", "ego")
+    keys = ["world", "network", "road", "ego"]
     resolved = scenario.resolved()
+    if isinstance(scenario.traffic, SumoTraffic):  # may hold the ego's route
+        keys.append("traffic")
     parts: list[Any] = [resolved.get(key) for key in keys]
     network = scenario.network
     if network is not None:

@@ -15,17 +15,20 @@ from experiments.config.self_driven import (
 )
 from experiments.cosim.kinematic_world import KinematicWorld, ScriptedVehicle
 from experiments.cosim.sumo.driver_settings import SumoDriverSettings
-from experiments.cosim.sumo.settings import SumoSettings
+from experiments.cosim.sumo.settings import BEGIN, SumoSettings
 from experiments.cosim.sumo.sumo_driver import SumoDriverWorld
 from experiments.cosim.sumo.without_ego import WithoutEgoWorld
 from experiments.cosim.sumo.world import SumoWorld
 from experiments.cosim.world import World
 from experiments.world_setup.closures import closed_lanes
 from experiments.world_setup.conflict import conflict_world
+from experiments.world_setup.demand_files import checked_demand, taken_vehicle
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import TRAFFIC_FILE, slow_leader, write_traffic
 from experiments.world_setup.tuned_driver import tuned_driver
 from sumo_nets.catalogue import Network
+from sumo_nets.errors import NetworkError
+from sumo_nets.net_reader import read_net
 
 # SUMO's own driver by the name of its planner; scenarios lay their settings over it.
 SUMO_DRIVERS: Mapping[str, SumoDriverSettings] = MappingProxyType(
@@ -119,6 +122,15 @@ def _sumo_settings(
     simulation = scenario.simulation
     driver = sumo_driver(scenario)
     told = driver is not None and driver.told
+    demand = checked_demand(scenario, network.net_file)
+    begin = BEGIN if demand is None else demand.begin
+    try:
+        taken = taken_vehicle(scenario, read_net(network.net_file))
+    except NetworkError as error:
+        raise scenario.error(("network", "vehicle"), str(error)) from error
+    warm_up = simulation.warmup_s
+    if taken is not None:
+        warm_up = max(taken.depart - begin - simulation.step_s, 0.0)
     return SumoSettings(
         net_file=network.net_file,
         route_file=route_file,
@@ -132,5 +144,8 @@ def _sumo_settings(
         lane_change_guard=simulation.lane_change_guard,
         step=simulation.step_s,
         seed=simulation.seed,
-        warm_up=simulation.warmup_s,
+        warm_up=warm_up,
+        demand=demand,
+        begin=begin,
+        taken=None if taken is None else taken.id,
     )
