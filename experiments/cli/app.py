@@ -21,7 +21,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from experiments.cli import (
+    compare_runs_command,
     compile_command,
+    events_command,
     r157_command,
     replan_command,
     report_commands,
@@ -203,9 +205,11 @@ def list_() -> None:
 
 
 report_commands.add_to(app)
+events_command.add_to(app)
 replan_command.add_to(app)
 sweep_commands.add_to(app)
 results_commands.add_to(app)
+compare_runs_command.add_to(app)
 r157_command.add_to(app)
 thesis_command.add_to(app)
 compile_command.add_to(app)
