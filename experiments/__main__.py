@@ -1,6 +1,6 @@
 """`python -m experiments` is `rearview`."""
 
-from experiments.cli.app import main
+from rearview_command import main
 
 if __name__ == "__main__":
     main()

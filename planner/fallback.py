@@ -1,7 +1,8 @@
-"""The trajectory of a cycle that finds none: three fallbacks in order.
+"""The trajectory of a cycle that finds none: fallbacks in order.
 
 The last plan shifted by one step; a full stop within the limits on its path; emergency
-braking on the path, even if it is blocked.
+braking on the path; an evasion within the lane. If none of them is free, the one with
+the least impact.
 """
 
 import math
@@ -9,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from planner.contact_check import Contact
 from planner.errors import OutsidePathDomainError
 from planner.interface import PlanStatus
 from planner.numerics import polynomials
@@ -20,14 +22,25 @@ SAME_PLACE = 0.05  # the ego may be this far from where the last plan has it [m]
 SAME_SPEED = 0.1  # [m/s]
 SAME_TIME = 1e-9  # [s]
 MIN_PATH_LENGTH = 10.0  # over which a stopping path settles on its offset [m]
+HARD_GAP = 0.05  # least distance to a body that a fallback may leave [m]
+EASY_GAP = 0.3  # and that an evasion leaves where it can [m]
+HOLD_TIME = 2.0  # for which an evasion holds the speed before it brakes [s]
+EVASION_TIME = 1.2  # in which an evasion reaches its offset [s]
+LINE_GAP = 0.05  # that an evading body keeps from the lines of its lane [m]
 # of a trajectory, in their order, without the time; those of the place come last
 STATE_COLUMNS = ("x", "y", "heading", "curvature", "speed", "acceleration", "s", "l")
 
 Blocker = Callable[[Trajectory], str | None]
+# the first contact of a trajectory with a margin around the ego [m], None if free
+ContactCheck = Callable[[Trajectory, float], Contact | None]
 
 
 def fallback(
-    scene: Scene, last: Trajectory | None, blocker: Blocker, horizon: float
+    scene: Scene,
+    last: Trajectory | None,
+    blocker: Blocker,
+    horizon: float,
+    contact: ContactCheck | None = None,
 ) -> tuple[PlanStatus, Trajectory]:
     """Return the first fallback that is free.
 
@@ -36,9 +49,12 @@ def fallback(
         last: The trajectory driven in the last cycle.
         blocker: Returns the id of what a trajectory would hit or cross, or None.
         horizon: Length of the stopping trajectories [s].
+        contact: Returns the first contact of a trajectory. Without it emergency braking
+            is never rejected.
 
     Returns:
-        Its status and trajectory; emergency braking is never rejected.
+        Its status and trajectory. Where nothing is free, the one that hits at the
+        lowest relative speed, and of these the one that does so last.
     """
     if last is not None:
         shifted = shifted_plan(scene, last)
@@ -50,14 +66,45 @@ def fallback(
         if stop is not None and blocker(stop) is None:
             return PlanStatus.FULL_STOP, stop
     deceleration = limits.emergency_deceleration
-    for offset in _stopping_offsets(scene, last):
-        stop = stopping_trajectory(scene, offset, deceleration, horizon)
-        if stop is not None:
+    braking = [
+        stop
+        for offset in _stopping_offsets(scene, last)
+        if (stop := stopping_trajectory(scene, offset, deceleration, horizon))
+    ]
+    if not braking:
+        braking = [braking_on_arc(scene.ego, deceleration, scene.step, horizon)]
+    if contact is None:
+        return PlanStatus.EMERGENCY_BRAKING, braking[0]
+    for stop in braking:
+        if contact(stop, HARD_GAP) is None:
             return PlanStatus.EMERGENCY_BRAKING, stop
-    return (
-        PlanStatus.EMERGENCY_BRAKING,
-        braking_on_arc(scene.ego, deceleration, scene.step, horizon),
-    )
+    return _least_harm(scene, braking, contact, horizon)
+
+
+def _least_harm(
+    scene: Scene, braking: list[Trajectory], contact: ContactCheck, horizon: float
+) -> tuple[PlanStatus, Trajectory]:
+    """Return the first evasion that is free, else what hits at the lowest speed.
+
+    Args:
+        scene: Of this cycle.
+        braking: Emergency braking, which is not free.
+        contact: Returns the first contact of a trajectory.
+        horizon: Of the trajectories [s].
+    """
+    evading = evasions(scene, horizon)
+    for margin in (EASY_GAP, HARD_GAP):
+        for trajectory in evading:
+            if contact(trajectory, margin) is None:
+                return PlanStatus.EVASION, trajectory
+    ways = [(PlanStatus.EMERGENCY_BRAKING, stop) for stop in braking]
+    ways += [(PlanStatus.EVASION, trajectory) for trajectory in evading]
+
+    def harm(way: tuple[PlanStatus, Trajectory]) -> tuple[float, float]:
+        hit = contact(way[1], 0.0)
+        return (0.0, 0.0) if hit is None else (hit.closing_speed, -hit.time)
+
+    return min(ways, key=harm)
 
 
 def shifted_plan(scene: Scene, last: Trajectory) -> Trajectory | None:
@@ -96,16 +143,41 @@ def stopping_trajectory(
     Returns:
         The trajectory; None where the Frenet frame does not reach.
     """
-    ego = scene.ego_frenet
+    length = max(MIN_PATH_LENGTH, 2.0 * max(scene.ego_frenet.s_dot, 0.0))
+    return _motion_along(scene, offset, (0.0, deceleration), length, horizon)
+
+
+def _motion_along(
+    scene: Scene,
+    offset: float,
+    braking: tuple[float, float],
+    length: float,
+    horizon: float,
+) -> Trajectory | None:
+    """Hold the speed, then brake evenly to a stand, settling on an offset.
+
+    Args:
+        scene: Of this cycle.
+        offset: Lateral offset that the path settles on [m].
+        braking: When it begins [s], and the deceleration along the path [m/s²].
+        length: Of the path up to where it has settled [m].
+        horizon: Length of the trajectory [s].
+
+    Returns:
+        The trajectory; None where the Frenet frame does not reach.
+    """
+    ego, (hold, deceleration) = scene.ego_frenet, braking
     t = scene.step * np.arange(round(horizon / scene.step) + 1, dtype=np.float64)
     speed = max(scene.ego.speed, 1e-6)
-    rate = deceleration * max(ego.s_dot, 0.0) / speed  # the same share of both speeds
-    stop_time = max(ego.s_dot, 0.0) / rate if rate > 0.0 else 0.0
+    start = max(ego.s_dot, 0.0)
+    rate = deceleration * start / speed  # the same share of both speeds
+    stop_time = hold + start / rate if rate > 0.0 else 0.0
     moving = np.minimum(t, stop_time)
-    s_dot = np.maximum(ego.s_dot - rate * t, 0.0)
-    s = ego.s + ego.s_dot * moving - 0.5 * rate * moving**2
-    s_ddot = np.where(t < stop_time, -rate, 0.0)
-    l, l_prime, l_second = _settling_path(scene, offset, s - ego.s)
+    braked = np.maximum(moving - hold, 0.0)
+    s_dot = np.maximum(ego.s_dot - rate * np.maximum(t - hold, 0.0), 0.0)
+    s = ego.s + ego.s_dot * moving - 0.5 * rate * braked**2
+    s_ddot = np.where((t >= hold) & (t < stop_time), -rate, 0.0)
+    l, l_prime, l_second = _settling_path(scene, offset, length, s - ego.s)
     states = FrenetStates(
         s,
         s_dot,
@@ -157,6 +229,67 @@ def braking_on_arc(
     )
 
 
+def evasions(scene: Scene, horizon: float) -> list[Trajectory]:
+    """Return manoeuvres that stay in the lane, the mildest first.
+
+    The speed is held for `HOLD_TIME`, or braked down within the limits, or with the
+    emergency deceleration; the ego stays at its offset or moves to where its body is
+    nearer to, or at, either line of its lane. Speed is not held towards a closed stop
+    line or the end of the path.
+
+    Args:
+        scene: Of this cycle.
+        horizon: Of the trajectories [s].
+    """
+    limits, ego = scene.vehicle.limits, scene.ego_frenet
+    front = ego.s + scene.vehicle.front_reach
+    held = ego.s_dot * HOLD_TIME + ego.s_dot**2 / (2.0 * limits.max_deceleration)
+    lines = [line for line in scene.stop_lines if line > front]
+    may_hold = front + held < min(lines, default=scene.path.length)
+    speeds = [(HOLD_TIME, limits.max_deceleration)] if may_hold else []
+    speeds += [(0.0, limits.max_deceleration), (0.0, limits.emergency_deceleration)]
+    length = max(MIN_PATH_LENGTH, EVASION_TIME * max(ego.s_dot, 0.0))
+    found = []
+    for offset in _offsets_in_lane(scene):
+        for hold, deceleration in speeds:
+            way = _motion_along(scene, offset, (hold, deceleration), length, horizon)
+            if way is not None and _is_drivable(scene, way):
+                found.append(way)
+    return found
+
+
+def _is_drivable(scene: Scene, trajectory: Trajectory) -> bool:
+    """Check the limits of curvature and of lateral acceleration."""
+    limits, curvature = scene.vehicle.limits, np.abs(trajectory.curvature)
+    lateral = curvature * trajectory.speed**2
+    start = abs(scene.ego.curvature)  # what is driven now is allowed
+    sharpest = max(limits.max_curvature, start)
+    hardest = max(limits.max_lateral_acceleration, start * scene.ego.speed**2)
+    return bool(curvature.max() <= sharpest + 1e-9 and lateral.max() <= hardest + 1e-9)
+
+
+def _offsets_in_lane(scene: Scene) -> tuple[float, ...]:
+    """Return the present offset and those nearer to the lines of the ego's lane."""
+    ego, half = scene.ego_frenet, 0.5 * scene.vehicle.width
+    ahead = np.array([ego.s, ego.s + MIN_PATH_LENGTH + EVASION_TIME * ego.s_dot])
+    left, right = scene.road.at(ahead)
+    high, low = float(left.min()), float(right.max())
+    lanes = scene.lanes
+    for s in ahead.tolist() if lanes.centre.shape[0] else ():
+        centres, widths = lanes.at(s)
+        there = np.where(widths > 0.0, np.abs(centres - ego.l), np.inf)
+        lane = int(np.argmin(there))
+        high = min(high, float(centres[lane] + 0.5 * widths[lane]))
+        low = max(low, float(centres[lane] - 0.5 * widths[lane]))
+    ends = (high - half - LINE_GAP, low + half + LINE_GAP)
+    offsets = [ego.l]
+    if ends[0] > ends[1]:
+        offsets += [
+            ego.l + share * (end - ego.l) for share in (0.5, 1.0) for end in ends
+        ]
+    return tuple(offset for offset in offsets if math.isfinite(offset))
+
+
 def _stopping_offsets(scene: Scene, last: Trajectory | None) -> tuple[float, ...]:
     """Return offsets that a stopping path may settle on, in order of preference."""
     here = scene.ego_frenet
@@ -167,11 +300,10 @@ def _stopping_offsets(scene: Scene, last: Trajectory | None) -> tuple[float, ...
 
 
 def _settling_path(
-    scene: Scene, offset: float, driven: FloatArray
+    scene: Scene, offset: float, length: float, driven: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return (l, l', l'') of a quintic over s, parallel to the path at `offset`."""
     ego = scene.ego_frenet
-    length = max(MIN_PATH_LENGTH, 2.0 * max(ego.s_dot, 0.0))
     start = (ego.l, ego.l_prime, ego.l_second)
     c = polynomials.quintic(start, (offset, 0.0, 0.0), length)
     inside = np.minimum(driven, length)

@@ -16,6 +16,7 @@ class PlanStatus(StrEnum):
     LAST_PLAN_SHIFTED = "last_plan_shifted"
     FULL_STOP = "full_stop"
     EMERGENCY_BRAKING = "emergency_braking"
+    EVASION = "evasion"
     INVALID_SCENE = "invalid_scene"
 
 

@@ -6,13 +6,14 @@ import numpy as np
 
 from planner.errors import InvalidInputError
 from planner.reference_path.path import ReferencePath
-from planner.right_of_way.records import Conflict, Crossing
+from planner.right_of_way.records import Foe, JunctionAhead
 from planner.states import (
     BoolArray,
     CartesianState,
     FloatArray,
     FrenetState,
     freeze,
+    with_floats,
 )
 from planner.vehicle import Vehicle
 
@@ -329,8 +330,15 @@ class Scene:
     speed_limits: SpeedLimits = field(default_factory=SpeedLimits.none)
     # junctions near the ego, and who is on the way over them; the stop lines hold what
     # follows from them for a driver who keeps to the rules
-    crossings: tuple[Crossing, ...] = ()
-    conflicts: tuple[Conflict, ...] = ()  # their `crossing` is a place in `crossings`
+    junctions: tuple[JunctionAhead, ...] = ()
+    foes: tuple[Foe, ...] = ()  # their `junction` is a place in `junctions`
     # whether PlanStats must count what each check removes; else a planner may leave
     # out what cannot change its plan
     full_statistics: bool = False
+
+    def __post_init__(self) -> None:
+        """Store whole numbers as floats: kernels would be compiled anew for them."""
+        object.__setattr__(self, "ego", with_floats(self.ego))
+        object.__setattr__(self, "ego_frenet", with_floats(self.ego_frenet))
+        for name in ("time", "step", "target_speed"):
+            object.__setattr__(self, name, float(getattr(self, name)))

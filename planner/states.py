@@ -5,7 +5,9 @@ positive to the left of the reference path. The ego's point is the centre of its
 axle. Arrays are float64 and read-only, time on the last axis.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from numbers import Real
+from typing import TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,12 +18,37 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+State = TypeVar("State", "CartesianState", "FrenetState")
+
 
 def freeze(values: ArrayLike) -> FloatArray:
     """Copy `values` into a read-only float64 array."""
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
+
+
+def store_floats(record: object) -> None:
+    """Turn the whole numbers in a dataclass's fields of type float into floats.
+
+    A kernel is compiled once more, for minutes, if an int comes where it was a float.
+
+    Args:
+        record: Frozen; called from its `__post_init__`.
+    """
+    for field in fields(record):  # type: ignore[arg-type]
+        if float not in (field.type, *get_args(field.type)):
+            continue
+        value = getattr(record, field.name)
+        stored = tuple(map(_as_float, value)) if isinstance(value, tuple) else value
+        object.__setattr__(record, field.name, _as_float(stored))
+
+
+def _as_float(value: object) -> object:
+    """Return a number as a float, anything else as it is."""
+    if isinstance(value, bool):
+        return value
+    return float(value) if isinstance(value, Real) else value
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +75,14 @@ class FrenetState:
     l_ddot: float  # [m/s²]
     l_prime: float  # dl/ds [-]
     l_second: float  # d²l/ds² [1/m]
+
+
+def with_floats(state: State) -> State:
+    """Return a state whose numbers are floats: itself, unless one is not."""
+    values = [getattr(state, name) for name in state.__slots__]
+    if all(isinstance(value, float) for value in values):
+        return state
+    return type(state)(*map(float, values))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, fields
 
 from planner.errors import InvalidInputError
-from planner.states import CartesianState
+from planner.states import CartesianState, store_floats
 
 
 class VehicleError(InvalidInputError):
@@ -38,6 +38,7 @@ class VehicleLimits:
 
     def __post_init__(self) -> None:
         """Raise unless the limits are positive, finite and consistent."""
+        store_floats(self)
         _require_positive(self)
         if self.emergency_deceleration < self.max_deceleration:
             raise VehicleError(
@@ -63,6 +64,7 @@ class Vehicle:
 
     def __post_init__(self) -> None:
         """Raise unless the dimensions make a vehicle."""
+        store_floats(self)
         _require_positive(self)
         room = self.length - self.rear_overhang
         if self.wheelbase > room:

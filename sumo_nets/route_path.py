@@ -65,6 +65,7 @@ class LaneSpan:
     left: float  # [m]
     right: float  # [m]
     moved: float = 0.0  # `left` at the begin, where the lane is another one, less it
+    onward: tuple[bool, ...] = ()  # lanes, right to left, that go on beside the route's
 
     def edges_at(self, left: float) -> FloatArray:
         """Return the edges of all lanes where the carriageway's left edge is `left`.
@@ -137,6 +138,10 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
     if line.ends[-1] <= 0.0:
         raise NetworkError(f"{path}: route {' '.join(route)} has no length")
     ends = pairwise((0.0, *line.ends))
+    edges = [k for k, piece in enumerate(pieces) if not piece.name.startswith(":")]
+    onward = {k: _onward(use) for k, use in zip(edges, uses, strict=True)}
+    if net.left_hand:  # lane 0 is the leftmost
+        onward = {k: lanes[::-1] for k, lanes in onward.items()}
     spans = tuple(
         LaneSpan(
             piece.name,
@@ -147,8 +152,11 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
             float(piece.left[-1]),
             float(piece.right[-1]),
             float(piece.left[0] - piece.left[-1]),
+            onward.get(number, ()),
         )
-        for piece, (begin, end), limit in zip(pieces, ends, limits, strict=True)
+        for number, (piece, (begin, end), limit) in enumerate(
+            zip(pieces, ends, limits, strict=True)
+        )
     )
     columns = (line.points, line.s, line.left, line.right)
     for column in columns:
@@ -225,22 +233,48 @@ def _carriageway(
 ) -> tuple[float, float, tuple[float, ...]]:
     """Measure the road about a lane: left edge, right edge, lines between [m]."""
     own = lane.index
-    widths = {item.index: item.width for item in lane.edge.drivable_lanes}
-    inner, kerb = 0.5 * widths[own], -0.5 * widths[own]
+    beside = _beside(lane)
+    inner, kerb = 0.5 * lane.width, -0.5 * lane.width
     edges = [kerb, inner]
-    index = own + 1
-    while index in widths:
-        inner += widths[index]
-        edges.append(inner)
-        index += 1
-    index = own - 1
-    while index in widths:
-        kerb -= widths[index]
-        edges.append(kerb)
-        index -= 1
+    for other in beside:
+        if other.index > own:
+            inner += other.width
+            edges.append(inner)
+    for other in reversed(beside):
+        if other.index < own:
+            kerb -= other.width
+            edges.append(kerb)
     if left_hand:  # lane 0 is the leftmost
         inner, kerb, edges = -kerb, -inner, [-edge for edge in edges]
     return inner, kerb, tuple(sorted(edges)[1:-1])
+
+
+def _beside(lane: NetLane) -> list[NetLane]:
+    """List the lanes for cars about a lane, itself included, up to the first gap."""
+    lanes = {item.index: item for item in lane.edge.drivable_lanes}
+    first = last = lane.index
+    while first - 1 in lanes:
+        first -= 1
+    while last + 1 in lanes:
+        last += 1
+    return [lanes[index] for index in range(first, last + 1)]
+
+
+def _onward(use: LaneUse) -> tuple[bool, ...]:
+    """Tell which lanes lead over the junction beside the route's, by index."""
+    beside, link = _beside(use.left), use.link
+    if link is None:
+        return (True,) * len(beside)
+    aside = link.target.index - link.source.index
+    return tuple(
+        any(
+            other.target.edge is link.target.edge
+            and other.target.index == lane.index + aside
+            and other.target.drivable
+            for other in lane.links
+        )
+        for lane in beside
+    )
 
 
 def _shape(lane: NetLane) -> FloatArray:

@@ -26,3 +26,6 @@ def pytest_addoption(parser):
     parser.addoption(
         "--mutations", type=int, default=400, help="damaged inputs for the readers"
     )
+    parser.addoption(
+        "--episodes", type=int, default=10, help="episodes of the random campaign"
+    )

@@ -21,7 +21,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from experiments.cli import (
+    compare_runs_command,
     compile_command,
+    events_command,
     r157_command,
     replan_command,
     report_commands,
@@ -38,7 +40,6 @@ from experiments.cli.user_errors import (
     AllowPlanner,
     TerminatedError,
     end_on_sigterm,
-    names_are_free,
     reader_may_leave,
     report_user_errors,
 )
@@ -69,7 +70,6 @@ def main() -> None:
     end_on_sigterm()
     try:
         with reader_may_leave():
-            names_are_free()
             status = app(prog_name="rearview", standalone_mode=False)
     except _UsageError as error:
         _show_usage_error(error)
@@ -205,9 +205,11 @@ def list_() -> None:
 
 
 report_commands.add_to(app)
+events_command.add_to(app)
 replan_command.add_to(app)
 sweep_commands.add_to(app)
 results_commands.add_to(app)
+compare_runs_command.add_to(app)
 r157_command.add_to(app)
 thesis_command.add_to(app)
 compile_command.add_to(app)

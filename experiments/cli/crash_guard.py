@@ -1,14 +1,17 @@
 """Runs an episode in a child process and reports its crashes.
 
 SUMO runs inside the process and can take it down. The episode therefore runs in a
-forked child, before anything heavy is loaded; the parent sees how it ended.
+forked process, before anything heavy is loaded; its ancestors see how it ended.
 """
 
 import os
 import signal
+import struct
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from time import monotonic, sleep
+from typing import NoReturn
 
 import typer
 
@@ -29,14 +32,19 @@ from experiments.processes.tree import (
 NOTICE_AFTER = 1.0  # the step still runs after Ctrl-C: tell the user [s]
 TERMINATION_GRACE = 5.0  # between SIGTERM and SIGKILL [s]
 
+_PROCESS = struct.Struct("!q")  # a process id
+
 
 def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> int:
-    """Run `episode` in a child process.
+    """Run `episode` in a process of its own.
+
+    It is a grandchild. The child between survives whatever the episode does, and ends
+    all that the episode has started if this process is killed.
 
     Args:
         episode: Gives an exit status.
-        crashed: Called with the child's process id and words on its death if it died
-            before the episode ended; gives the exit status then.
+        crashed: Called with the id of the episode's process and words on its death if
+            it died before the episode ended; gives the exit status then.
 
     Returns:
         The exit status.
@@ -51,29 +59,67 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
-        end_with_parent(parent)
-        status = _status(episode)
-        os.write(writing, b"ended")
-        os._exit(status)
+        os.close(reading)
+        _supervise(parent, episode, writing)
     os.close(writing)
     try:
         return _outcome(child, reading, crashed)
     finally:  # what a planner has started does not outlive its episode
         kill_all(lambda: children(parent) - before)
+        os.close(reading)
+
+
+def _supervise(parent: int, episode: Callable[[], int], writing: int) -> NoReturn:
+    """Run the episode in a child, and end as it ends."""
+    adopt_orphans()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the episode gets it too
+    own = os.getpid()
+    process = os.fork()
+    if process == 0:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        end_with_parent(own)
+        os.write(writing, _PROCESS.pack(os.getpid()))
+        status = _status(episode)
+        os.write(writing, b"ended")
+        os._exit(status)
+    os.close(writing)
+
+    def on_sigterm(*_: object) -> None:
+        if os.getppid() != parent:  # it was killed
+            kill_all(lambda: children(own))
+            os._exit(TERMINATED)
+        with suppress(ProcessLookupError):
+            os.kill(process, signal.SIGTERM)
+
+    signal.signal(signal.SIGTERM, on_sigterm)
+    end_with_parent(parent, signal.SIGTERM)
+    _, state = os.waitpid(process, 0)
+    if os.WIFSIGNALED(state):
+        number = os.WTERMSIG(state)
+        with suppress(OSError):  # SIGKILL has no handler
+            signal.signal(number, signal.SIG_DFL)
+        os.kill(own, number)
+    os._exit(os.waitstatus_to_exitcode(state) % 256)
 
 
 def _outcome(child: int, reading: int, crashed: Callable[[int, str], int]) -> int:
     """Wait for the child and return the exit status."""
+
+    def died(_: int, death: str) -> int:
+        process, _ended = _heard(reading)
+        return crashed(process or child, death)
+
     try:
         _, state = os.waitpid(child, 0)
     except TerminatedError:  # possibly sent to the parent only
-        _stop(child, crashed)
+        _stop(child, died)
         return TERMINATED
-    except KeyboardInterrupt:  # from the terminal, which sends it to both
-        _wait_for_the_step(child, crashed)
+    except KeyboardInterrupt:  # from the terminal, which sends it to all
+        _wait_for_the_step(child, died)
         return INTERRUPTED
-    death = _death(state, ended=_was_written(reading))
-    return os.WEXITSTATUS(state) if death is None else crashed(child, death)
+    process, ended = _heard(reading)
+    death = _death(state, ended=ended)
+    return os.WEXITSTATUS(state) if death is None else crashed(process or child, death)
 
 
 def _wait_for_the_step(child: int, crashed: Callable[[int, str], int]) -> None:
@@ -117,15 +163,20 @@ def _death(state: int, *, ended: bool) -> str | None:
     return None
 
 
-def _was_written(reading: int) -> bool:
-    """Check whether a pipe holds data; a grandchild may keep it open."""
+def _heard(reading: int) -> tuple[int | None, bool]:
+    """Read what the episode wrote: its process, and whether it came to its end.
+
+    A process that the planner started may keep the pipe open.
+    """
     os.set_blocking(reading, False)
     try:
-        return bool(os.read(reading, 1))
+        words = os.read(reading, 100)
     except BlockingIOError:
-        return False
-    finally:
-        os.close(reading)
+        return None, False
+    size = _PROCESS.size
+    if len(words) < size:
+        return None, False
+    return _PROCESS.unpack(words[:size])[0], len(words) > size
 
 
 def _status(episode: Callable[[], int]) -> int:

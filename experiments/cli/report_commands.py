@@ -1,6 +1,7 @@
 """`rearview report | figure | video`: pages, figures and films of runs and sweeps."""
 
 import sys
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,15 @@ from experiments.errors import ConfigError
 
 PAGE_SUFFIXES = (".html", ".htm")
 _FOLDER_HELP = "Folder of a run or a sweep.  [newest run in runs]"
+
+
+class MetricKind(StrEnum):
+    """How one metric of a sweep is drawn."""
+
+    MEANS = "means"
+    PAIRS = "pairs"
+    ECDF = "ecdf"
+    HEAT = "heat"
 
 
 def add_to(app: typer.Typer) -> None:
@@ -63,12 +73,40 @@ def figure(
         Path | None,
         typer.Option("-o", "--output", help=".png, .svg or .pdf  [FOLDER/figure.png]"),
     ] = None,
+    metric: Annotated[
+        str | None,
+        typer.Option(help="Of a sweep: one metric or rate, as wide as a column."),
+    ] = None,
+    kind: Annotated[
+        MetricKind, typer.Option(help="How the metric is drawn.")
+    ] = MetricKind.MEANS,
+    where: Annotated[
+        str | None,
+        typer.Option(metavar="SQL", help="With --metric: scenario = 'curved'"),
+    ] = None,
 ) -> None:
-    """Draw a figure of a run or a sweep for a paper."""
+    """Draw a figure of a run or a sweep for a paper.
+
+    With --metric the numbers in the figure are written beside it as .csv.
+
+    Examples: rearview figure runs/some -o run.pdf;
+    rearview figure sweeps/smoke --metric travel_time_s --kind pairs
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         from experiments.episode.newest_run import newest_run
-        from experiments.report.figures.save import save_figure
+        from experiments.report.figures.save import save_figure, save_metric_figure
+        from experiments.report.figures.sweep_metric import FigureKind
 
+        if metric is not None:
+            if folder is None:
+                raise ConfigError("--metric: allowed with the folder of a sweep")
+            drawn = save_metric_figure(folder, metric, FigureKind(kind), where, output)
+            sys.stdout.write("".join(f"{file}\n" for file in drawn))
+            return
+        if where is not None:
+            raise ConfigError("--where: allowed with --metric")
         sys.stdout.write(f"{save_figure(folder or newest_run(), output)}\n")
 
 

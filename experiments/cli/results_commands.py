@@ -6,11 +6,14 @@ import sys
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from experiments.cli.user_errors import report_user_errors
+
+if TYPE_CHECKING:
+    from experiments.comparison.results import Row
 
 
 class Format(StrEnum):
@@ -86,8 +89,20 @@ def compare(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="A .csv, .md or .tex file.")
     ] = None,
+    planner: Annotated[
+        list[str] | None,
+        typer.Option(help="Planner to compare; may be repeated.  [all]"),
+    ] = None,
+    caption: Annotated[
+        str, typer.Option(help="Of a .tex file, which becomes a whole table.")
+    ] = "",
 ) -> None:
-    """Compare planners with a baseline on common seeds."""
+    """Compare planners with a baseline on common seeds.
+
+    Example: rearview compare sweeps/smoke --baseline cruise -o table.tex
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         import numpy as np
 
@@ -96,8 +111,9 @@ def compare(
         from experiments.comparison.table import HEADER, cells, export
 
         condition = f" WHERE {where}" if where else ""
+        found = rows(folder, f"{ALL_RUNS}{condition}", "--where")
         lines = compared(
-            rows(folder, f"{ALL_RUNS}{condition}", "--where"),
+            of_planners(found, planner, baseline),
             baseline,
             metric,
             np.median if median else np.mean,
@@ -105,8 +121,30 @@ def compare(
         if output is None:
             _print(HEADER, cells(lines), Format.TABLE)
         else:
-            export(lines, output)
+            export(lines, output, caption)
             sys.stdout.write(f"{output}\n")
+
+
+def of_planners(
+    rows: Sequence["Row"], planners: Sequence[str] | None, baseline: str
+) -> Sequence["Row"]:
+    """Keep the rows of some planners and of the baseline.
+
+    Raises:
+        ConfigError: If there is no such planner.
+    """
+    from experiments.config.validation_errors import unknown_name
+    from experiments.errors import ConfigError
+
+    if not planners:
+        return rows
+    labels = {str(row["label"] or row["planner"]) for row in rows}
+    for name in planners:
+        if name not in labels:
+            hint = unknown_name(name, sorted(labels))
+            raise ConfigError(f"--planner {name}: no such planner; {hint}")
+    kept = {baseline, *planners}
+    return [row for row in rows if str(row["label"] or row["planner"]) in kept]
 
 
 def _print(names: Sequence[str], rows: Sequence[Sequence[Any]], form: Format) -> None:

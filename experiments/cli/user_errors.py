@@ -5,8 +5,6 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -47,24 +45,6 @@ def _on_terminate(*_: object) -> None:
     """Raise; an exception runs what has to be tidied up."""
     TerminatedError.raised = True
     raise TerminatedError
-
-
-def names_are_free() -> None:
-    """Check that no module of the user's hides a package of this project.
-
-    Raises:
-        typer.Exit: After a line that says which, and what to do.
-    """
-    root = Path(__file__).resolve().parents[2]
-    for name in ("planner", "sumo_nets"):
-        spec = find_spec(name)
-        origin = None if spec is None else spec.origin
-        if origin is None or Path(origin).resolve().parent != root / name:
-            sys.stderr.write(
-                f"rearview: {origin or name}: the name {name} is taken by rearview; "
-                f"allowed: another name for this file, such as my_{name}.py\n"
-            )
-            raise typer.Exit(BAD_INPUT)
 
 
 @contextmanager

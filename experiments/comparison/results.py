@@ -25,6 +25,7 @@ from experiments.storage.parquet_source import (
     quoted_text,
 )
 from experiments.storage.run_files import MANIFEST, METRICS, read_manifest
+from experiments.storage.sql_errors import sql_mistake
 from experiments.sweep.folder import RESULTS, require_sweep, run_folders
 
 if TYPE_CHECKING:
@@ -99,6 +100,7 @@ def query(
         ConfigError: If the question is not one SELECT, or SQL cannot understand it.
     """
     connection = _runs_alone(folder)
+    names = connection.table("runs").columns
     try:
         statements = connection.extract_statements(sql)
         if [one.type for one in statements] != [duckdb.StatementType.SELECT]:
@@ -107,7 +109,7 @@ def query(
         _execute(connection, answer, option)
         return connection.table("answer")
     except duckdb.Error as error:
-        raise _misunderstood(option, error) from error
+        raise _misunderstood(option, error, names) from error
 
 
 def fetch(
@@ -183,9 +185,11 @@ def axis_columns(names: Sequence[str]) -> list[str]:
     return [name for name in names if name not in known]
 
 
-def _misunderstood(option: str, error: duckdb.Error) -> ConfigError:
-    """Build the error of an invalid query from the first line of DuckDB's message."""
-    return ConfigError(f"{option}: {str(error).splitlines()[0]}")
+def _misunderstood(
+    option: str, error: duckdb.Error, names: Sequence[str] = ()
+) -> ConfigError:
+    """Build the error of an invalid query; `names` are the columns of `runs`."""
+    return ConfigError(f"{option}: {sql_mistake(str(error), names)}")
 
 
 def _row(run: Path) -> Row:

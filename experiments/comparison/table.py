@@ -8,6 +8,7 @@ from pathlib import Path
 
 from experiments.comparison.compare import Line
 from experiments.comparison.inference import Interval
+from experiments.comparison.latex import as_latex
 from experiments.errors import ConfigError, ResultsError
 
 HEADER = (
@@ -40,7 +41,6 @@ _CSV_HEADER = (
     "p_holm",
     "seeds_needed",
 )
-_LATEX = {"%": r"\%", "_": r"\_", "&": r"\&", "#": r"\#", "$": r"\$"}
 
 
 def cells(lines: Sequence[Line]) -> list[tuple[str, ...]]:
@@ -48,8 +48,13 @@ def cells(lines: Sequence[Line]) -> list[tuple[str, ...]]:
     return [_cells(line) for line in lines]
 
 
-def export(lines: Sequence[Line], path: Path) -> None:
+def export(lines: Sequence[Line], path: Path, caption: str = "") -> None:
     """Write a comparison to a file in the format of its suffix.
+
+    Args:
+        lines: Of the comparison.
+        path: Of the file.
+        caption: Of a LaTeX table.
 
     Raises:
         ConfigError: If the suffix is not .csv, .md or .tex.
@@ -58,8 +63,11 @@ def export(lines: Sequence[Line], path: Path) -> None:
     if path.suffix not in EXPORTS:
         allowed = ", ".join(EXPORTS)
         raise ConfigError(f"{path}: unknown suffix; allowed: {allowed}")
+    if caption and path.suffix != ".tex":
+        raise ConfigError(f"--caption: {path}: allowed: a .tex file")
+    text = as_latex(lines, caption) if caption else EXPORTS[path.suffix](lines)
     try:
-        path.write_text(EXPORTS[path.suffix](lines), encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise ResultsError(f"{path}: cannot be written: {error.strerror}") from error
 
@@ -98,31 +106,6 @@ def as_markdown(lines: Sequence[Line]) -> str:
     """Write a comparison as a Markdown table."""
     rows = [HEADER, tuple("---" for _ in HEADER), *cells(lines)]
     return "".join("| " + " | ".join(row) + " |\n" for row in rows)
-
-
-def as_latex(lines: Sequence[Line]) -> str:
-    """Write a comparison as a LaTeX table with booktabs."""
-    body = []
-    before = None
-    for line in lines:
-        if before is not None and before != line.metric:
-            body.append(r"\addlinespace")
-        row = _cells(line)
-        shown = row if before != line.metric else ("", *row[1:])
-        body.append(" & ".join(map(_latex, shown)) + r" \\")
-        before = line.metric
-    head = " & ".join(map(_latex, HEADER)) + r" \\"
-    parts = [
-        "% needs \\usepackage{booktabs}",
-        r"\begin{tabular}{llrrrrrrrr}",
-        r"\toprule",
-        head,
-        r"\midrule",
-        *body,
-        r"\bottomrule",
-        r"\end{tabular}",
-    ]
-    return "\n".join(parts) + "\n"
 
 
 EXPORTS: dict[str, Callable[[Sequence[Line]], str]] = {
@@ -171,10 +154,3 @@ def _p(value: float) -> str:
 def _ends(interval: Interval) -> tuple[float, float, float]:
     """Return the estimate and the ends of its interval."""
     return interval.value, interval.low, interval.high
-
-
-def _latex(text: str) -> str:
-    """Escape text for LaTeX."""
-    if text.startswith("< "):
-        return f"${text}$"
-    return "".join(_LATEX.get(character, character) for character in text)

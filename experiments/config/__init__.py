@@ -9,7 +9,7 @@ from experiments.config.conflict import Conflict
 from experiments.config.ego import Ego
 from experiments.config.obstacles import Obstacle, ObstacleField, RandomObstacles
 from experiments.config.scenario import DEFAULT_PLANNER, Scenario
-from experiments.config.traffic import Traffic
+from experiments.config.traffic import SumoTraffic, Traffic
 
 __all__ = [
     "DEFAULT_PLANNER",
@@ -19,5 +19,6 @@ __all__ = [
     "ObstacleField",
     "RandomObstacles",
     "Scenario",
+    "SumoTraffic",
     "Traffic",
 ]

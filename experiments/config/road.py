@@ -36,6 +36,11 @@ class NetworkConfig(Strict):
     to: EdgeId | None = Field(
         default=None, description="edge where the fastest route ends"
     )
+    vehicle: EdgeId | None = Field(
+        default=None,
+        description="vehicle of the traffic's route files whose route and place the "
+        "ego takes",
+    )
     lane: Annotated[int, Field(ge=0, le=20)] | None = Field(
         default=None,
         description="lane of the first edge, 0 is at the kerb; by default the first "
@@ -52,10 +57,14 @@ class NetworkConfig(Strict):
             raise mismatch("name", "has its own route and lane; allowed: name alone")
         if self.route is not None and places:
             raise mismatch("route", "allowed: route, or from, via and to")
+        if self.vehicle is not None and (self.file is None or self.route or places):
+            problem = "has its own route; allowed beside file and lane alone"
+            raise mismatch("vehicle", problem)
         if places and (self.from_ is None or self.to is None):
             raise mismatch("from" if self.from_ is None else "to", "is missing")
-        if self.lane is not None and self.route is None and not places:
-            raise mismatch("lane", "needs a route, or from and to")
+        fixed = self.route is not None or places or self.vehicle is not None
+        if self.lane is not None and not fixed:
+            raise mismatch("lane", "needs a route, from and to, or a vehicle")
         return self
 
 

@@ -2,23 +2,43 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, PrivateAttr, model_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PrivateAttr,
+    Tag,
+    model_validator,
+)
 
 from experiments.config.base import Strict, as_section, mismatch
 from experiments.config.conflict import N_LANES, STEP_S, Conflict
 from experiments.config.ego import Ego
 from experiments.config.obstacles import (
+    ClosureSection,
     DrawnSection,
     Obstacle,
     ObstaclesConfig,
     read_obstacles,
 )
 from experiments.config.road import KinematicRoad, NetworkConfig
-from experiments.config.traffic import ScriptedVehicleConfig, Traffic, read_traffic
+from experiments.config.traffic import (
+    ScriptedVehicleConfig,
+    SumoTraffic,
+    Traffic,
+    read_traffic,
+    traffic_kind,
+)
 from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
 
 DEFAULT_PLANNER = "cruise"
+
+AnyTraffic = Annotated[
+    Annotated[Traffic, Tag("flows")] | Annotated[SumoTraffic, Tag("files")],
+    Discriminator(traffic_kind),
+]
 
 
 class PlannerChoice(Strict):
@@ -48,6 +68,14 @@ class Simulation(Strict):
         default="constant_speed",
         description="constant_speed: vehicles keep their speed; held_braking: braking "
         "vehicles are predicted to brake to a stop",
+    )
+    ghost: bool = Field(
+        default=True,
+        description="world sumo: followers see an ego that reaches over a lane line",
+    )
+    lane_change_guard: bool = Field(
+        default=True,
+        description="world sumo: vehicles abreast of the ego begin no lane change",
     )
     without_ego: bool = Field(
         default=False,
@@ -84,12 +112,15 @@ class Scenario(Strict):
             read_obstacles,
             json_schema_input_type=Literal["none"]
             | tuple[Obstacle, ...]
-            | DrawnSection,
+            | DrawnSection
+            | ClosureSection,
         ),
     ] = ObstaclesConfig()
     traffic: Annotated[
-        Traffic | None,
-        BeforeValidator(read_traffic, json_schema_input_type=Literal["none"] | Traffic),
+        AnyTraffic | None,
+        BeforeValidator(
+            read_traffic, json_schema_input_type=Literal["none"] | AnyTraffic
+        ),
     ] = Field(default=None, description="world sumo")
     vehicles: tuple[ScriptedVehicleConfig, ...] = Field(
         default=(), description="world kinematic"
@@ -117,6 +148,13 @@ class Scenario(Strict):
             raise mismatch("vehicles", "is not for world sumo; allowed: traffic")
         if not sumo and self.traffic is not None:
             raise mismatch("traffic", "is not for world kinematic; allowed: vehicles")
+        if not sumo and self.obstacles.closure is not None:
+            problem = "is of SUMO's traffic; allowed in world kinematic: a list"
+            raise mismatch("obstacles.closure", problem)
+        vehicle = self.network is not None and self.network.vehicle is not None
+        if vehicle and not isinstance(self.traffic, SumoTraffic):
+            problem = "is of a route file; allowed with traffic.sumocfg or route_files"
+            raise mismatch("network.vehicle", problem)
         if not sumo and self.simulation.without_ego:
             problem = "is for world sumo, where vehicles react; allowed: false"
             raise mismatch("simulation.without_ego", problem)
@@ -156,7 +194,8 @@ class Scenario(Strict):
         """
         places: dict[KeyPath, float] = {("ego", "goal_m"): self.ego.goal_m}
         for index, obstacle in enumerate(self.obstacles.listed):
-            places["obstacles", index, "s_m"] = obstacle.s_m
+            key: KeyPath = ("obstacles", *self.obstacles.listed_key, index, "s_m")
+            places[key] = obstacle.s_m
         for index, vehicle in enumerate(self.vehicles):
             places["vehicles", index, "s_m"] = vehicle.s_m
         if self.obstacles.random:
@@ -200,8 +239,9 @@ class Scenario(Strict):
         )
         if self.network is not None and self.network.name is not None:
             data["network"] = self.network.name
-        listed = data["obstacles"].pop("listed")
-        data["obstacles"] = data["obstacles"] or listed
+        if self.obstacles.closure is None:
+            listed = data["obstacles"].pop("listed")
+            data["obstacles"] = data["obstacles"] or listed
         if self.world == "sumo":
             data.setdefault("traffic", "none")
         return data

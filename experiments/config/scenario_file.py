@@ -13,8 +13,10 @@ import yaml
 from pydantic import ValidationError
 
 from experiments.config import DEFAULT_PLANNER, Scenario
+from experiments.config.file_kinds import hint_at_sweep
 from experiments.config.network_scenario import is_network_file, network_document
 from experiments.config.planner_modules import require_allowed
+from experiments.config.traffic import FILES
 from experiments.config.validation_errors import describe, unknown_name
 from experiments.config.yaml_reader import (
     OPTION,
@@ -55,6 +57,9 @@ def find_scenario(name: str) -> Path:
         return path
     shipped = SCENARIO_FOLDER / f"{name}.yaml"
     if name not in scenario_names():
+        other = hint_at_sweep(name)
+        if other is not None:
+            raise ConfigError(f"{name}: {other}")
         near = path.with_name(f"{name}.yaml") if name else path
         hint = unknown_name(name, scenario_names())
         hint = f"did you mean {near}?" if near.is_file() else f"{hint}, or a .yaml file"
@@ -88,13 +93,16 @@ def load_scenario(
         ConfigError: One line that names the file, the key and what is allowed.
     """
     document = scenario_document(name)
+    other = hint_at_sweep(name, document.data)
+    if other is not None:
+        raise ConfigError(f"{document.name}: {other}")
     if planner is not None:
         _choose_planner(document, planner)
     if seed is not None:
         _override(document, ("simulation", "seed"), seed, f"--seed {seed}")
     for override in overrides:
         _override(document, *_parse_override(override))
-    _anchor_network(document)
+    _anchor_files(document)
     scenario = check_scenario(document)
     named = document.where(("planner", "name"))
     if scenario.planner.name != planner and not named.startswith(OPTION):
@@ -138,7 +146,7 @@ def changed(document: Document, changes: Sequence[Change]) -> Document:
             _choose_planner(copy, str(value))
         else:
             _override(copy, path, deepcopy(value), option)
-    _anchor_network(copy)
+    _anchor_files(copy)
     return copy
 
 
@@ -174,14 +182,25 @@ def config_text(resolved: Mapping[str, Any]) -> str:
 def config_hash(resolved: dict[str, Any]) -> str:
     """Hash a resolved configuration; sha256, hexadecimal.
 
-    A network file counts by its content, which the caller hashes, not by its place.
+    Files of a network and of traffic count by their contents, which the caller hashes.
     """
     network = resolved.get("network")
     if isinstance(network, dict) and "file" in network:
         network = {**network, "file": Path(network["file"]).name}
         resolved = {**resolved, "network": network}
+    traffic = resolved.get("traffic")
+    if isinstance(traffic, dict):
+        names = {key: _without_folder(traffic[key]) for key in FILES if key in traffic}
+        resolved = {**resolved, "traffic": {**traffic, **names}}
     text = json.dumps(resolved, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _without_folder(value: Any) -> Any:
+    """Take the folders off a path or a list of paths."""
+    if isinstance(value, list):
+        return [Path(item).name for item in value]
+    return Path(value).name
 
 
 def tuples(value: Any) -> Any:
@@ -264,11 +283,22 @@ def _choose_planner(document: Document, name: str) -> None:
     _override(document, ("planner",), {"name": name}, f"--planner {name}")
 
 
-def _anchor_network(document: Document) -> None:
-    """Resolve a network file's path, which is relative to the scenario file."""
+def _anchor_files(document: Document) -> None:
+    """Resolve paths of network and traffic, which are relative to the scenario."""
     folder = Path(document.name).parent
     network = document.data.get("network") if isinstance(document.data, dict) else None
     if isinstance(network, dict):
         file = network.get("file")
         if isinstance(file, str):
             network["file"] = str((folder / file).resolve())
+    traffic = document.data.get("traffic") if isinstance(document.data, dict) else None
+    if isinstance(traffic, dict):
+        for key in FILES:
+            value = traffic.get(key)
+            if isinstance(value, str):
+                traffic[key] = str((folder / value).resolve())
+            elif isinstance(value, list):
+                traffic[key] = [
+                    str((folder / x).resolve()) if isinstance(x, str) else x
+                    for x in value
+                ]

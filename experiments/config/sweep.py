@@ -1,17 +1,17 @@
 """The sweep schema: which scenarios, planners, changes and seeds make the runs."""
 
+from collections.abc import Mapping
+from copy import deepcopy
 from enum import StrEnum
-from math import prod
-from typing import Annotated, Any, Literal, Self
+from functools import cached_property
+from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
+from experiments.config.axes import MAX_SEED, Axes, Value, axis_points
 from experiments.config.base import Strict, as_section, mismatch
 
-Value = None | bool | int | float | str | tuple[Any, ...] | dict[str, Any]
-Values = Annotated[tuple[Value, ...], Field(min_length=1)]
-Number = int | float
-MAX_SEED = 2**31 - 1
+MOST_VARIANTS = 256  # of one planner: each is a planner of its own in every table
 
 
 class KeepTraces(StrEnum):
@@ -23,14 +23,21 @@ class KeepTraces(StrEnum):
 
 
 class SweptPlanner(Strict):
-    """A planner, settings laid over those of the scenario, and a name for tables."""
+    """A planner, settings laid over those of the scenario, and a name for tables.
+
+    With `axes` it is as many planners as these have points, each with its own label.
+    """
 
     name: str = Field(min_length=1)
     settings: dict[str, Any] = Field(default_factory=dict)
+    axes: Axes = Field(
+        default=Axes(),
+        description="settings that are varied, of this planner alone: speed.headway",
+    )
     label: str | None = Field(
         default=None,
         min_length=1,
-        description="label in tables; default: the planner's name",
+        description="label in tables; default: the planner's name, and what differs",
     )
 
     @property
@@ -38,63 +45,40 @@ class SweptPlanner(Strict):
         """Label in tables."""
         return self.label or self.name
 
-
-class Sample(Strict):
-    """Points spread over ranges; a range of whole numbers gives whole numbers."""
-
-    method: Literal["sobol", "latin_hypercube"] = "sobol"
-    count: Annotated[int, Field(ge=1, le=1_000_000)]
-    seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 0
-    ranges: dict[str, tuple[Number, Number]] = Field(
-        min_length=1, description="scenario key: [minimum, maximum]"
-    )
-
     @model_validator(mode="after")
-    def _fits_method(self) -> Self:
-        """Reject ranges that do not ascend, and unbalanced Sobol counts."""
-        for key, (least, most) in self.ranges.items():
-            if not least < most:
-                problem = f"is [{least}, {most}]; allowed: [least, most], rising"
-                raise mismatch(f"ranges.{key}", problem)
-        if self.method == "sobol" and self.count & (self.count - 1):
-            near = 2 ** (self.count.bit_length() - 1)
-            raise mismatch(
-                "count",
-                f"is {self.count}; allowed for sobol: a power of 2: {near}, {2 * near}",
+    def _few_and_settable(self) -> Self:
+        """Reject too many variants, and axes that lead through a plain value."""
+        if self.axes.count > MOST_VARIANTS:
+            problem = f"makes {self.axes.count} planners; allowed: {MOST_VARIANTS}"
+            raise mismatch("axes", problem)
+        for key in next(axis_points(self.axes)):
+            parts = key.split(".")
+            section: Any = self.settings
+            for part in parts[:-1]:
+                section = section.get(part, {}) if isinstance(section, dict) else None
+            if not isinstance(section, dict) or "" in parts:
+                raise mismatch("axes", f"{key}: is not a setting; allowed: key.path")
+        return self
+
+    def variants(self) -> "list[SweptPlanner]":
+        """Return the planners that the axes make; itself without any."""
+        points = list(axis_points(self.axes))
+        if points == [{}]:
+            return [self]
+        varied = [k for k in points[0] if len({str(p[k]) for p in points}) > 1]
+        short = {key: key.rpartition(".")[2] for key in varied}
+        clear = len(set(short.values())) == len(short)
+        found = []
+        for point in points:
+            settings = deepcopy(self.settings)
+            for key, value in point.items():
+                _set(settings, key.split("."), value)
+            words = ", ".join(
+                f"{short[key] if clear else key} {_text(point[key])}" for key in varied
             )
-        return self
-
-
-class Axes(Strict):
-    """What is varied, over any key of the scenario."""
-
-    grid: dict[str, Values] = Field(
-        default_factory=dict, description="every combination of the values"
-    )
-    zip: dict[str, Values] = Field(
-        default_factory=dict, description="first with first, second with second, ..."
-    )
-    sample: Sample | None = None
-
-    @model_validator(mode="after")
-    def _keys_once(self) -> Self:
-        """Reject zipped lists of different lengths, and a key on two axes."""
-        lengths = {key: len(values) for key, values in self.zip.items()}
-        if len(set(lengths.values())) > 1:
-            shown = ", ".join(f"{key} has {n}" for key, n in lengths.items())
-            raise mismatch("zip", f"{shown} values; allowed: lists of the same length")
-        ranges = self.sample.ranges if self.sample else {}
-        for key in (*self.zip, *ranges):
-            if key in self.grid or (key in self.zip and key in ranges):
-                raise mismatch(key, "is on two axes; allowed: grid, zip or sample")
-        return self
-
-    @property
-    def count(self) -> int:
-        """Number of combinations."""
-        zipped = len(next(iter(self.zip.values()))) if self.zip else 1
-        sampled = self.sample.count if self.sample else 1
-        return prod(len(values) for values in self.grid.values()) * zipped * sampled
+            label = f"{self.shown}, {words}" if words else self.shown
+            found.append(SweptPlanner(name=self.name, settings=settings, label=label))
+        return found
 
 
 class SeedRange(Strict):
@@ -148,14 +132,49 @@ class Sweep(Strict):
     @model_validator(mode="after")
     def _labels_differ(self) -> Self:
         """Reject two planners with the same label."""
-        labels = [planner.shown for planner in self.planners]
-        for index, label in enumerate(labels):
-            if label in labels[:index]:
-                raise mismatch(
-                    f"planners[{index}]",
-                    f"is the second {label}; allowed: a label of its own for each",
-                )
+        labels: set[str] = set()
+        for index, variants in enumerate(self._labelled()):
+            for planner in variants:
+                if planner.shown in labels:
+                    problem = f"is the second {planner.shown}"
+                    raise mismatch(
+                        f"planners[{index}]",
+                        f"{problem}; allowed: a label of its own for each",
+                    )
+                labels.add(planner.shown)
         return self
+
+    @cached_property
+    def variants(self) -> tuple[SweptPlanner, ...]:
+        """Every planner, those that axes of a planner make each by itself.
+
+        Labels tell them apart: where several entries are one planner without a label,
+        by the settings in which they differ.
+        """
+        return tuple(one for variants in self._labelled() for one in variants)
+
+    def _labelled(self) -> list[list[SweptPlanner]]:
+        """Return the variants of each entry, with labels."""
+        names = [planner.name for planner in self.planners if planner.label is None]
+        found = []
+        for planner in self.planners:
+            same = [
+                _flat(other.settings)
+                for other in self.planners
+                if other.name == planner.name and other.label is None
+            ]
+            own = _flat(planner.settings)
+            words = [
+                f"{key.rpartition('.')[2]} {_text(value)}"
+                for key, value in own.items()
+                if any(other.get(key) != value for other in same)
+            ]
+            alone = planner.label is not None or names.count(planner.name) < 2  # noqa: PLR2004
+            if not alone and words:
+                label = f"{planner.name}, {', '.join(words)}"
+                planner = planner.model_copy(update={"label": label})  # noqa: PLW2901
+            found.append(planner.variants())
+        return found
 
     @property
     def all_seeds(self) -> range | tuple[int, ...]:
@@ -167,5 +186,29 @@ class Sweep(Strict):
     @property
     def count(self) -> int:
         """Number of runs."""
-        per_seed = len(self.scenarios) * len(self.planners) * self.axes.count
+        planners = sum(planner.axes.count for planner in self.planners)
+        per_seed = len(self.scenarios) * planners * self.axes.count
         return per_seed * len(self.all_seeds)
+
+
+def _set(settings: dict[str, Any], path: list[str], value: Any) -> None:
+    """Set a nested setting."""
+    for key in path[:-1]:
+        settings = settings.setdefault(key, {})
+    settings[path[-1]] = value
+
+
+def _flat(settings: Mapping[str, Any], start: str = "") -> dict[str, Any]:
+    """Return nested settings with dotted keys."""
+    found: dict[str, Any] = {}
+    for key, value in settings.items():
+        if isinstance(value, Mapping):
+            found |= _flat(value, f"{start}{key}.")
+        else:
+            found[f"{start}{key}"] = value
+    return found
+
+
+def _text(value: Any) -> str:
+    """Format a setting for a label."""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from experiments.config.file_kinds import hint_at_scenario
 from experiments.config.planner_modules import require_allowed
 from experiments.config.scenario_file import tuples
 from experiments.config.sweep import Sweep
@@ -35,6 +36,9 @@ def find_sweep(name: str) -> Path:
     if name.endswith((".yaml", ".yml")) or "/" in name:
         return path
     if name not in sweep_names():
+        other = hint_at_scenario(name)
+        if other is not None:
+            raise ConfigError(f"{name}: {other}")
         hint = unknown_name(name, sweep_names())
         raise ConfigError(
             f"{name or repr(name)}: no such sweep; {hint}, or a .yaml file"
@@ -62,6 +66,9 @@ def load_sweep(
     document = read_document(path)
     if not isinstance(document.data, dict):
         raise ConfigError(f"{path}: holds no keys; allowed: a sweep")
+    other = hint_at_scenario(name, document.data)
+    if other is not None:
+        raise ConfigError(f"{path}: {other}")
     _anchor_scenarios(document.data, path.parent)
     try:
         sweep = Sweep.model_validate(tuples(document.data))

@@ -21,6 +21,7 @@ DENSITIES: Mapping[str, float] = MappingProxyType(
     {"light": 350.0, "medium": 700.0, "dense": 1200.0}
 )
 USUAL_FLOW = 900.0  # [vehicles/h]
+DEFAULT_REACTION = 0.5  # [s]
 
 # What `temper` means: shares of cautious and of aggressive drivers.
 TEMPERS: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -87,6 +88,11 @@ class Traffic(Strict):
     aggressive_share: Share = Field(
         default_factory=_share(1), description="0.2 unless temper is given"
     )
+    reaction_s: Annotated[float, Field(ge=0.0, le=3.0)] = Field(
+        default=DEFAULT_REACTION,
+        description="drivers decide this often, so that they react after half of it on "
+        "average; 0: in every step",
+    )
     own_lane: Annotated[int, Field(ge=0, le=20)] | None = Field(
         default=None, description="lane that feeds the ego's carriageway; default: any"
     )
@@ -138,9 +144,53 @@ class Traffic(Strict):
         return self
 
 
+FILES = ("sumocfg", "route_files", "additional_files")
+
+
+class SumoTraffic(Strict):
+    """Traffic of SUMO's own files, as they are: types, buses, bicycles, pedestrians."""
+
+    sumocfg: str | None = Field(
+        default=None,
+        description=".sumocfg with the demand and its options, relative to this file",
+    )
+    route_files: tuple[str, ...] | None = Field(
+        default=None, min_length=1, description="route files, relative to this file"
+    )
+    additional_files: tuple[str, ...] | None = Field(
+        default=None,
+        min_length=1,
+        description="bus stops, signal programs, types; relative to this file",
+    )
+    begin_s: Annotated[float, Field(ge=0.0, le=1e6)] | None = Field(
+        default=None,
+        description="when the simulation begins; by default as in the sumocfg, or 0",
+    )
+
+    @model_validator(mode="after")
+    def _has_demand(self) -> Self:
+        """Reject files without demand, and files beside a configuration."""
+        if self.sumocfg is None and self.route_files is None:
+            raise mismatch(
+                "route_files", "is missing; allowed: sumocfg, or route_files"
+            )
+        if self.sumocfg is not None:
+            for key in FILES[1:]:
+                if getattr(self, key) is not None:
+                    raise mismatch(key, "is beside sumocfg; allowed: one of them")
+        return self
+
+
 def read_traffic(value: Any) -> Any:
     """Let `none` stand for no section."""
     return None if value == "none" else value
+
+
+def traffic_kind(value: Any) -> str:
+    """Tell whether a traffic section names files of SUMO."""
+    if isinstance(value, dict):
+        return "files" if set(value) & {*FILES, "begin_s"} else "flows"
+    return "files" if isinstance(value, SumoTraffic) else "flows"
 
 
 class ScriptedVehicleConfig(Strict):

@@ -5,7 +5,9 @@ import numpy as np
 from experiments.cosim.records import TrafficState
 from planner.interface import PlanStats
 from planner.reference_path.path import ReferencePath
+from planner.scene import Obstacles
 from planner.states import CartesianState, FrenetState
+from planner.vehicle import Vehicle
 
 STANDING = 0.1  # slower is standing [m/s]
 WAITING_ROOM = 15.0  # from the front bumper to the line or vehicle one waits at [m]
@@ -27,16 +29,23 @@ class BlockageDetector:
 
     Args:
         patience: Time of standing after which the ego is blocked [s].
-        front_reach: From the ego's rear axle to its front bumper [m].
+        vehicle: The ego's dimensions.
         path: Of the ego.
+        obstacles: Static bodies.
     """
 
     def __init__(
-        self, patience: float, front_reach: float, path: ReferencePath
+        self,
+        patience: float,
+        vehicle: Vehicle,
+        path: ReferencePath,
+        obstacles: Obstacles,
     ) -> None:
         self._patience = patience
-        self._front_reach = front_reach
+        self._front_reach = vehicle.front_reach
+        self._width = vehicle.width
         self._path = path
+        self._obstacles = obstacles
         self._since: float | None = None  # the ego stands since then [s]
         self._stood = 0.0  # of this, the time that counts [s]
         self._counted_until: float | None = None  # None while the ego waits [s]
@@ -82,14 +91,19 @@ class BlockageDetector:
         self._watch(ego, traffic, passed)
         if not self._is_blocked(traffic, stats):
             return None
-        why = stats.reason or (
-            f"{stats.blocker} is in the way"
-            if stats.blocker
-            else "the planner gives no reason"
-        )
         return (
             f"stood {now - self._since:.0f} s at s = {place.s:.1f} m, since "
-            f"t = {self._since:.1f} s: {why}"
+            f"t = {self._since:.1f} s: {self._why(place, traffic, stats)}"
+        )
+
+    def standing(
+        self, place: FrenetState, traffic: TrafficState, stats: PlanStats
+    ) -> str | None:
+        """Say since when the ego stands, and why; None if it moves."""
+        if self._since is None:
+            return None
+        return f"stands since t = {self._since:.1f} s: " + self._why(
+            place, traffic, stats
         )
 
     def _forget(self) -> None:
@@ -161,6 +175,32 @@ class BlockageDetector:
             if line - front <= WAITING_ROOM:
                 return True
         return False
+
+    def _why(self, place: FrenetState, traffic: TrafficState, stats: PlanStats) -> str:
+        """Return the planner's reason; without one, what stands ahead."""
+        if stats.reason:
+            return stats.reason
+        if stats.blocker:
+            return f"{stats.blocker} is in the way"
+        return f"the planner gives no reason{self._ahead(place, traffic)}"
+
+    def _ahead(self, place: FrenetState, traffic: TrafficState) -> str:
+        """Describe the nearest body that stands before the ego; empty without one."""
+        users, fixed = traffic.vehicles, self._obstacles
+        s, offset = self._path.project(
+            np.append(fixed.x, users.x), np.append(fixed.y, users.y)
+        )
+        half = np.append(fixed.length / 2.0 + fixed.radius, users.length / 2.0)
+        aside = np.append(fixed.width / 2.0 + fixed.radius, users.width / 2.0)
+        gap = s - half - (place.s + self._front_reach)
+        before = (np.abs(offset - place.l) < aside + self._width / 2.0) & (gap < NEAR)
+        before &= s > place.s + self._front_reach
+        before[fixed.x.size :] &= users.speed < STANDING
+        if not before.any():
+            return ""
+        nearest = int(np.argmin(np.where(before, gap, np.inf)))
+        name = (*fixed.ids, *users.ids)[nearest]
+        return f"; {name} stands {max(float(gap[nearest]), 0.0):.1f} m ahead"
 
     def _watch(self, ego: CartesianState, traffic: TrafficState, passed: float) -> None:
         """Record for how long each vehicle stands, and whether one moves nearby."""

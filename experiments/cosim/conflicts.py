@@ -16,6 +16,7 @@ from planner.states import BoolArray, FloatArray, IntArray
 
 STEP_S = 0.1
 LATERAL_ACCELERATION = 1.5  # until the lateral speed is reached [m/s²]
+RAMP_STEP = LATERAL_ACCELERATION / (1.0 / STEP_S)  # 0.15 to the last bit [m/s]
 QUINTIC_PEAK = 1.875  # greatest over mean speed of a quintic of least jerk
 AFTERWARDS_S = 25.0  # to brake from 130 km/h after the last change of the other [s]
 
@@ -115,7 +116,7 @@ def cut_in(
         )
     n = gap.size
     linear = profile is LateralProfile.LINEAR
-    ramp = np.ceil(lateral_speed / (LATERAL_ACCELERATION * STEP_S) - 1e-9)
+    ramp = np.ceil(lateral_speed / RAMP_STEP)
     start = ramp.astype(np.int64) if linear else np.zeros(n, dtype=np.int64)
     slowest = np.min(lateral_speed, initial=math.inf, where=lateral_speed > 0.0)
     crossing = sizes.lateral_clearance / slowest  # 0 if no vehicle changes lane
@@ -127,7 +128,7 @@ def cut_in(
     for v in np.unique(lateral_speed):
         same = lateral_speed == v
         if linear:
-            gaps, speeds = _lateral_motion(float(v), sizes.lateral_clearance, n_steps)
+            gaps, speeds = _lateral_motion(float(v), sizes, n_steps)
         else:
             gaps, speeds = _quintic_motion(float(v), sizes, n_steps)
         lateral_gap[:, same] = gaps[:, np.newaxis]
@@ -227,22 +228,23 @@ def braking_leader(
 
 
 def _lateral_motion(
-    lateral_speed: float, clearance: float, n_steps: int
+    lateral_speed: float, sizes: Sizes, n_steps: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return lateral gap and speed, (n_steps,), of one cut-in.
 
-    The clearance is that at the moment at which the lateral speed is reached. Several
-    lateral speeds of the grids reach the ego's side exactly at a step; whether that
-    step counts as an overlap follows from the rounding of this clock.
+    The lateral speed is reached in the middle of the other lane. Several lateral
+    speeds of the grids reach the ego's side exactly at a step, and at some the ramp is
+    a step longer than their quotient (0.6 over 0.15): both follow from rounding, so
+    the sums are made as in the published implementation.
     """
-    step = LATERAL_ACCELERATION * STEP_S
-    n_ramp = math.ceil(lateral_speed / step - 1e-9)
-    ramp = np.minimum(step * np.arange(n_ramp), lateral_speed)
-    to_come = np.cumsum((ramp * STEP_S)[::-1])[::-1]
-    constant = clearance - lateral_speed * _clock(n_steps - n_ramp)
+    rate = 1.0 / STEP_S
+    ramp = np.arange(0.0, lateral_speed, RAMP_STEP)
     speeds = np.full(n_steps, lateral_speed)
-    speeds[:n_ramp] = ramp
-    return np.concatenate([clearance + to_come, constant]), speeds
+    speeds[: ramp.size] = ramp
+    before = np.cumsum(ramp[::-1] / rate)[::-1]
+    after = -np.cumsum(speeds[ramp.size + 1 :]) / rate
+    place = np.concatenate([before, [0.0], after]) + sizes.lane_width
+    return place - 0.5 * sizes.ego_width - 0.5 * sizes.other_width, speeds
 
 
 def _quintic_motion(

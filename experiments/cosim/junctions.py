@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from planner.right_of_way.records import Crossing
+from planner.right_of_way.records import JunctionAhead
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class ConflictZone:
 class RoadJunction:
     """A junction on the ego's road."""
 
-    crossing: Crossing
+    ahead: JunctionAhead
     zones: tuple[ConflictZone, ...]
     signal: str  # the ego's traffic light, "" without one
     signal_link: int

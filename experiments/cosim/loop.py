@@ -135,7 +135,7 @@ class _Episode:
         )
         self._monitor = CollisionMonitor(road, vehicle)
         self._blockage = BlockageDetector(
-            options.blocked_after, vehicle.front_reach, road.path
+            options.blocked_after, vehicle, road.path, road.obstacles
         )
         self._right_of_way: RightOfWay | None = None
         if road.junctions and isinstance(world, JunctionTraffic):
@@ -229,10 +229,10 @@ class _Episode:
         if frenet.s >= self._task.goal:
             return self._arrival(time)
         if record.time >= self._options.duration - TIME_TOLERANCE:
-            return Ending(
-                EpisodeStatus.TIMEOUT,
-                f"s = {frenet.s:.1f} m of {self._task.goal:.1f} m {time}",
-            )
+            stands = self._blockage.standing(frenet, record.traffic, self._stats)
+            words = f"s = {frenet.s:.1f} m of {self._task.goal:.1f} m {time}"
+            words = words if stands is None else f"{words}, {stands}"
+            return Ending(EpisodeStatus.TIMEOUT, words)
         self._farthest = max(frenet.s, self._farthest)
         if frenet.s < self._farthest - BACKWARD_ROOM:
             return Ending(

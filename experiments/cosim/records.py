@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from planner.interface import PlanResult
-from planner.right_of_way.records import Conflict, Crossing
+from planner.right_of_way.records import Foe, JunctionAhead
 from planner.scene import RoadUsers
 from planner.states import CartesianState, FrenetState
 from planner.ways import Ways
@@ -28,8 +28,8 @@ class TrafficState:
     signals: tuple[Signal, ...] = ()
     ghost: CartesianState | None = None  # centre of the ghost, while there is one
     ways: Ways | None = None  # of the vehicles, near junctions
-    crossings: tuple[Crossing, ...] = ()  # junctions near the ego
-    conflicts: tuple[Conflict, ...] = ()  # at them; `crossing` is a place there
+    junctions: tuple[JunctionAhead, ...] = ()  # junctions near the ego
+    foes: tuple[Foe, ...] = ()  # at them; `junction` is a place there
 
 
 @dataclass(frozen=True, slots=True)

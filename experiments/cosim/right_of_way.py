@@ -11,9 +11,9 @@ from experiments.cosim.records import TrafficState
 from experiments.cosim.road import EgoTask, Road
 from planner.right_of_way.decision import decide, is_near
 from planner.right_of_way.records import (
-    AtCrossing,
-    Conflict,
-    Crossing,
+    AtJunction,
+    Foe,
+    JunctionAhead,
     Permission,
     Rule,
     Waiting,
@@ -49,8 +49,8 @@ class JunctionTraffic(Protocol):
 
     def movements(
         self, near: Set[int], vehicles: RoadUsers
-    ) -> tuple[tuple[Conflict, ...], Ways]:
-        """Read the conflicts at the junctions in these places of the road's list.
+    ) -> tuple[tuple[Foe, ...], Ways]:
+        """Read the foes at the junctions in these places of the road's list.
 
         Also the ways of all vehicles.
         """
@@ -93,40 +93,38 @@ class RightOfWay:
         near = [
             number
             for number, junction in enumerate(self._road.junctions)
-            if junction.crossing.stop_s < at.front + SEEN
-            and at.rear < junction.crossing.exit_s + LEFT
+            if junction.ahead.stop_s < at.front + SEEN
+            and at.rear < junction.ahead.exit_s + LEFT
         ]
         if not near:
             return state, []
         found, ways = self._traffic.movements(set(near), state.vehicles)
-        decided, crossings = [], []
-        conflicts: list[Conflict] = []
+        decided, junctions = [], []
+        foes: list[Foe] = []
         for place, number in enumerate(near):
             junction = self._road.junctions[number]
-            own = [x._replace(crossing=place) for x in found if x.crossing == number]
-            crossing = self._crossing(junction, state)
-            crossings.append(crossing or junction.crossing)
-            conflicts += own
-            if crossing is not None and self._is_due(number, at, crossing):
-                decided.append(self._decision(number, at, crossing, own, state))
-        state = replace(
-            state, ways=ways, crossings=tuple(crossings), conflicts=tuple(conflicts)
-        )
+            own = [x._replace(junction=place) for x in found if x.junction == number]
+            ahead = self._ahead(junction, state)
+            junctions.append(ahead or junction.ahead)
+            foes += own
+            if ahead is not None and self._is_due(number, at, ahead):
+                decided.append(self._decision(number, at, ahead, own, state))
+        state = replace(state, ways=ways, junctions=tuple(junctions), foes=tuple(foes))
         return state, decided
 
     def _decision(
         self,
         number: int,
-        at: AtCrossing,
-        crossing: Crossing,
-        conflicts: Sequence[Conflict],
+        at: AtJunction,
+        junction: JunctionAhead,
+        foes: Sequence[Foe],
         state: TrafficState,
     ) -> Permission:
         """Decide on one junction and remember it."""
         memory = self._memory.get(number, Waiting())
-        decision = decide(at, crossing, conflicts, memory, self._step)
-        if decision.stop_s is None and at.front <= crossing.stop_s:
-            decision = self._kept_clear(at, crossing, state.vehicles, decision)
+        decision = decide(at, junction, foes, memory, self._step)
+        if decision.stop_s is None and at.front <= junction.stop_s:
+            decision = self._kept_clear(at, junction, state.vehicles, decision)
         self._memory[number] = decision.memory
         return decision
 
@@ -134,21 +132,21 @@ class RightOfWay:
         """List where vehicles give way at junctions ahead, growing [m]."""
         front = s + self._task.vehicle.front_reach
         lines = [
-            junction.crossing.stop_s
+            junction.ahead.stop_s
             for junction in self._road.junctions
-            if junction.signal or junction.crossing.rule not in UNGUARDED
+            if junction.signal or junction.ahead.rule not in UNGUARDED
         ]
         return tuple(sorted(line for line in lines if line >= front - SAME_LINE))
 
-    def _is_due(self, number: int, at: AtCrossing, crossing: Crossing) -> bool:
+    def _is_due(self, number: int, at: AtJunction, junction: JunctionAhead) -> bool:
         """Check whether it is time to decide, or was before the ego is through."""
-        known = number in self._memory and at.rear < crossing.exit_s
-        return known or is_near(at, crossing)
+        known = number in self._memory and at.rear < junction.exit_s
+        return known or is_near(at, junction)
 
-    def _at(self, s: float, ego: CartesianState) -> AtCrossing:
+    def _at(self, s: float, ego: CartesianState) -> AtJunction:
         """Describe the ego."""
         task = self._task
-        return AtCrossing(
+        return AtJunction(
             front=s + task.vehicle.front_reach,
             rear=s - task.vehicle.rear_overhang,
             speed=max(ego.speed, 0.0),
@@ -158,27 +156,27 @@ class RightOfWay:
         )
 
     @staticmethod
-    def _crossing(junction: RoadJunction, state: TrafficState) -> Crossing | None:
-        """Return the crossing with the rule that holds now; None if the ego goes first.
+    def _ahead(junction: RoadJunction, state: TrafficState) -> JunctionAhead | None:
+        """Return a junction with the rule that holds now; None if the ego goes first.
 
         So it does where a signal decides: its own stop line is closed or open.
         """
-        crossing = junction.crossing
+        ahead = junction.ahead
         if not junction.signal:
-            return None if crossing.rule in UNGUARDED else crossing
+            return None if ahead.rule in UNGUARDED else ahead
         for signal in state.signals:
             if (
                 signal.id == junction.signal
-                and abs(signal.stop_s - crossing.stop_s) < SAME_LINE
+                and abs(signal.stop_s - ahead.stop_s) < SAME_LINE
             ):
                 rule = OF_LETTER.get(signal.state)
-                return None if rule is None else replace(crossing, rule=rule)
+                return None if rule is None else replace(ahead, rule=rule)
         return None
 
     def _kept_clear(
         self,
-        at: AtCrossing,
-        crossing: Crossing,
+        at: AtJunction,
+        junction: JunctionAhead,
         vehicles: RoadUsers,
         decision: Permission,
     ) -> Permission:
@@ -188,18 +186,18 @@ class RightOfWay:
             return decision
         s, l = self._road.path.project(slow.x, slow.y)
         rears = s - 0.5 * slow.length
-        queue = (np.abs(l) < QUEUE_WIDTH) & (rears > crossing.exit_s - BEHIND)
+        queue = (np.abs(l) < QUEUE_WIDTH) & (rears > junction.exit_s - BEHIND)
         if not queue.any():
             return decision
         first = int(np.argmin(np.where(queue, rears, np.inf)))
-        room = float(rears[first]) - crossing.exit_s
-        way = crossing.stop_s - at.front
+        room = float(rears[first]) - junction.exit_s
+        way = junction.stop_s - at.front
         if room >= self._task.vehicle.length + FREE_ROOM:
             return decision
         if at.speed**2 > 2.0 * at.deceleration * max(way, 0.0):
             return decision
         why = f"{slow.ids[first]} behind the junction"
-        return Permission(crossing.stop_s, decision.memory._replace(goes=False), why)
+        return Permission(junction.stop_s, decision.memory._replace(goes=False), why)
 
 
 def closed_lines(decided: Sequence[Permission]) -> tuple[float, ...]:

@@ -9,6 +9,8 @@ from experiments.config.scenario_file import config_hash
 from experiments.planners.registry import user_module
 from experiments.planners.source_files import planner_sources
 from experiments.storage import provenance as manifest
+from experiments.world_setup.demand_files import demand_files
+from sumo_nets.errors import NetworkError
 
 SHAPING = ("python", "libsumo", "numpy", "scipy", "numba")
 
@@ -40,7 +42,9 @@ def run_hashes(scenario: Scenario, net_file: Path | None) -> dict[str, str | Non
     planner = _planner_hash(user_module(scenario.planner.name))
     code = code_hash()
     return {
-        "run_hash": manifest.text_hash(f"{configuration} {network} {code} {planner}"),
+        "run_hash": manifest.text_hash(
+            f"{configuration} {network} {code} {planner}{_demand_hashes(scenario)}"
+        ),
         "config_hash": configuration,
         "network_hash": network,
         "code_hash": code,
@@ -53,6 +57,18 @@ def _planner_hash(module_name: str | None) -> str | None:
     sources = planner_sources(module_name) if module_name else ()
     hashes = [f"{file.name} {_file_hash(*_stamp(file))}" for file in sources]
     return manifest.text_hash("\n".join(hashes)) if hashes else None
+
+
+def _demand_hashes(scenario: Scenario) -> str:
+    """Hash the files of a user's own demand; "" without them."""
+    try:
+        demand = demand_files(scenario)
+    except NetworkError as error:
+        raise scenario.error(("traffic",), str(error)) from error
+    files = () if demand is None else demand.files
+    hashes = (_file_hash(*_stamp(file)) for file in files if file.is_file())
+    options = () if demand is None else (demand.begin, *demand.options)
+    return "".join(f" {item}" for item in (*hashes, *options))
 
 
 @cache

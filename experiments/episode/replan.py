@@ -9,7 +9,7 @@ function of scene and memory, so that the plans must be those of the run, bit by
 
 import json
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +26,14 @@ from experiments.errors import ConfigError
 from experiments.storage.atomic_folder import require_there
 from experiments.trace.files import read_trace
 from experiments.trace.junction_tables import (
-    read_conflicts,
-    read_crossings,
+    read_foes,
+    read_junctions,
     read_lines,
     read_ways,
 )
 from experiments.trace.recording import PLAN_COLUMNS, plan_cells
 from experiments.trace.schema import Column, Table, Trace
+from experiments.world_setup.closures import closure_of
 from experiments.world_setup.ego_vehicle import ego_task
 from planner.interface import PlanResult
 from planner.prediction import PREDICTORS
@@ -144,7 +145,8 @@ class Recorded:
         outlook = Outlook(simulation.step_s, simulation.horizon_s, predictor)
         lines = read_lines(trace.ways)
         task = ego_task(scenario.ego)
-        return cls(scenario, trace, _road(trace), task, outlook, lines)
+        road = replace(_road(trace), closure=closure_of(scenario.obstacles))
+        return cls(scenario, trace, road, task, outlook, lines)
 
     def check_planned(self, step: int) -> None:
         """Raise a ConfigError unless a plan was recorded in a step."""
@@ -181,13 +183,13 @@ class Recorded:
     def _junctions(self, step: int, ids: tuple[str, ...]) -> dict[str, Any]:
         """Restore what a step had to do with junctions: fields of a traffic state."""
         trace = self.trace
-        crossings = read_crossings(trace.crossings, _rows_of(trace.crossings, step))
-        if not crossings:
+        junctions = read_junctions(trace.junctions, _rows_of(trace.junctions, step))
+        if not junctions:
             return {}
-        conflicts = read_conflicts(trace.conflicts, _rows_of(trace.conflicts, step))
+        foes = read_foes(trace.foes, _rows_of(trace.foes, step))
         rows = _rows_of(trace.vehicle_ways, step)
         ways = read_ways(trace.vehicle_ways, rows, ids, self.lines)
-        return {"crossings": crossings, "conflicts": conflicts, "ways": ways}
+        return {"junctions": junctions, "foes": foes, "ways": ways}
 
     def differences(self, step: int, plan: PlanResult | None) -> tuple[str, ...]:
         """Compare a plan with the recorded one; one line for each difference."""

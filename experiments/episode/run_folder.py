@@ -86,7 +86,8 @@ def write_run(
     Returns:
         The outcome.
     """
-    row = metric_row(trace, without_ego)
+    limits = scenario.ego.vehicle.limits.to_planner()
+    row = metric_row(trace, without_ego, limits)
     hashed = trace_hash(trace)
     kept = output.options.keeps_trace(ending)
     if kept:

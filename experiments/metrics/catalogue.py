@@ -17,6 +17,7 @@ from experiments.metrics import (
     efficiency,
     followers,
     lane_change,
+    limits,
     right_of_way,
     safety,
     without_ego,
@@ -54,6 +55,7 @@ def _planning_times() -> tuple[Metric, ...]:
             in_terminal=percentile in _SHOWN_PERCENTILES,
             compared=percentile in _SHOWN_PERCENTILES and clock is PlanningClock.CPU,
             timing=True,
+            of_planner=True,
         )
         for clock, name, words in (
             (
@@ -261,9 +263,9 @@ _RULES = (
         column=columns.ENCROACHMENTS,
         label="hindered others",
         compute=lambda e: right_of_way.encroachments(e.trace),
-        formula="vehicles with the right of way that brake by 2 m/s² more than their own "
-        "turn asks for before a conflict zone, while the ego is over its line and not "
-        "out of the zone; null without a junction",
+        formula="vehicles with the right of way that brake by 2 m/s² more than their "
+        "own turn asks for before a conflict zone, while the ego is over its line and "
+        "not out of the zone; null without a junction",
         unit="",
         digits=0,
         better=LOWER,
@@ -321,6 +323,7 @@ _COMFORT = (
         better=LOWER,
         in_terminal=True,
         compared=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.MAX_ACCELERATION,
@@ -342,6 +345,7 @@ _COMFORT = (
         digits=2,
         better=LOWER,
         in_terminal=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.MAX_CURVATURE,
@@ -350,6 +354,7 @@ _COMFORT = (
         formula="max |κ| of the driven path",
         unit="1/m",
         digits=4,
+        of_planner=True,
     ),
     Metric(
         column=columns.MAX_HEADING,
@@ -359,6 +364,17 @@ _COMFORT = (
         "on the path",
         unit="rad",
         digits=3,
+        of_planner=True,
+    ),
+    Metric(
+        column=columns.OVER_LIMITS_STEPS,
+        label="steps over vehicle limits",
+        kind=WHOLE,
+        compute=lambda e: limits.steps_over_limits(e.trace, e.limits),
+        formula="steps in which speed, acceleration, braking (against emergency "
+        "braking), lateral acceleration or curvature is more than 1 % over the limit "
+        "in `ego.vehicle.limits`; null without a step",
+        better=LOWER,
     ),
 )
 _COMPUTATION = (
@@ -369,6 +385,7 @@ _COMPUTATION = (
         formula="planning cycles without a fresh plan",
         better=LOWER,
         in_terminal=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.CANDIDATES_MEAN,
@@ -376,6 +393,7 @@ _COMPUTATION = (
         compute=lambda e: computation.mean_count(e.trace, "candidates"),
         formula="mean number of candidates over planning cycles; null without cycles",
         in_terminal=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.FEASIBLE_MEAN,
@@ -384,6 +402,7 @@ _COMPUTATION = (
         formula="mean number of feasible candidates over planning cycles; null without "
         "cycles, or if the planner was not asked to count them",
         in_terminal=True,
+        of_planner=True,
     ),
     *_planning_times(),
     Metric(
@@ -394,6 +413,7 @@ _COMPUTATION = (
         "the step",
         better=LOWER,
         timing=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.STEPS_PER_SECOND,
@@ -441,6 +461,7 @@ _LANE_CHANGE = (
         "stays within 0.1 m for 2 s; null without one",
         unit="s",
         digits=1,
+        of_planner=True,
     ),
     Metric(
         column=columns.LANE_CHANGE_DONE,
@@ -449,6 +470,7 @@ _LANE_CHANGE = (
         formula="time from entry to the end of that lane change; null without one",
         unit="s",
         digits=1,
+        of_planner=True,
     ),
     Metric(
         column=columns.BEFORE_BLOCKAGE,

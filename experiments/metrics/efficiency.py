@@ -43,7 +43,7 @@ def mean_speed(trace: Trace) -> float | None:
 
 def speeding_time(trace: Trace) -> float | None:
     """Return how long a speed limit was exceeded [s]; None without limits."""
-    excess = _over_the_limit(trace)
+    excess = over_the_limit(trace)
     if excess is None:
         return None
     return float(np.count_nonzero(excess > SPEEDING) * trace.fact("step_s"))
@@ -51,11 +51,11 @@ def speeding_time(trace: Trace) -> float | None:
 
 def max_speeding(trace: Trace) -> float | None:
     """Return by how much a limit was exceeded at most [m/s]; None without limits."""
-    excess = _over_the_limit(trace)
+    excess = over_the_limit(trace)
     return None if excess is None or not excess.size else max(0.0, float(excess.max()))
 
 
-def _over_the_limit(trace: Trace) -> FloatArray | None:
+def over_the_limit(trace: Trace) -> FloatArray | None:
     """Compare the speed with the limit at the front bumper, (n_steps,) [m/s]."""
     table = trace.speed_limits
     limits = np.ma.filled(table["limit_mps"], np.inf)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from experiments.metrics.pairs import Neighbours, neighbours
 from experiments.trace.schema import Trace
@@ -17,6 +18,7 @@ class Follower:
     """One uninterrupted stay of a vehicle behind the ego; arrays are (n_steps,)."""
 
     id: str
+    index: NDArray[np.int64]  # of the steps
     speed: FloatArray  # [m/s]
     acceleration: FloatArray  # [m/s²]
 
@@ -37,7 +39,12 @@ def followings(trace: Trace) -> list[Follower]:
             continue
         run = rows[start:end]
         result.append(
-            Follower(str(pairs.id[run[0]]), pairs.speed[run], pairs.acceleration[run])
+            Follower(
+                str(pairs.id[run[0]]),
+                pairs.index[run],
+                pairs.speed[run],
+                pairs.acceleration[run],
+            )
         )
         start = end
     return result

@@ -10,6 +10,7 @@ from experiments.metrics import without_ego
 from experiments.metrics.columns import Cell
 from experiments.trace.content_check import LARGEST_NUMBER
 from experiments.trace.schema import Table, Trace
+from planner.vehicle import VehicleLimits
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,7 @@ class MeasuredEpisode:
 
     trace: Trace
     vehicles_without_ego: Table | None = None
+    limits: VehicleLimits | None = None  # of the ego, if they are known
 
     @cached_property
     def costs_behind(self) -> list[without_ego.Cost] | None:
@@ -68,6 +70,7 @@ class Metric:
     in_terminal: bool = False  # listed when `rearview run` ends
     compared: bool = False  # `rearview compare` includes its mean by default
     rate: str = ""  # name of the share of runs with a value above zero, if compared
+    of_planner: bool = False  # or of motion SUMO only draws; null where SUMO drives
     timing: bool = False  # wall clock: left out when results are compared for identity
 
     @property

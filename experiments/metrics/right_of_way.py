@@ -31,12 +31,12 @@ def encroachments(trace: Trace) -> int | None:
     asks for while the ego is over its line and has not left the zone. None without a
     junction.
     """
-    if not trace.crossings["index"].size:
+    if not trace.junctions["index"].size:
         return None
-    table, braking = trace.conflicts, _accelerations(trace)
+    table, braking = trace.foes, _accelerations(trace)
     index = table["index"]
     front, rear = _fronts(trace)[index], _rears(trace)[index]
-    line = _lines_of_conflicts(trace)
+    line = _lines_of_foes(trace)
     inside = (front > line) & (rear < table["end_m"]) & (table["entry_m"] > 0.0)
     met = inside & (table["goes_first"] == 1) & (table["held"] == 0)
     slower = table["speed_mps"] ** 2 - table["turn_speed_mps"] ** 2
@@ -54,7 +54,7 @@ def encroachments(trace: Trace) -> int | None:
 
 def gave_way_time(trace: Trace) -> float | None:
     """Return how long the ego stood to give way [s]; None without a junction."""
-    if not trace.crossings["index"].size:
+    if not trace.junctions["index"].size:
         return None
     waits = ~np.ma.getmaskarray(trace.steps["gives_way_to"])
     stands = np.abs(np.ma.getdata(trace.steps["speed_mps"])) < STANDING
@@ -65,9 +65,9 @@ def post_encroachment_time(trace: Trace) -> float | None:
     """Return the least time between one leaving a conflict zone and the other's coming.
 
     Null unless the ego and another vehicle have both passed a zone of the same
-    conflict while the ego was near the junction.
+    foe while the ego was near the junction.
     """
-    table = trace.conflicts
+    table = trace.foes
     if not table["index"].size:
         return None
     fronts, rears = _fronts(trace), _rears(trace)
@@ -127,8 +127,8 @@ def _accelerations(trace: Trace) -> dict[tuple[int, str], float]:
     )
 
 
-def _lines_of_conflicts(trace: Trace) -> FloatArray:
-    """Return the ego's stop line of each conflict, (n_conflicts,) [m]."""
-    table, crossings = trace.conflicts, trace.crossings
-    first = np.searchsorted(crossings["index"], table["index"])
-    return np.asarray(crossings["stop_m"][first + table["crossing"]])
+def _lines_of_foes(trace: Trace) -> FloatArray:
+    """Return the ego's stop line of each foe, (n_foes,) [m]."""
+    table, junctions = trace.foes, trace.junctions
+    first = np.searchsorted(junctions["index"], table["index"])
+    return np.asarray(junctions["stop_m"][first + table["junction"]])

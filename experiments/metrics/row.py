@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from experiments.config.self_driven import SELF_DRIVEN
 from experiments.errors import ResultsError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import ALL_COLUMNS, METRICS
@@ -13,22 +14,32 @@ from experiments.metrics.metric import MeasuredEpisode
 from experiments.storage.json_files import read_json, short, short_text
 from experiments.storage.run_files import METRICS as METRICS_FILE
 from experiments.trace.schema import Table, Trace
+from planner.vehicle import VehicleLimits
 
 
-def metric_row(trace: Trace, without_ego: Table | None = None) -> dict[str, Cell]:
+def metric_row(
+    trace: Trace,
+    without_ego: Table | None = None,
+    limits: VehicleLimits | None = None,
+) -> dict[str, Cell]:
     """Compute all metrics of an episode.
 
     Args:
         trace: The recorded episode, with any number of steps.
         without_ego: The vehicles of the same seed without the ego, if that was run.
+        limits: Of the ego, if they are known.
 
     Returns:
         Column name to value, in the order of the results; None where a metric does
         not apply.
     """
-    episode = MeasuredEpisode(trace, without_ego)
+    episode = MeasuredEpisode(trace, without_ego, limits)
+    self_driven = trace.fact("planner") in SELF_DRIVEN
     return {
-        column: _finite(metric.compute(episode)) for column, metric in METRICS.items()
+        column: None
+        if self_driven and metric.of_planner
+        else _finite(metric.compute(episode))
+        for column, metric in METRICS.items()
     }
 
 

@@ -86,7 +86,17 @@ def min_time_headway(trace: Trace) -> float | None:
     from the front bumper to that part of the footprint over the ego's speed, at 1 m/s
     and above. None without a leader.
     """
-    pairs = neighbours(trace)
+    headways = time_headways(neighbours(trace))
+    leads = np.isfinite(headways)
+    return float(headways[leads].min()) if leads.any() else None
+
+
+def time_headways(pairs: Neighbours) -> FloatArray:
+    """Compute the time headway of each pair as above; inf unless it is a leader.
+
+    Returns:
+        (n_pairs,) [s].
+    """
     front = pairs.ego_length / 2.0 * np.cos(pairs.ego_heading)
     rear = pairs.ds - pairs.length / 2.0 * np.cos(pairs.heading)
     gap = _corridor_entry(pairs) - front
@@ -96,9 +106,9 @@ def min_time_headway(trace: Trace) -> float | None:
         & (gap <= LEADER_RANGE)
         & (pairs.ego_speed >= MIN_HEADWAY_SPEED)
     )
-    if not leads.any():
-        return None
-    return float((np.maximum(gap[leads], 0.0) / pairs.ego_speed[leads]).min())
+    headways = np.full(gap.size, np.inf)
+    headways[leads] = np.maximum(gap[leads], 0.0) / pairs.ego_speed[leads]
+    return headways
 
 
 def _corridor_entry(pairs: Neighbours) -> FloatArray:

@@ -1,8 +1,11 @@
 """Settings against the parameters of a planner's factory, in a user's words."""
 
 import inspect
+import json
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, get_type_hints
+
+from pydantic import ConfigDict, PydanticUserError, TypeAdapter, ValidationError
 
 from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError
@@ -13,7 +16,7 @@ _NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONL
 def check_factory_settings(
     name: str, factory: Callable[..., object], settings: Mapping[str, Any]
 ) -> None:
-    """Check the keys of settings that are passed to a factory as keyword arguments.
+    """Check settings that are passed to a factory as keyword arguments.
 
     Args:
         name: Of the planner.
@@ -21,7 +24,8 @@ def check_factory_settings(
         settings: Of the scenario.
 
     Raises:
-        ConfigError: If a key is not a parameter of the factory, or one is missing.
+        ConfigError: If a key is not a parameter of the factory, or one is missing, or
+            a value is not of the type with which the factory annotates it.
     """
     try:
         parameters = inspect.signature(factory).parameters.values()
@@ -39,3 +43,36 @@ def check_factory_settings(
             raise ConfigError(
                 f"planner.settings.{one.name}: is missing; {name} needs it"
             )
+    hints = _hints(factory)
+    for one in named:
+        value = settings.get(one.name, one.default)
+        if one.name in hints and value is not one.default:
+            _check_type(one.name, value, hints[one.name])
+
+
+def _hints(factory: Callable[..., object]) -> Mapping[str, Any]:
+    """Return the annotations of a factory's parameters; none if they mean nothing."""
+    annotated = factory.__init__ if isinstance(factory, type) else factory  # type: ignore[misc]
+    try:
+        return get_type_hints(annotated)
+    except Exception:  # noqa: BLE001, texts of annotations are evaluated
+        return {}
+
+
+def _check_type(key: str, value: object, hint: Any) -> None:
+    """Check one value as it was read from YAML: whole numbers are numbers too."""
+    try:
+        strict: TypeAdapter[Any] = TypeAdapter(hint, config=ConfigDict(strict=True))
+    except PydanticUserError:  # a class of the user's, or one with its own strictness
+        return
+    try:
+        strict.validate_json(json.dumps(value))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(("planner", "settings", key, *map(str, first["loc"])))
+        problem = first["msg"]
+        raise ConfigError(
+            f"{place}: is {first['input']!r}; {problem[:1].lower()}{problem[1:]}"
+        ) from error
+    except TypeError:  # a date, which JSON does not know
+        return

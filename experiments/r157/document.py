@@ -28,14 +28,16 @@ KINDS: Final[Mapping[ConflictKind, str]] = {
     ConflictKind.BRAKING: "Braking leader",
 }
 CAVEATS: Final = (
-    "The models are our reading of published equations. What these leave open (how "
-    "many steps a delay lasts, when braking ends, at which gap a driver has passed) "
-    "was chosen so that the counts come close to those of the published "
-    "implementation of Mattas et al. (2022); the agreement does not confirm it.",
-    "On the thinned grids of six pairs of speeds (60/20, 60/50, 50/10, 40/10, 90/40, "
-    "130/70 km/h) the counts of the formula 5.2.5.2 are the published ones. Beyond "
-    "these we count 2, 1, 2, 1, 1, 1 cells with the fuzzy safety model, one at 40/10 "
-    "and one at 90/40 with the careful human, one at 60/50 and one at 40/10 with RSS.",
+    "The models are written from the published equations. Where these leave something "
+    "open (a delay lasts whole steps and counts in danger only, positions advance with "
+    "the speed at the end of a step, between two dangers the speed is held) they "
+    "follow the conventions of the implementation published with Mattas et al. (2022), "
+    "github.com/ec-jrc/JRC-FSM. On the thinned grids of six pairs of speeds (60/20, "
+    "60/50, 50/10, 40/10, 90/40, 130/70 km/h) all 24 counts equal those of that "
+    "implementation, cell by cell.",
+    "Some lateral speeds reach the ego's side exactly at a step of 0.1 s: in such a "
+    "cell rounding decides (Vy of 12 times 0.1 m/s takes a step longer to reach than "
+    "one of 1.2 m/s).",
     "The careful human judges a cut-in once, when the vehicles begin to overlap "
     "laterally. With more than 2 s to the collision the case counts as not critical "
     "and ends without a collision.",

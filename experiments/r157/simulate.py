@@ -44,7 +44,7 @@ class Results:
 def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:
     """Drive all conflicts to their ends.
 
-    Positions advance with the speed at the beginning of each step, as in the
+    The ego's position advances with the speed at the end of each step, as in the
     published implementation; a collision is an overlap of the two rectangles at a
     step. The conflict of a driver who has judged it uncritical ends there.
 
@@ -56,7 +56,7 @@ def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:
     lengths = sizes.ego_length + sizes.other_length
     narrower = min(sizes.ego_width, sizes.other_width)
     gap, speed = conflicts.gap.copy(), conflicts.ego_speed.copy()
-    state = attentive(driver, n, STEP_S)
+    state = attentive(n)
     outcome = np.full(n, int(ConflictEnd.AVOIDED))
     impact, hardest = np.zeros(n), np.zeros(n)
     open_ = conflicts.lateral_gap.min(axis=0) < 0.0  # a lane kept is no conflict
@@ -93,8 +93,8 @@ def simulate(driver: ReferenceDriver, conflicts: Conflicts) -> Results:
         )
         state = react(driver, situation, state, STEP_S)
         hardest = np.where(open_, np.maximum(hardest, state.deceleration), hardest)
-        gap = gap - (speed - other_speed) * STEP_S
         speed = np.maximum(speed - state.deceleration * STEP_S, 0.0)
+        gap = gap - (speed - other_speed) * STEP_S
     return Results(outcome, impact, hardest)
 
 

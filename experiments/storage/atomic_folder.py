@@ -8,10 +8,12 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from difflib import get_close_matches
 from pathlib import Path
 
 from experiments.errors import ResultsError
 
+PARENTS = (Path("sweeps"), Path("runs"))  # where commands put results by default
 _ASIDE = ".unfinished-{}-"  # with the process that fills it
 
 
@@ -78,8 +80,25 @@ def make_folder(folder: Path) -> None:
 
 def require_there(folder: Path) -> None:
     """Raise a ResultsError if a folder is missing: a mistyped name, most likely."""
-    if not folder.exists():
-        raise ResultsError(f"{folder}: there is no such folder")
+    if folder.exists():
+        return
+    close = _folder_like(folder)
+    hint = "" if close is None else f"; did you mean {close}?"
+    raise ResultsError(f"{folder}: there is no such folder{hint}")
+
+
+def _folder_like(missing: Path) -> Path | None:
+    """Find a folder that may be meant: of this name in `PARENTS`, or of one like it."""
+    if not missing.is_absolute():
+        for parent in PARENTS:
+            if (parent / missing).is_dir():
+                return parent / missing
+    try:
+        there = [one.name for one in missing.parent.iterdir() if one.is_dir()]
+    except OSError:
+        return None
+    close = get_close_matches(missing.name, there, n=1)
+    return missing.with_name(close[0]) if close else None
 
 
 def file_in_place_of(folder: Path) -> Path | None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.config import Scenario
+from experiments.config.axes import Point, axis_points
 from experiments.config.scenario_file import (
     Change,
     changed,
@@ -15,8 +16,8 @@ from experiments.config.scenario_file import (
     parse_key,
     scenario_document,
 )
-from experiments.config.sweep import Axes, Sample, Sweep, SweptPlanner
-from experiments.config.yaml_reader import Document, KeyPath, Plain
+from experiments.config.sweep import Sweep, SweptPlanner
+from experiments.config.yaml_reader import Document, KeyPath
 from experiments.episode.identity import run_hashes
 from experiments.errors import ConfigError
 from experiments.planners.registry import PLANNERS, make_planner
@@ -25,8 +26,6 @@ from sumo_nets import catalogue
 from sumo_nets.errors import NetworkError
 
 ID_LENGTH = 16  # characters of the run's hash: 64 bits, enough for a million runs
-
-Point = dict[str, Plain]  # scenario key -> value
 
 _NOT_FOR_AXES = (("name",), ("planner",), ("planner", "name"), ("simulation", "seed"))
 
@@ -77,7 +76,7 @@ class Plan:
     def _all(self) -> Iterator[PlannedRun]:
         """Yield the runs in order."""
         sweep = self._sweep
-        for base, planner in product(self._bases, sweep.planners):
+        for base, planner in product(self._bases, sweep.variants):
             for index, point in enumerate(axis_points(sweep.axes)):
                 for seed in sweep.all_seeds:
                     yield self._run(base, planner, point, seed, first=index == 0)
@@ -156,42 +155,6 @@ class Plan:
             if path in self._places.places:
                 return self._places.places[path]
         return self._places.where((section,))
-
-
-def axis_points(axes: Axes) -> Iterator[Point]:
-    """Yield every combination of the axes; the sample varies fastest."""
-    grid = product(*axes.grid.values())
-    zipped = list(zip(*axes.zip.values(), strict=True)) or [()]
-    sampled = list(_sample(axes.sample)) if axes.sample else [{}]
-    for values, tied, drawn in product(grid, zipped, sampled):
-        yield {
-            **dict(zip(axes.grid, values, strict=True)),
-            **dict(zip(axes.zip, tied, strict=True)),
-            **drawn,
-        }
-
-
-def _sample(sample: Sample) -> Iterator[Point]:
-    """Sample points over the ranges."""
-    from scipy.stats import qmc  # takes half a second to load
-
-    dimensions = len(sample.ranges)
-    if sample.method == "sobol":
-        drawn = qmc.Sobol(dimensions, rng=sample.seed).random(sample.count)
-    else:
-        drawn = qmc.LatinHypercube(dimensions, rng=sample.seed).random(sample.count)
-    for row in drawn:
-        yield {
-            key: _in_range(float(at), *ends)
-            for at, (key, ends) in zip(row, sample.ranges.items(), strict=True)
-        }
-
-
-def _in_range(at: float, least: float, most: float) -> float | int:
-    """Scale a number in [0, 1) to a range; an integer if both ends are integers."""
-    if isinstance(least, int) and isinstance(most, int):
-        return least + int(at * (most - least + 1))
-    return least + at * (most - least)
 
 
 def plain(value: Any) -> Any:

@@ -37,7 +37,7 @@ _NULLABLE: Mapping[str, set[str]] = {
     "vehicles": _PLACES | {"acceleration_mps2", "lateral_speed_mps"},
     "plans": {"s_m", "l_m"},
     "speed_limits": {"limit_mps"},
-    "crossings": {"wait_m"},
+    "junctions": {"wait_m"},
     "vehicle_ways": {"stop_m"},
     "timing": {"planning_ms", "planning_cpu_ms"},
 }
@@ -46,8 +46,8 @@ _WITH_STEPS = (
     "vehicles",
     "plans",
     "signals",
-    "crossings",
-    "conflicts",
+    "junctions",
+    "foes",
     "vehicle_ways",
 )
 

@@ -8,23 +8,23 @@ import numpy as np
 
 from experiments.cosim.records import StepRecord
 from experiments.trace.schema import TABLES, Column, Table, column
-from planner.right_of_way.records import Conflict, Crossing, Rule
+from planner.right_of_way.records import Foe, JunctionAhead, Rule
 from planner.states import FloatArray
 from planner.ways import NO_WAY, Ways
 
 _FLAGS = frozenset(
-    map(Conflict._fields.index, ("merges", "goes_first", "gives_way", "held"))
+    map(Foe._fields.index, ("merges", "goes_first", "gives_way", "held"))
 )
 
 
-def crossing_table(records: Sequence[StepRecord]) -> Table:
+def junction_table(records: Sequence[StepRecord]) -> Table:
     """Make one row for each junction near the ego in each step."""
     return _table(
-        "crossings",
+        "junctions",
         [
             (
                 r.index,
-                x.junction,
+                x.id,
                 str(x.rule),
                 x.stop_s,
                 x.exit_s,
@@ -32,15 +32,15 @@ def crossing_table(records: Sequence[StepRecord]) -> Table:
                 math.nan if x.wait_s is None else x.wait_s,
             )
             for r in records
-            for x in r.traffic.crossings
+            for x in r.traffic.junctions
         ],
     )
 
 
-def conflict_table(records: Sequence[StepRecord]) -> Table:
-    """Make one row for each conflict in each step."""
-    rows = [(r.index, *conflict) for r in records for conflict in r.traffic.conflicts]
-    return _table("conflicts", rows)
+def foe_table(records: Sequence[StepRecord]) -> Table:
+    """Make one row for each foe in each step."""
+    rows = [(r.index, *foe) for r in records for foe in r.traffic.foes]
+    return _table("foes", rows)
 
 
 def vehicle_way_table(records: Sequence[StepRecord]) -> Table:
@@ -74,18 +74,20 @@ def way_table(records: Sequence[StepRecord]) -> Table:
     }
 
 
-def read_crossings(table: Table, rows: slice) -> tuple[Crossing, ...]:
+def read_junctions(table: Table, rows: slice) -> tuple[JunctionAhead, ...]:
     """Restore the junctions near the ego in one step."""
     return tuple(
-        Crossing(name, Rule(rule), stop, end, speed, None if math.isnan(wait) else wait)
+        JunctionAhead(
+            name, Rule(rule), stop, end, speed, None if math.isnan(wait) else wait
+        )
         for name, rule, stop, end, speed, wait in _cells(table, rows)
     )
 
 
-def read_conflicts(table: Table, rows: slice) -> tuple[Conflict, ...]:
-    """Restore the conflicts of one step."""
+def read_foes(table: Table, rows: slice) -> tuple[Foe, ...]:
+    """Restore the foes of one step."""
     return tuple(
-        Conflict._make(cell if k not in _FLAGS else bool(cell) for k, cell in row)
+        Foe._make(cell if k not in _FLAGS else bool(cell) for k, cell in row)
         for row in map(enumerate, _cells(table, rows))
     )
 

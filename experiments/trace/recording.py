@@ -11,8 +11,8 @@ import numpy as np
 from experiments.cosim.records import Ending, StepRecord, TrafficState
 from experiments.cosim.road import EgoTask, Road
 from experiments.trace.junction_tables import (
-    conflict_table,
-    crossing_table,
+    foe_table,
+    junction_table,
     vehicle_way_table,
     way_table,
 )
@@ -81,8 +81,8 @@ def build_trace(
         bounds=_bounds(road.bounds),
         speed_limits=_speed_limits(road.speed_limits),
         lanes=_lanes(road.lanes),
-        crossings=crossing_table(records),
-        conflicts=conflict_table(records),
+        junctions=junction_table(records),
+        foes=foe_table(records),
         vehicle_ways=vehicle_way_table(records),
         ways=way_table(records),
         timing=_from_rows(

@@ -137,7 +137,7 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
         "width_m": _NUMBER,
     },
     # Junctions where the ego meets others; places along its path [m].
-    "crossings": {
+    "junctions": {
         "index": _COUNT,
         "junction": _TEXT,
         "rule": _TEXT,  # letter of the ego's right of way
@@ -146,9 +146,9 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
         "speed_mps": _NUMBER,  # at which it can drive through
         "wait_m": _NUMBER,  # where it may wait inside; null where it may not
     },
-    "conflicts": {  # as in planner.right_of_way.records.Conflict
+    "foes": {  # as in planner.right_of_way.records.Foe
         "index": _COUNT,
-        "crossing": _COUNT,  # place among the crossings of the step
+        "junction": _COUNT,  # place among the junctions of the step
         "vehicle": _TEXT,
         "begin_m": _NUMBER,
         "end_m": _NUMBER,
@@ -198,8 +198,8 @@ class Trace:
     bounds: Table
     speed_limits: Table
     lanes: Table
-    crossings: Table
-    conflicts: Table
+    junctions: Table
+    foes: Table
     vehicle_ways: Table
     ways: Table
     timing: Table

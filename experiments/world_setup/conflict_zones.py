@@ -7,7 +7,7 @@ import shapely
 
 from experiments.cosim.junctions import ConflictZone, RoadJunction
 from planner.reference_path.path import ReferencePath
-from planner.right_of_way.records import Crossing, Rule
+from planner.right_of_way.records import JunctionAhead, Rule
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
 from sumo_nets.net_reader import Link
@@ -58,8 +58,8 @@ def _junction(
     link = span.passage.link
     zones = [_zone(foe, link, at, points, reach) for foe in span.passage.foes]
     sharpest = float(np.abs(places.curvature[at <= end]).max(initial=0.0))
-    crossing = Crossing(
-        junction=span.passage.junction,
+    junction = JunctionAhead(
+        id=span.passage.junction,
         rule=Rule(link.state) if link.state in set(Rule) else Rule.MAJOR,
         stop_s=begin,
         exit_s=end,
@@ -67,7 +67,7 @@ def _junction(
         wait_s=inside if span.passage.may_wait_inside else None,
     )
     there = tuple(zone for zone in zones if zone is not None)
-    return RoadJunction(crossing, there, link.signal, link.signal_link)
+    return RoadJunction(junction, there, link.signal, link.signal_link)
 
 
 def _zone(

@@ -33,9 +33,27 @@ EASY = 0.85  # share of the ego's curvature that needs no plan; the rest is for 
 ABRUPT = 0.06  # a lane's curvature that changes faster needs one [1/m²]
 SHARPEST = (0.97, 0.94, 0.91)  # most of it; smoothing may add to it
 HELD = 0.985  # what the smooth path may have of it
+LEAST_MARGIN = 0.1  # from the body to the area's edge, where it does not fit [m]
 LAST_RESORT = 0.2  # how far the body may be planned over the area, if need be [m]
-# share of the ego's curvature, how far over the area [m], first guesses
-ATTEMPTS = ((EASY, 0.0, SHIFTS[:1]), (0.91, 0.1, SHIFTS[:3]))
+
+
+class Attempt(NamedTuple):
+    """How a stretch is planned; the first one that comes out is taken."""
+
+    share: float  # of the ego's curvature
+    margin: float  # from the body to the area's edge [m]
+    beyond: float  # how far the body may reach over the edge [m]
+    shifts: tuple[float, ...]  # of the first guesses [m]
+
+
+# The first two leave room and steering to an ego that is beside the path or stops in
+# the bend; without them a planner finds no motion there that keeps the limits.
+ATTEMPTS = (
+    Attempt(0.65, 0.4, -0.35, SHIFTS[:1]),
+    Attempt(0.78, 0.25, -0.2, SHIFTS[:1]),
+    Attempt(EASY, LEAST_MARGIN, 0.0, SHIFTS[:1]),
+    Attempt(0.91, LEAST_MARGIN, 0.1, SHIFTS[:3]),
+)
 LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m] ...
 LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
 APART = 5.0  # stretches nearer than this to each other are planned as one [m]
@@ -60,6 +78,13 @@ class DrivenPath:
     path: ReferencePath
     near: FloatArray  # about where the route's points lie on the path, (n,) [m]
     planned: tuple[Stretch, ...]  # on the path
+
+    def is_planned(self, s: FloatArray) -> BoolArray:
+        """Mark the places that lie in a planned stretch, (n,)."""
+        marked = np.zeros(s.size, dtype=bool)
+        for stretch in self.planned:
+            marked |= (s >= stretch.begin) & (s <= stretch.end)
+        return marked
 
 
 def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
@@ -204,14 +229,14 @@ def _planned(
         )
     boundary = boundary_about(found.area, guide, ROOM)
     most = vehicle.limits.max_curvature
-    margin = SteeringLimits(most).margin
-    for part, beyond, shifts in (*ATTEMPTS, (share, LAST_RESORT, SHIFTS)):
-        limits = SteeringLimits(min(part, share) * most)
+    for attempt in (*ATTEMPTS, Attempt(share, LEAST_MARGIN, LAST_RESORT, SHIFTS)):
+        part, margin, beyond, shifts = attempt
+        limits = SteeringLimits(min(part, share) * most, margin=margin)
         path = steerable_path(guide, boundary, vehicle, limits, shifts)
         if path.fault <= margin + beyond:
             return path
     needed = _needed(guide, boundary, vehicle)
-    reach = path.fault - margin
+    reach = path.fault - LEAST_MARGIN
     raise NetworkError(
         f"{_place(found, stretch)}: a bend that this body cannot take: it needs a "
         f"curvature of {needed} 1/m, the ego has {most:g} and would be {reach:.2f} m "

@@ -10,7 +10,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from experiments.config import Scenario
+from experiments.config import Scenario, SumoTraffic
+from experiments.world_setup.closures import check_closure, closure_of
 from experiments.world_setup.ego_vehicle import ego_task
 from experiments.world_setup.obstacles import (
     check_on_road,
@@ -45,7 +46,8 @@ def make_layout(scenario: Scenario) -> Layout:
 
     Raises:
         ConfigError: If the network, its route or lane does not exist, something lies
-            beyond the road, or an obstacle stands where the ego starts.
+            beyond the road, an obstacle stands where the ego starts, or a
+            closure leaves no way round.
     """
     bare = _bare_layout(_road_source(scenario))
     beyond = scenario.beyond(bare.road.path.length)
@@ -53,16 +55,20 @@ def make_layout(scenario: Scenario) -> Layout:
         raise scenario.error(*beyond)
     check_on_road(scenario, bare)
     bodies = _static_bodies(_body_source(scenario))
-    road = replace(bare.road, obstacles=bodies)
+    closure = closure_of(scenario.obstacles)
+    road = replace(bare.road, obstacles=bodies, closure=closure)
     layout = replace(bare, road=road)
+    check_closure(scenario, layout)
     check_start(scenario, layout)
     return layout
 
 
 def _road_source(scenario: Scenario) -> _Source:
     """Return what the road is made from: sections and the state of the file."""
-    keys = ("world", "network", "road", "ego")
+    keys = ["world", "network", "road", "ego"]
     resolved = scenario.resolved()
+    if isinstance(scenario.traffic, SumoTraffic):  # may hold the ego's route
+        keys.append("traffic")
     parts: list[Any] = [resolved.get(key) for key in keys]
     network = scenario.network
     if network is not None:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -14,6 +15,7 @@ from experiments.config.road import KinematicRoad
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.road import EgoTask, Road
 from experiments.world_setup.conflict_zones import road_junctions
+from experiments.world_setup.demand_files import taken_vehicle
 from experiments.world_setup.driven_path import DrivenPath, driven_path
 from experiments.world_setup.road_bounds import road_bounds
 from planner.errors import PlannerError
@@ -26,7 +28,7 @@ from sumo_nets import catalogue
 from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import Net, check_route, read_net
-from sumo_nets.route_path import RoutePath, StopLine, route_path
+from sumo_nets.route_path import LaneSpan, RoutePath, StopLine, route_path
 from sumo_nets.routes import fastest_route, random_route
 
 # A catalogue's exact line and its built net may differ by so much before it is stale.
@@ -35,6 +37,7 @@ MAX_DEVIATION = 0.25  # [m]
 DRAWN = 12  # random routes that are tried
 ENTRY_ROOM = 0.5  # from a junction to the front of an ego that enters [m]
 FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
+SEAM = 0.01  # behind the end of an edge other lanes than the onward ones are gone [m]
 BEYOND_GOAL = 30.0  # a random route goes on behind the goal [m]
 
 _SEGMENTS: Mapping[str, Callable[..., Segment]] = {
@@ -86,6 +89,9 @@ def scenario_network(scenario: Scenario) -> Network:
     if choice.file is None:
         return catalogue.network(choice.name or "")
     net = read_net(Path(choice.file))
+    taken = taken_vehicle(scenario, net)
+    if taken is not None:
+        return _of_route(net, taken.route, choice.lane)
     if choice.route is not None:
         return _of_route(net, choice.route, choice.lane)
     if choice.from_ is not None and choice.to is not None:
@@ -157,7 +163,7 @@ def sumo_road(network: Network, vehicle: Vehicle, start: float | None = None) ->
     kept = _growing(s)
     edges = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
     bounds = road_bounds(found, driven, edges, vehicle)
-    lanes, limits = _lanes(found, s, l), _speed_limits(found, s)
+    lanes, limits = _lanes(found, driven, s, l), _speed_limits(found, s)
     junctions = road_junctions(found, path, s, vehicle)
     return Road(
         path, bounds, lanes, stop_lines, speed_limits=limits, junctions=junctions
@@ -198,39 +204,94 @@ def _speed_limits(found: RoutePath, s: FloatArray) -> SpeedLimits:
     return SpeedLimits(np.array(begins), np.array(limits))
 
 
-def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
+def _lanes(found: RoutePath, driven: DrivenPath, s: FloatArray, l: FloatArray) -> Lanes:
     """Return the lanes of the route's edges along the reference path.
 
     Lanes are identified by their place beside the one that the route follows; where
-    one is missing its width is 0. Inside junctions there are no markings: lanes are
-    interpolated from one edge to the next.
+    one is missing its width is 0. Inside junctions there are no markings: lanes that
+    lead over it beside the route's are interpolated from one edge to the next, the
+    others are missing. Where the path is planned the lanes are beside it, not where
+    they are drawn: a vehicle can follow them.
     """
     spans = [span for span in found.spans if not span.lane.startswith(":")]
     n_right = max((sum(x < 0.0 for x in span.lines) for span in spans), default=0)
     n_left = max((sum(x > 0.0 for x in span.lines) for span in spans), default=0)
-    at, centres, widths = [], [], []
-    for k in np.flatnonzero(_growing(s)):
-        span = next((x for x in spans if x.begin <= found.s[k] <= x.end), None)
-        if span is None:
+    l = np.where(driven.is_planned(s), 0.0, l)
+    kept = np.flatnonzero(_growing(s))
+    rows: list[_LaneRow] = []
+    before = -1  # place of the span of the last row
+    for k in kept:
+        here = _span_at(spans, float(found.s[k]), before)
+        if here is None:
             continue
-        edges = span.edges_at(float(found.left[k]))
-        own = sum(x < 0.0 for x in span.lines)
-        centre = np.zeros(n_right + 1 + n_left)
-        width = np.zeros(centre.size)
-        first = n_right - own
-        there = slice(first, first + edges.size - 1)
-        centre[there] = 0.5 * (edges[1:] + edges[:-1])
-        width[there] = np.diff(edges)
-        centre[:first] = edges[0] - np.arange(first, 0, -1.0)
-        beyond = centre.size - there.stop
-        centre[there.stop :] = edges[-1] + np.arange(1.0, beyond + 1.0)
-        at.append(s[k])
-        centres.append(centre + l[k])
-        widths.append(width)
-    if not at:
+        row = _lane_row(spans[here], float(found.left[k]), n_right, n_left)
+        row = row.moved(float(s[k]), float(l[k]))
+        if here != before and before >= 0:
+            rows += _over_junction(rows[-1], row, spans[before], n_right)
+        if not rows or row.s > rows[-1].s:
+            rows.append(row)
+        before = here
+    if not rows:
         return Lanes.none()
-    centre, width = np.array(centres).T, np.array(widths).T
-    return Lanes(np.array(at), centre, width, found.left_hand)
+    at, centre, width = zip(*rows, strict=True)
+    return Lanes(np.array(at), np.array(centre).T, np.array(width).T, found.left_hand)
+
+
+class _LaneRow(NamedTuple):
+    """The lanes at one place, right to left."""
+
+    s: float  # [m]
+    centre: FloatArray  # (n_lanes,) [m]
+    width: FloatArray  # [m]
+
+    def moved(self, s: float, l: float) -> "_LaneRow":
+        """Return the same lanes at `s`, and `l` to the left."""
+        return _LaneRow(s, self.centre + l, self.width)
+
+
+def _span_at(spans: Sequence[LaneSpan], at: float, first: int) -> int | None:
+    """Find the edge at an arc length, from the edge `first` on; None in junctions."""
+    numbers = range(max(first, 0), len(spans))
+    return next((k for k in numbers if spans[k].begin <= at <= spans[k].end), None)
+
+
+def _lane_row(span: LaneSpan, left: float, n_right: int, n_left: int) -> _LaneRow:
+    """Return the lanes of an edge whose carriageway's left edge is `left`."""
+    edges = span.edges_at(left)
+    own = sum(x < 0.0 for x in span.lines)
+    centre = np.zeros(n_right + 1 + n_left)
+    width = np.zeros(centre.size)
+    first = n_right - own
+    there = slice(first, first + edges.size - 1)
+    centre[there] = 0.5 * (edges[1:] + edges[:-1])
+    width[there] = np.diff(edges)
+    centre[:first] = edges[0] - np.arange(first, 0, -1.0)
+    beyond = centre.size - there.stop
+    centre[there.stop :] = edges[-1] + np.arange(1.0, beyond + 1.0)
+    return _LaneRow(0.0, centre, width)
+
+
+def _over_junction(
+    last: _LaneRow, following: _LaneRow, span: LaneSpan, n_right: int
+) -> list[_LaneRow]:
+    """Return rows inside a junction, where the lanes that do not lead on are missing.
+
+    Args:
+        last: Lanes of the edge before.
+        following: Lanes of the edge behind the junction.
+        span: Of the edge before.
+        n_right: Lanes to the right of the route's, at most.
+    """
+    onward = np.zeros(last.width.size, dtype=bool)
+    first = n_right - sum(x < 0.0 for x in span.lines)
+    onward[first : first + len(span.onward)] = span.onward
+    begin, end = last.s + SEAM, following.s - SEAM
+    if onward.all() or end <= begin:
+        return []
+    return [
+        _LaneRow(at, row.centre, np.where(onward, row.width, 0.0))
+        for at, row in ((begin, last), (end, following))
+    ]
 
 
 def _driven_path(network: Network, found: RoutePath, vehicle: Vehicle) -> DrivenPath:

@@ -54,9 +54,7 @@ def road_bounds(
     body = _swept(path, s, vehicle)
     edge = _edges(found, path, s)
     left, right = carriageway.at(s)
-    planned = np.zeros(s.size, dtype=bool)
-    for stretch in driven.planned:
-        planned |= (s >= stretch.begin) & (s <= stretch.end)
+    planned = driven.is_planned(s)
     most = np.where(planned, np.minimum(left, edge.left), left)
     least = np.where(planned, np.maximum(right, edge.right), right)
     wanted = np.minimum(body.left + SPARE, np.maximum(edge.left, body.left))

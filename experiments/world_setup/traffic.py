@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from experiments.config import Scenario
+from experiments.config import Scenario, SumoTraffic
 from experiments.config.traffic import DENSITIES, Traffic
 from experiments.cosim.sumo.settings import ENTRY_PATIENCE, SlowLeader
 from experiments.world_setup.ego_vehicle import ego_type
@@ -36,25 +36,26 @@ def write_traffic(
     return file
 
 
-def slow_leader(traffic: Traffic | None) -> SlowLeader | None:
+def slow_leader(traffic: Traffic | SumoTraffic | None) -> SlowLeader | None:
     """Return the slow leader of the traffic section, None without one."""
-    leader = traffic.slow_leader if traffic is not None else None
+    leader = traffic.slow_leader if isinstance(traffic, Traffic) else None
     if leader is None:
         return None
     return SlowLeader(LEADER, leader.gap_m, leader.speed_mps)
 
 
 def make_demand(scenario: Scenario, layout: Layout) -> Demand:
-    """Make the demand of the traffic section; no vehicles without one.
+    """Make the demand of the traffic section; no vehicles without flows.
 
     Raises:
         ConfigError: If the density is of a road without lanes.
     """
     traffic = scenario.traffic
-    if traffic is None:
+    if not isinstance(traffic, Traffic):
         return Demand()
-    left_out = {"density", "temper", "slow_leader"}
+    left_out = {"density", "temper", "slow_leader", "reaction_s"}
     fields = traffic.model_dump(exclude_none=True, exclude=left_out)
+    fields["reaction"] = traffic.reaction_s
     if "models" in fields:
         fields["models"] = tuple(fields["models"].items())
     if traffic.density is not None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from planner.errors import InvalidInputError
+from planner.states import store_floats
 
 
 class LateralMotion(StrEnum):
@@ -42,6 +43,10 @@ class Weights:
     heading: float = 5.0
     dead_end: float = 12.0
 
+    def __post_init__(self) -> None:
+        """Store whole numbers as floats."""
+        store_floats(self)
+
 
 @dataclass(frozen=True, slots=True)
 class Scales:
@@ -52,6 +57,10 @@ class Scales:
     clearance: float = 1.5  # edge distance from which a body costs nothing [m]
     consistency: float = 1.0  # mean squared change of the plan's offset [m²]
     heading: float = 1.0  # squared sine of the heading error where the plan ends [-]
+
+    def __post_init__(self) -> None:
+        """Store whole numbers as floats."""
+        store_floats(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +104,7 @@ class CruiseSettings:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be sampled."""
+        store_floats(self)
         positive = ("lateral_step", "min_manoeuvre_length", "step", "time_headway")
         for name in (*positive, "convolution_sigma", "comfort_lateral_acceleration"):
             if not getattr(self, name) > 0.0:

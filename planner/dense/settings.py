@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from planner.errors import InvalidInputError
+from planner.states import store_floats
 
 
 class LayerRule(StrEnum):
@@ -95,6 +96,7 @@ class LatticeSettings:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be sampled."""
+        store_floats(self)
         whole = ("uniform_layers", "free_points", "regions", "resolution")
         lengths = ("layer_step", "sample_step", "max_curvature", "clearance")
         weights = ("offset_weight", "smoothness_weight", "safety_weight")
@@ -138,6 +140,7 @@ class SmoothingSettings:
 
     def __post_init__(self) -> None:
         """Refuse what is no program."""
+        store_floats(self)
         _require(
             self,
             ("knot_step", "smoothness_weight", "max_curvature", "passes"),
@@ -170,6 +173,7 @@ class SideSettings:
 
     def __post_init__(self) -> None:
         """Refuse what is no program."""
+        store_floats(self)
         weights = ("offset_weight", "slope_weight", "bend_weight")
         _require(
             self,
@@ -216,6 +220,7 @@ class DriveSettings:
 
     def __post_init__(self) -> None:
         """Refuse what is no program."""
+        store_floats(self)
         positive = ("duration", "time_step", "jerk_weight", "max_jerk", "attempts")
         rates = ("acceleration", "braking", "lateral_share")
         weights = ("distance_weight", "speed_weight", "acceleration_weight")
@@ -243,6 +248,7 @@ class DenseSettings:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be driven."""
+        store_floats(self)
         positive = ("horizon", "curvature_share", "spacing")
         _require(self, positive, ("stop_gap", "change_gain", "road_margin"))
         _within(self, {"horizon": (20.0, 500.0), "spacing": (1, 20)})

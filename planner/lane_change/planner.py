@@ -5,8 +5,9 @@ from functools import partial
 
 import numpy as np
 
-from planner.bodies import bodies_of, touched_by
-from planner.fallback import fallback
+from planner.bodies import bodies_of
+from planner.contact_check import Contact, first_contact
+from planner.fallback import HARD_GAP, fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import lane_at, wanted_lane
 from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
@@ -21,8 +22,6 @@ from planner.path_velocity import trajectory_on
 from planner.scene import Scene
 from planner.scene_checks import invalid
 from planner.states import Trajectory
-
-HARD_GAP = 0.05  # least distance to a body that a fallback may leave [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,18 +128,17 @@ def _fall_back(
     scene, ahead = here.scene, here.scene.vehicles.prediction
     bodies = bodies_of(scene, max(ahead.x.shape[1], 1), ahead.step)
 
+    def contact(trajectory: Trajectory, margin: float) -> Contact | None:
+        return first_contact(trajectory, scene.vehicle, bodies, here.behind, margin)
+
     def blocker(trajectory: Trajectory) -> str | None:
-        return touched_by(
-            trajectory,
-            bodies,
-            here.behind,
-            scene.vehicle.disc_offsets,
-            scene.vehicle.disc_radius,
-            HARD_GAP,
-        )
+        hit = contact(trajectory, HARD_GAP)
+        return None if hit is None else hit.id
 
     driven = None if last is None else last.trajectory
-    status, trajectory = fallback(scene, driven, blocker, settings.speed.duration)
+    status, trajectory = fallback(
+        scene, driven, blocker, settings.speed.duration, contact
+    )
     ego = scene.ego_frenet
     lane = lane_at(scene.lanes, ego.s, ego.l)
     phase, change = Phase.KEEP, None

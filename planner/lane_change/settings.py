@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from planner.states import store_floats
+
 
 @dataclass(frozen=True, slots=True)
 class PathSettings:
@@ -19,6 +21,10 @@ class PathSettings:
     lateral_acceleration: float = 2.0  # of the change itself [m/s²]
     settle_time: float = 3.0  # in which lane keeping returns to the centre [s]
     settle_length: float = 20.0  # and over at least this [m]
+
+    def __post_init__(self) -> None:
+        """Store whole numbers as floats."""
+        store_floats(self)
 
 
 class OrderRule(StrEnum):
@@ -59,6 +65,10 @@ class SpeedSettings:
     order_rule: OrderRule = OrderRule.SOLVE_ALL
     grid: GridSettings = GridSettings()  # of rule dynamic_programming
 
+    def __post_init__(self) -> None:
+        """Store whole numbers as floats."""
+        store_floats(self)
+
 
 @dataclass(frozen=True, slots=True)
 class ManoeuvreSettings:
@@ -71,6 +81,10 @@ class ManoeuvreSettings:
     tight_room: float = 7.0  # from which a stand still leads past a blockage [m]
     reaction: float = 0.6  # of the driver behind, for RSS [s]
     rear_braking: float = 4.5  # of the driver behind, for RSS [m/s²]
+
+    def __post_init__(self) -> None:
+        """Store whole numbers as floats."""
+        store_floats(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,10 +36,6 @@ class _PartLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
         super().__init__(codegen, name)
         self._whole: Any = None
 
-    def _optimize_functions(self, module: Any) -> None:
-        """Leave optimisation to the entry."""
-        module.data_layout = self._codegen._data_layout
-
     def finalize(self) -> None:
         """Close the library: neither optimised nor made into machine code."""
         self._raise_if_finalized()

@@ -21,13 +21,6 @@ from planner.errors import InvalidInputError
 from planner.piecewise_jerk.bounds import NO_BOUND
 from planner.piecewise_jerk.interior_point import IpmOptions, interior_point
 from planner.piecewise_jerk.problem import PiecewiseJerkProblem, Verdict
-from planner.piecewise_jerk.sparse_solvers import (
-    SOLVERS,
-    Program,
-    program_of,
-    relaxed_program,
-    solve_program,
-)
 from planner.states import FloatArray
 
 OPTIONS = IpmOptions(max_iterations=40, tolerance=1e-9)  # 8-12 iterations are usual
@@ -82,7 +75,7 @@ def solve(
         InvalidInputError: If there is no such solver.
     """
     if solver != "riccati":
-        return _by_matrices(problem, program_of(problem), solver)
+        return _by_matrices(problem, solver)
     program = problem.as_program()
     crossed = np.any(program.lower[1:] > program.upper[1:])
     if crossed or program.jerk_lower > program.jerk_upper:
@@ -91,7 +84,7 @@ def solve(
     if found.verdict == Verdict.INFEASIBLE:
         return _infeasible(problem, found.iterations, solver)
     if found.verdict != Verdict.SOLVED:
-        return _by_matrices(problem, program_of(problem), "piqp")
+        return _by_matrices(problem, "piqp")
     return PiecewiseJerkSolution(
         QpStatus.SOLVED,
         found.state,
@@ -121,7 +114,7 @@ def solve_soft(
         The solution with the largest slack that it needed; its objective is that of
         the hard program, without the price of the slack.
     """
-    return _by_matrices(problem, relaxed_program(problem, linear, quadratic), "piqp")
+    return _by_matrices(problem, "piqp", (linear, quadratic))
 
 
 def judge(problem: PiecewiseJerkProblem, solution: PiecewiseJerkSolution) -> Residuals:
@@ -176,14 +169,29 @@ def _infeasible(
 
 
 def _by_matrices(
-    problem: PiecewiseJerkProblem, program: Program, solver: str
+    problem: PiecewiseJerkProblem,
+    solver: str,
+    price: tuple[float, float] | None = None,
 ) -> PiecewiseJerkSolution:
-    """Solve by a general solver and check its result."""
-    if solver not in SOLVERS:
+    """Solve by a general solver and check its result.
+
+    Args:
+        problem: Checked.
+        solver: A name of `SOLVERS`.
+        price: Linear and quadratic one of soft bounds; None for hard ones.
+    """
+    # imports scipy and all solvers, for 0.2 s: few runs need them
+    from planner.piecewise_jerk import sparse_solvers as general
+
+    if solver not in general.SOLVERS:
         raise InvalidInputError(
-            f"solver {solver} is none of riccati, {', '.join(SOLVERS)}"
+            f"solver {solver} is none of riccati, {', '.join(general.SOLVERS)}"
         )
-    found, z, iterations = solve_program(program, solver)
+    if price is None:
+        program = general.program_of(problem)
+    else:
+        program = general.relaxed_program(problem, *price)
+    found, z, iterations = general.solve_program(program, solver)
     n = problem.weight.shape[0]
     if z is None or not np.isfinite(z).all():
         missing = _infeasible(problem, iterations, solver)

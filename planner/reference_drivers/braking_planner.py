@@ -50,8 +50,8 @@ class BrakingMemory:
 class BrakingPlanner:
     """Holds speed and offset, and brakes as the driver model does; `plan` is pure.
 
-    Positions advance with the speed at the beginning of each step, as in the published
-    implementations, so that one conflict ends as in a batch of them. The hardest
+    Positions advance with the speed at the end of each step, as in the published
+    implementation, so that one conflict ends as in a batch of them. The hardest
     braking for any body counts. A driver who finds a body uncritical goes on looking
     at it; braking ends once the gap no longer closes.
     """
@@ -71,16 +71,14 @@ class BrakingPlanner:
             situation = _situation(scene, body)
             if situation is None:
                 continue
-            state = before.get(body.id) or attentive(self.driver, 1, scene.step)
+            state = before.get(body.id) or attentive(1)
             state = react(self.driver, situation, state, scene.step)
             if state.deceleration[0] > hardest:
                 hardest, cause = float(state.deceleration[0]), body.id
-            over = situation.closing_speed <= 0.0
-            over &= body.acceleration >= 0.0
+            if situation.closing_speed[0] <= 0.0 and body.acceleration >= 0.0:
+                state = attentive(1)
             looking = np.zeros(1, dtype=np.bool_)
-            states[body.id] = replace(
-                state, noticed=state.noticed & ~over, dismissed=looking
-            )
+            states[body.id] = replace(state, dismissed=looking)
         stats = PlanStats(blocker=cause, candidates=1, survivors=1)
         trajectory = _braking(scene, hardest)
         return PlanResult(PlanStatus.OK, trajectory, BrakingMemory(states), stats)
@@ -167,7 +165,7 @@ def _braking(scene: Scene, deceleration: float) -> Trajectory:
     speed[0] = scene.ego.speed
     for k in range(t.size - 1):
         speed[k + 1] = max(speed[k] - deceleration * step, 0.0)
-        driven[k + 1] = driven[k] + speed[k] * step
+        driven[k + 1] = driven[k] + speed[k + 1] * step
     here = scene.path.at(np.array([ego.s])).curvature[0]
     stretch = max(1.0 - float(here) * ego.l, 1e-3)
     none, offset = np.zeros_like(t), np.full_like(t, ego.l)

@@ -51,7 +51,6 @@ class CarefulHuman:
     critical_time: float = CRITICAL_TIME  # [s]
     emergency_braking: bool = False
     reaction: Reaction = field(default_factory=lambda: Reaction(coasting=FOOT_OFF))
-    releases_at_once: bool = False
 
     def following_gap(self, speed: FloatArray) -> FloatArray:
         """Return the gap [m] that the driver keeps from a leader at `speed` [m/s]."""
@@ -60,7 +59,7 @@ class CarefulHuman:
     def perceives_risk(self, situation: ConflictState) -> BoolArray:
         """Return whether the other vehicle is seen to become a danger, (n,)."""
         if self.trigger is Trigger.OVERLAP:
-            return np.asarray(situation.lateral_gap < 0.0)
+            return np.asarray(situation.lateral_gap <= 0.0)
         if self.trigger is Trigger.CLOSING:
             closing = np.isfinite(situation.gap) & (situation.closing_speed > 0.0)
             return np.asarray(closing & (situation.lateral_gap < 0.0))
@@ -71,12 +70,12 @@ class CarefulHuman:
         """Return full braking from the moment of a dangerous cut-in on.
 
         A cut-in that is not critical when it is perceived is dismissed for good; so
-        is one beside or behind the ego's front.
+        is one behind the ego's centre.
         """
         undecided = ~(state.noticed | state.dismissed)
         first = self.perceives_risk(situation) & undecided
         critical = situation.time_to_collision <= self.critical_time
-        critical &= situation.is_behind
+        critical &= situation.is_follower
         noticed = state.noticed | (first & critical)
         dismissed = state.dismissed | (first & ~critical)
         wish = np.where(noticed, FULL_BRAKING, 0.0)
@@ -88,4 +87,4 @@ class CarefulHuman:
             return np.zeros(situation.gap.shape, dtype=np.bool_)
         aligned = situation.lateral_gap <= -situation.narrower_width
         soon = situation.time_to_collision < EMERGENCY_TIME
-        return np.asarray(soon & aligned & situation.is_behind)
+        return np.asarray(soon & aligned & situation.is_follower)

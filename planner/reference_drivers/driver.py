@@ -11,14 +11,14 @@ from planner.reference_drivers.reaction import (
     Reaction,
 )
 from planner.reference_drivers.situation import ConflictState
-from planner.states import BoolArray, FloatArray
+from planner.states import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
     """What a driver makes of one moment; all arrays are (n,)."""
 
-    wish: FloatArray  # deceleration that the driver wants [m/s²]
+    wish: FloatArray  # deceleration that the driver wants, 0 without danger [m/s²]
     noticed: BoolArray  # the driver has decided to react, now or before
     dismissed: BoolArray  # the driver has judged the conflict to be uncritical
     emergency: BoolArray | None = None  # an emergency braking system acts
@@ -26,12 +26,13 @@ class Judgement:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriverState:
-    """What a driver carries from step to step; arrays are (n,) but for `wishes`."""
+    """What a driver carries from step to step; all arrays are (n,)."""
 
     deceleration: FloatArray  # of the step before [m/s²]
+    level: FloatArray  # that the brake has been built up to, kept while released [m/s²]
+    waited: IntArray  # steps of danger that count for the delay
     noticed: BoolArray
     dismissed: BoolArray
-    wishes: FloatArray  # of the steps within the delay, oldest first, (n_delay, n)
 
 
 class ReferenceDriver(Protocol):
@@ -40,11 +41,6 @@ class ReferenceDriver(Protocol):
     @property
     def reaction(self) -> Reaction:
         """Delay and jerk between wish and deceleration."""
-        ...
-
-    @property
-    def releases_at_once(self) -> bool:
-        """Whether braking ends with the wish, or one delay later."""
         ...
 
     def following_gap(self, speed: FloatArray) -> FloatArray:
@@ -56,18 +52,21 @@ class ReferenceDriver(Protocol):
         ...
 
 
-def attentive(driver: ReferenceDriver, n: int, step_s: float) -> DriverState:
+def attentive(n: int) -> DriverState:
     """Return the state of a driver before anything has happened, for `n` conflicts."""
-    nothing = np.zeros(n)
+    nothing, none = np.zeros(n), np.zeros(n, dtype=np.int64)
     unseen = np.zeros(n, dtype=np.bool_)
-    wishes = np.zeros((driver.reaction.delay_steps(step_s), n))
-    return DriverState(nothing, unseen, unseen, wishes)
+    return DriverState(nothing, nothing, none, unseen, unseen)
 
 
 def react(
     driver: ReferenceDriver, situation: ConflictState, state: DriverState, step_s: float
 ) -> DriverState:
     """Return the driver's state after one look at the situation.
+
+    As in the published implementation: the delay counts down in the steps in which
+    there is danger, and once only; between two dangers the speed is held, and the
+    second finds the brake where the first left it.
 
     Args:
         driver: The model.
@@ -78,17 +77,19 @@ def react(
     Returns:
         The new state; its `deceleration` holds during the coming step.
     """
-    judgement = driver.judge(situation, state)
-    line = np.concatenate([state.wishes, judgement.wish[np.newaxis]])
-    delayed = line[0]
-    if driver.releases_at_once:
-        delayed = np.where(judgement.wish > 0.0, delayed, 0.0)
-    deceleration = driver.reaction.decelerate(
-        state.deceleration, judgement.wish, delayed, step_s
-    )
+    judgement, reaction = driver.judge(situation, state), driver.reaction
+    danger = judgement.wish > 0.0
+    waiting = danger & (state.waited < reaction.delay_steps(step_s))
+    built_up = reaction.build_up(state.level, judgement.wish, step_s)
+    level = np.where(danger & ~waiting, built_up, state.level)
+    level = np.where(waiting, reaction.coasting, level)
+    deceleration = np.where(danger, level, 0.0)
     if judgement.emergency is not None:
         built_up = state.deceleration + EMERGENCY_JERK * step_s
         system = np.minimum(built_up, EMERGENCY_BRAKING)
         braked = np.maximum(deceleration, system)
         deceleration = np.where(judgement.emergency, braked, deceleration)
-    return DriverState(deceleration, judgement.noticed, judgement.dismissed, line[1:])
+    waited = state.waited + waiting
+    return DriverState(
+        deceleration, level, waited, judgement.noticed, judgement.dismissed
+    )

@@ -28,7 +28,6 @@ class FuzzySafety:
     safe_margin: float = 2.0  # d2: of the safe distance [m]
     passing_margin: float = 0.1  # of the lateral filter [s]
     reaction: Reaction = field(default_factory=Reaction)
-    releases_at_once: bool = True
 
     def following_gap(self, speed: FloatArray) -> FloatArray:
         """Return the least gap [m] with PFS = 0 at one `speed` [m/s] of both."""
@@ -62,17 +61,17 @@ class FuzzySafety:
         """
         rho, v = self.response_time, situation.speed
         a = -np.minimum(deceleration, self.comfortable_braking)
+        held = np.where(deceleration > 0.0, deceleration, 1.0)
         closing = v - situation.other_speed
         reached = closing + rho * a  # closing speed after the response time
         driven = (closing + 0.5 * a * rho) * rho
         square = reached * reached
         safe = driven + square / (2.0 * self.comfortable_braking)
         unsafe = driven + square / (2.0 * self.hard_braking)
-        graded = _grade(situation.gap - self.standstill_gap, safe, unsafe)
+        graded = _grade(situation.gap, safe, unsafe)
         # Slower than the leader before the response time is over: only a gap shorter
         # than what is driven until then is unsafe.
-        braking = np.where(a < 0.0, -a, 1.0)
-        short = situation.gap < closing * closing / (2.0 * braking)
+        short = situation.gap < closing * closing / (2.0 * held)
         graded = np.where(reached < 0.0, np.where(short, 1.0, 0.0), graded)
         return np.where(closing <= 0.0, 0.0, graded)
 
@@ -101,14 +100,14 @@ class FuzzySafety:
         return np.where(critical > 0.0, critical * (b2 - b1) + b1, proactive * b1)
 
     def judge(self, situation: ConflictState, state: DriverState) -> Judgement:
-        """Return the graded deceleration, while the ego's front is behind.
+        """Return the graded deceleration, while the ego's centre is behind.
 
         Both grades are functions of a gap and mean nothing without one.
         """
         grade = self.wished_deceleration(
             self.proactive(situation), self.critical(situation, state.deceleration)
         )
-        ignored = self.passes_before(situation) | ~situation.is_behind
+        ignored = self.passes_before(situation) | ~situation.is_follower
         wish = np.where(ignored, 0.0, grade)
         return Judgement(wish, state.noticed | (wish > 0.0), state.dismissed)
 

@@ -1,5 +1,6 @@
 """From the wish to brake to the deceleration: delay, coasting and jerk."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,30 +35,21 @@ class Reaction:
             raise InvalidInputError(f"a reaction needs numbers >= 0, got {self}")
 
     def delay_steps(self, step_s: float) -> int:
-        """Return the number of whole steps within the delay."""
-        return int(self.delay_s / step_s + 1e-9)
+        """Return the number of steps that pass until the delay is over."""
+        return math.ceil(self.delay_s / step_s - 1e-9)
 
-    def decelerate(
-        self,
-        deceleration: FloatArray,
-        wish: FloatArray,
-        delayed_wish: FloatArray,
-        step_s: float,
+    def build_up(
+        self, level: FloatArray, wish: FloatArray, step_s: float
     ) -> FloatArray:
-        """Return the deceleration of the coming step.
+        """Return the deceleration after one more step of braking.
 
         Args:
-            deceleration: Of the step before, (n,) [m/s²].
+            level: Deceleration that has been built up, (n,) [m/s²].
             wish: What the driver wants now, (n,) [m/s²].
-            delayed_wish: What the driver wanted one delay ago, (n,) [m/s²].
-            step_s: Time between two calls [s].
+            step_s: Length of the step [s].
 
         Returns:
-            Deceleration, (n,) [m/s²]: it grows no faster than the jerk allows and
-            falls at once.
+            (n,) [m/s²]: it grows no faster than the jerk allows and falls at once.
         """
-        target = np.minimum(delayed_wish, self.deceleration)
-        start = np.maximum(deceleration, self.coasting)
-        braked = np.minimum(start + self.jerk * step_s, target)
-        coasting = np.where(wish > 0.0, self.coasting, 0.0)
-        return np.where(target > 0.0, np.maximum(braked, 0.0), coasting)
+        target = np.minimum(wish, self.deceleration)
+        return np.asarray(np.minimum(level + self.jerk * step_s, target))

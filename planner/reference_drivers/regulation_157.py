@@ -54,7 +54,6 @@ class Regulation157:
     reaction: Reaction = field(
         default_factory=lambda: Reaction(REACTION_TIME, jerk=math.inf)
     )
-    releases_at_once: bool = False
 
     def following_gap(self, speed: FloatArray) -> FloatArray:
         """Return the gap [m] of [R157] 5.2.3.3 at `speed` [m/s], at least 2 m.
@@ -74,10 +73,10 @@ class Regulation157:
         bound = self.least_time_to_collision(situation.closing_speed) + self.margin
         inside = situation.lateral_gap <= self.intrusion_gap
         late = situation.time_to_collision <= bound
-        return np.asarray(inside & late & situation.is_behind)
+        return np.asarray(inside & late & situation.is_follower)
 
     def judge(self, situation: ConflictState, state: DriverState) -> Judgement:
-        """Return the avoiding deceleration, kept while the ego's front is behind."""
-        noticed = state.noticed | self.must_react(situation)
-        wish = np.where(noticed & situation.is_behind, self.deceleration, 0.0)
-        return Judgement(wish, noticed, state.dismissed)
+        """Return the avoiding deceleration as long as the bound is reached."""
+        danger = self.must_react(situation)
+        wish = np.where(danger, self.deceleration, 0.0)
+        return Judgement(wish, state.noticed | danger, state.dismissed)

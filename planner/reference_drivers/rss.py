@@ -25,11 +25,15 @@ class ResponsibilitySensitiveSafety:
     lateral_margin: float = 0.3  # mu [m]
     lateral_acceleration: float = 1.0  # towards each other, and away [m/s²]
     reaction: Reaction = field(default_factory=Reaction)
-    releases_at_once: bool = True
 
     def following_gap(self, speed: FloatArray) -> FloatArray:
-        """Return the safe distance [m] behind a leader of the same `speed` [m/s]."""
-        return self.longitudinal_distance(speed, speed)
+        """Return the gap [m] kept from a leader of the same `speed` [m/s].
+
+        The safe distance still holds when the leader has braked for the response time.
+        """
+        rho, b = self.response_time, self.front_braking
+        braked = np.maximum(speed - rho * b, 0.0)
+        return self.longitudinal_distance(speed, braked) + 0.5 * b * rho * rho
 
     def longitudinal_distance(
         self, rear_speed: FloatArray, front_speed: FloatArray

@@ -32,17 +32,15 @@ class ConflictState:
 
     @property
     def time_to_collision(self) -> FloatArray:
-        """Gap over closing speed [s]; inf while the gap does not shrink."""
+        """Gap over closing speed [s]; inf while the gap does not shrink.
+
+        Where the vehicles are beside each other, the size of the gap counts.
+        """
         closing = self.closing_speed
         safe = np.where(closing > 0.0, closing, 1.0)
-        return np.where(closing > 0.0, self.gap / safe, np.inf)
-
-    @property
-    def is_behind(self) -> BoolArray:
-        """Whether the ego's front has not yet reached the other's rear."""
-        return np.asarray(self.gap > 0.0)
+        return np.where(closing > 0.0, np.abs(self.gap) / safe, np.inf)
 
     @property
     def is_follower(self) -> BoolArray:
-        """Whether the ego's centre lies behind the other's centre."""
-        return np.asarray(self.gap > -0.5 * (self.ego_length + self.other_length))
+        """Whether the ego's centre is not yet ahead of the other's centre."""
+        return np.asarray(self.gap >= -0.5 * (self.ego_length + self.other_length))

@@ -220,3 +220,25 @@ def index_bins(s: FloatArray) -> IndexArray:
     bins = bins.astype(np.int64)
     bins.setflags(write=False)
     return bins
+
+
+@compiled
+def place_knots(
+    x0: float,
+    y0: float,
+    heading0: float,
+    s: FloatArray,
+    curvature: FloatArray,
+    rate: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Place the knots of pieces one after the other."""
+    x, y, heading = np.empty(s.size), np.empty(s.size), np.empty(s.size)
+    x[0], y[0], heading[0] = x0, y0, heading0
+    for i in range(s.size - 1):
+        u = s[i + 1] - s[i]
+        along, across, _, _ = advance(curvature[i], rate[i], u)
+        cos, sin = np.cos(heading[i]), np.sin(heading[i])
+        x[i + 1] = x[i] + along * cos - across * sin
+        y[i + 1] = y[i] + along * sin + across * cos
+        heading[i + 1] = heading[i] + u * (curvature[i] + 0.5 * rate[i] * u)
+    return x, y, heading

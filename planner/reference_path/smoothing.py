@@ -8,19 +8,23 @@ where the bound on the deviation would be broken do the samples gain weight.
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BSpline, CubicHermiteSpline
 from scipy.linalg import solveh_banded
-from scipy.ndimage import maximum_filter1d
-from scipy.sparse import csr_array, diags_array
 
 from planner.errors import InvalidInputError
-from planner.numerics.compiled import compiled
-from planner.reference_path.linear_curvature import MAX_TURN, advance
+from planner.numerics.uniform_spline import (
+    DEGREE,
+    UniformKnots,
+    UniformSpline,
+    combine,
+    hermite,
+    normal_bands,
+    normal_side,
+)
+from planner.reference_path.linear_curvature import MAX_TURN, place_knots
 from planner.reference_path.projection import feet, search_tables
 from planner.reference_path.segments import Knots, knot_table
 from planner.states import FloatArray, freeze
 
-DEGREE = 5
 SAMPLE_STEP = 0.25  # [m], of the polyline
 SPLINE_STEP = 0.5  # [m], between spline knots: room for a corner of 1 m
 KNOT_STEP = 0.25  # [m], of the path
@@ -91,58 +95,76 @@ def _samples(u: FloatArray) -> FloatArray:
     return np.union1d(np.linspace(0.0, u[-1], n_steps + 1), u)
 
 
-def _fit(u: FloatArray, corners: FloatArray, bound: float) -> BSpline:
+def _fit(u: FloatArray, corners: FloatArray, bound: float) -> UniformSpline:
     """Fit the penalised spline; raise weights where it would leave the bound."""
     samples = _samples(u)
     wanted = np.stack([np.interp(samples, u, corners[:, k]) for k in range(2)], axis=1)
-    n_spans = max(3, int(np.ceil(u[-1] / SPLINE_STEP)))
-    h = u[-1] / n_spans
-    t = h * np.arange(-DEGREE, n_spans + DEGREE + 1)
-    basis = csr_array(BSpline.design_matrix(samples, t, DEGREE, extrapolate=True))
+    on = UniformKnots.over(u[-1], SPLINE_STEP)
+    n = on.n_coefficients
+    basis = on.basis(samples)
     # differences of the coefficients stand for the third derivative (P-spline)
-    penalty = SMOOTHING_LENGTH**6 / h**5 * _third_differences(basis.shape[1])
-    spread = 2 * int(np.ceil(SPREAD / SAMPLE_STEP)) + 1
+    penalty = SMOOTHING_LENGTH**6 / on.spacing**5 * _third_differences(n)
+    spread = int(np.ceil(SPREAD / SAMPLE_STEP))
     weights = np.gradient(samples)  # so that the sum of squares is an integral
     weights[[0, -1]] = ENDS_WEIGHT
-    spline = BSpline(t, np.zeros((basis.shape[1], 2)), DEGREE)
+    spline = UniformSpline(on, np.zeros((n, 2)))
+    tangent = on.basis(samples, 1)
     for _ in range(ROUNDS):
-        gram = basis.T @ (diags_array(weights) @ basis) + penalty
-        bands = np.zeros((DEGREE + 1, basis.shape[1]))
-        for k in range(DEGREE + 1):
-            bands[k, : basis.shape[1] - k] = gram.diagonal(-k)
-        right = np.asarray(basis.T @ (weights[:, None] * wanted))
-        spline = BSpline(t, solveh_banded(bands, right, lower=True), DEGREE)
-        excess = _normal_distances(spline, samples, wanted) / bound
+        bands = normal_bands(*basis, weights, n) + penalty
+        right = normal_side(*basis, weights[:, None] * wanted, n)
+        spline = UniformSpline(on, solveh_banded(bands, right, lower=True))
+        excess = (
+            _normal_distances(
+                combine(*basis, spline.coefficients),
+                combine(*tangent, spline.coefficients),
+                wanted,
+            )
+            / bound
+        )
         if excess.max() <= 1.0:
             break
-        weights *= maximum_filter1d(np.clip(excess, 1.0, 2.0) ** 2, spread)
+        weights *= _largest_near(np.clip(excess, 1.0, 2.0) ** 2, spread)
     return spline
 
 
-def _third_differences(n: int) -> csr_array:
-    """Return D^T D of the third differences of n coefficients."""
-    differences = diags_array(
-        [-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(n - 3, n), format="csr"
-    )
-    return csr_array(differences.T @ differences)
+def _third_differences(n: int) -> FloatArray:
+    """Return D^T D of the third differences of n coefficients by diagonals, (6, n)."""
+    difference = np.array([-1.0, 3.0, -3.0, 1.0])
+    bands = np.zeros((DEGREE + 1, n))
+    for k in range(difference.size):
+        for i in range(difference.size - k):
+            bands[k, i : n - 3 + i] += difference[i] * difference[i + k]
+    return bands
+
+
+def _largest_near(values: FloatArray, reach: int) -> FloatArray:
+    """Return the largest of each value and `reach` neighbours on both sides."""
+    padded = np.pad(values, reach, mode="symmetric")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
+    return np.asarray(windows.max(axis=1))
 
 
 def _normal_distances(
-    spline: BSpline, samples: FloatArray, wanted: FloatArray
+    points: FloatArray, tangent: FloatArray, wanted: FloatArray
 ) -> FloatArray:
-    """Return the distance of the samples from the spline, across its direction [m]."""
-    gap = wanted - spline(samples)
-    tangent = spline(samples, 1)
+    """Return the distance of samples from points of a spline, across its direction [m].
+
+    Args:
+        points: Of the spline, (n, 2).
+        tangent: Its derivative there, (n, 2).
+        wanted: Samples, (n, 2).
+    """
+    gap = wanted - points
     speed = np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), MIN_SPEED)
     across = gap[:, 1] * tangent[:, 0] - gap[:, 0] * tangent[:, 1]
     return np.asarray(np.abs(across) / speed)
 
 
 def _arc_lengths(
-    spline: BSpline, end: float, origin: FloatArray
+    spline: UniformSpline, end: float, origin: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Integrate the speed of the spline; (parameters, arc lengths) of nodes."""
-    nodes = np.linspace(0.0, end, 2 * (spline.t.size - 1))
+    nodes = np.linspace(0.0, end, 2 * (spline.on.knots.size - 1))
     half = 0.5 * nodes[1]
     inner = nodes[:-1, None] + half * (1.0 + _NODES)  # (n_nodes - 1, 5)
     tangent = spline(inner, 1)
@@ -154,54 +176,33 @@ def _arc_lengths(
 
 
 def _knots(
-    spline: BSpline, node_u: FloatArray, node_s: FloatArray, origin: FloatArray
+    spline: UniformSpline, node_u: FloatArray, node_s: FloatArray, origin: FloatArray
 ) -> Knots:
     """Sample the curvature of the spline evenly in arc length and chain the pieces."""
     tangent = spline(node_u, 1)
     speed = np.hypot(tangent[:, 0], tangent[:, 1])
-    to_u = CubicHermiteSpline(node_s, node_u, 1.0 / speed)
     sharpest = float(np.abs(_curvature(spline, node_u)).max())
     step = min(KNOT_STEP, MAX_TURN / max(sharpest, 1e-9))
     s = np.linspace(0.0, node_s[-1], max(2, int(np.ceil(node_s[-1] / step)) + 1))
-    curvature = _curvature(spline, to_u(s))
+    curvature = _curvature(spline, hermite(node_s, node_u, 1.0 / speed, s))
     if s.size > 2:
         # trapezoids then integrate to the heading of the spline up to order four
         bend = np.diff(curvature, 2)
         curvature = curvature - np.pad(bend, 1, mode="edge") / 12.0
     rate = np.append(np.diff(curvature) / np.diff(s), 0.0)
-    x0, y0 = spline(0.0) + origin
+    x0, y0 = spline(np.zeros(())) + origin
     heading = np.arctan2(tangent[0, 1], tangent[0, 0])
-    x, y, headings = _chain(float(x0), float(y0), float(heading), s, curvature, rate)
+    x, y, headings = place_knots(
+        float(x0), float(y0), float(heading), s, curvature, rate
+    )
     return Knots(s, x, y, headings, curvature, rate)
 
 
-def _curvature(spline: BSpline, u: FloatArray) -> FloatArray:
+def _curvature(spline: UniformSpline, u: FloatArray) -> FloatArray:
     """Return the signed curvature of the spline [1/m]."""
     first, second = spline(u, 1), spline(u, 2)
     cross = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     return np.asarray(cross / np.hypot(first[:, 0], first[:, 1]) ** 3)
-
-
-@compiled
-def _chain(
-    x0: float,
-    y0: float,
-    heading0: float,
-    s: FloatArray,
-    curvature: FloatArray,
-    rate: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Place the knots of pieces one after the other."""
-    x, y, heading = np.empty(s.size), np.empty(s.size), np.empty(s.size)
-    x[0], y[0], heading[0] = x0, y0, heading0
-    for i in range(s.size - 1):
-        u = s[i + 1] - s[i]
-        along, across, _, _ = advance(curvature[i], rate[i], u)
-        cos, sin = np.cos(heading[i]), np.sin(heading[i])
-        x[i + 1] = x[i] + along * cos - across * sin
-        y[i + 1] = y[i] + along * sin + across * cos
-        heading[i + 1] = heading[i] + u * (curvature[i] + 0.5 * rate[i] * u)
-    return x, y, heading
 
 
 def _distances(knots: Knots, wanted: FloatArray, near: FloatArray) -> FloatArray:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import qpsolvers
 
 from planner.errors import InvalidInputError
 from planner.numerics.compiled import compiled
@@ -301,6 +300,8 @@ def _step(task: _Task, now: _Iterate, reach: float, end_weight: float) -> FloatA
     Returns:
         Changes of the unknowns, (n + 1,); zero where the solver finds none.
     """
+    import qpsolvers  # takes 0.2 s, which most roads need not pay
+
     limits, n = task.limits, now.curvature.size
     hessian, gradient = _objective(task, now, end_weight)
     inside, room = _inside(task, now)

@@ -7,7 +7,7 @@ leaving late ones, since neither driver keeps to a plan.
 
 import math
 
-from planner.right_of_way.records import AtCrossing, Conflict, Crossing
+from planner.right_of_way.records import AtJunction, Foe, JunctionAhead
 
 EARLY_EGO = 2.0  # acceleration with which the ego may arrive early [m/s²]
 LATE_EGO = 1.2  # with which it surely leaves [m/s²]
@@ -44,47 +44,47 @@ def travel_time(
 
 
 def ego_interval(
-    ego: AtCrossing, crossing: Crossing, conflict: Conflict
+    ego: AtJunction, junction: JunctionAhead, foe: Foe
 ) -> tuple[float, float]:
     """Compute when the ego arrives at the zone at the earliest, and has surely left.
 
     Returns:
         (early, late) from now on [s].
     """
-    through = min(crossing.speed, ego.target_speed)
-    early = travel_time(conflict.begin_s - ego.front, ego.speed, EARLY_EGO, through)
+    through = min(junction.speed, ego.target_speed)
+    early = travel_time(foe.begin_s - ego.front, ego.speed, EARLY_EGO, through)
     start = START if ego.speed < SLOW else 0.0
     slow = min(ego.speed, through)
-    late = travel_time(conflict.end_s - ego.rear, slow, LATE_EGO, through)
+    late = travel_time(foe.end_s - ego.rear, slow, LATE_EGO, through)
     return early, start + late
 
 
-def foe_interval(conflict: Conflict) -> tuple[float, float]:
+def foe_interval(foe: Foe) -> tuple[float, float]:
     """Compute when the other arrives at the zone at the earliest, and has surely left.
 
     Returns:
         (early, late) from now on [s]; late is inf if it is not sure to leave.
     """
-    early = _early_arrival(conflict)
-    if conflict.exit <= 0.0:
+    early = _early_arrival(foe)
+    if foe.exit <= 0.0:
         return early, 0.0
-    if conflict.speed < SLOW:
+    if foe.speed < SLOW:
         return early, math.inf
-    return early, conflict.exit / conflict.speed
+    return early, foe.exit / foe.speed
 
 
-def _early_arrival(conflict: Conflict) -> float:
+def _early_arrival(foe: Foe) -> float:
     """Compute when the other is at the zone at the earliest [s].
 
     On its last road it keeps the limit, and it slows down for its turn, but late.
     """
-    turn, limit, speed = conflict.turn_speed, conflict.limit, conflict.speed
-    inside = max(conflict.entry - max(conflict.to_line, 0.0), 0.0)
-    if conflict.to_line <= 0.0:
-        return travel_time(conflict.entry, speed, EARLY_FOE, max(turn, limit))
-    before = max(conflict.to_line - conflict.road, 0.0)
+    turn, limit, speed = foe.turn_speed, foe.limit, foe.speed
+    inside = max(foe.entry - max(foe.to_line, 0.0), 0.0)
+    if foe.to_line <= 0.0:
+        return travel_time(foe.entry, speed, EARLY_FOE, max(turn, limit))
+    before = max(foe.to_line - foe.road, 0.0)
     early = travel_time(before, speed, EARLY_FOE, max(speed, limit))
-    way = conflict.to_line - before
+    way = foe.to_line - before
     if before > 0.0:
         speed = limit
     straight = travel_time(way + inside, speed, EARLY_FOE, limit)
@@ -98,49 +98,47 @@ def _early_arrival(conflict: Conflict) -> float:
     return early + max(straight, turned)
 
 
-def _catching_up(ego: AtCrossing, crossing: Crossing, conflict: Conflict) -> float:
+def _catching_up(ego: AtJunction, junction: JunctionAhead, foe: Foe) -> float:
     """Compute the time that another behind a merging ego needs for slowing down [s].
 
     It is faster than the ego when that has left the junction, and brakes gently.
     """
-    if not conflict.merges:
+    if not foe.merges:
         return 0.0
-    way = max(conflict.end_s - ego.rear, 0.0)
-    slow = min(ego.speed, crossing.speed)
+    way = max(foe.end_s - ego.rear, 0.0)
+    slow = min(ego.speed, junction.speed)
     own = min(math.sqrt(slow * slow + 2.0 * LATE_EGO * way), ego.target_speed)
-    fast = max(conflict.speed, min(conflict.limit, ego.target_speed))
+    fast = max(foe.speed, min(foe.limit, ego.target_speed))
     return max(fast - own, 0.0) ** 2 / (2.0 * GENTLE) / fast
 
 
-def is_open(
-    ego: AtCrossing, crossing: Crossing, conflict: Conflict, gap: float
-) -> bool:
+def is_open(ego: AtJunction, junction: JunctionAhead, foe: Foe, gap: float) -> bool:
     """Check whether the ego can go without getting into the other's way.
 
     Args:
-        ego: On its way to the crossing.
-        crossing: Of the conflict.
-        conflict: With the other vehicle.
+        ego: On its way to the junction.
+        junction: Of the foe.
+        foe: With the other vehicle.
         gap: Time between the ego that leaves and the other that arrives [s].
     """
-    early, late = ego_interval(ego, crossing, conflict)
-    foe_early, foe_late = foe_interval(conflict)
+    early, late = ego_interval(ego, junction, foe)
+    foe_early, foe_late = foe_interval(foe)
     if early > foe_late + MARGIN_BEHIND:
         return True
-    needed = late + gap + _catching_up(ego, crossing, conflict)
-    return conflict.entry > 0.0 and foe_early > needed
+    needed = late + gap + _catching_up(ego, junction, foe)
+    return foe.entry > 0.0 and foe_early > needed
 
 
-def counts(conflict: Conflict) -> bool:
+def counts(foe: Foe) -> bool:
     """Check whether the other vehicle is one to give way to.
 
     One with the right of way is, unless a red light holds it or it has stood for long;
     one that is in the zone is; and one without the right of way if it cannot stop.
     """
-    if conflict.exit <= 0.0:
+    if foe.exit <= 0.0:
         return False
-    if conflict.entry <= 0.0:
+    if foe.entry <= 0.0:
         return True
-    if conflict.goes_first:
-        return not conflict.held and conflict.stood < STUCK
-    return conflict.speed**2 / (2.0 * HARD_BRAKING) > conflict.entry
+    if foe.goes_first:
+        return not foe.held and foe.stood < STUCK
+    return foe.speed**2 / (2.0 * HARD_BRAKING) > foe.entry

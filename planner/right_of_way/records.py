@@ -22,10 +22,10 @@ MUST_STOP = frozenset({Rule.STOP, Rule.ALL_WAY_STOP})
 
 
 @dataclass(frozen=True, slots=True)
-class Crossing:
+class JunctionAhead:
     """The ego's way over a junction; arc lengths are of the reference path [m]."""
 
-    junction: str
+    id: str  # of the junction
     rule: Rule
     stop_s: float  # where the front bumper waits
     exit_s: float  # end of the junction
@@ -33,14 +33,14 @@ class Crossing:
     wait_s: float | None = None  # where it may wait inside the junction
 
 
-class Conflict(NamedTuple):
+class Foe(NamedTuple):
     """Another vehicle on its way through the ego's, or into it.
 
     The zone is where the two bodies could touch: the ego is in it from the moment its
     front bumper passes `begin_s` until its rear one passes `end_s`.
     """
 
-    crossing: int  # place in the list of crossings
+    junction: int  # place in the list of junctions
     vehicle: str
     begin_s: float  # of the zone on the ego's path [m]
     end_s: float  # [m]
@@ -58,8 +58,8 @@ class Conflict(NamedTuple):
     held: bool  # by a red light
 
 
-class AtCrossing(NamedTuple):
-    """The ego on its way to a crossing."""
+class AtJunction(NamedTuple):
+    """The ego on its way to a junction."""
 
     front: float  # arc length of the front bumper [m]
     rear: float  # of the rear one [m]
@@ -70,7 +70,7 @@ class AtCrossing(NamedTuple):
 
 
 class Waiting(NamedTuple):
-    """What is remembered of a crossing from cycle to cycle."""
+    """What is remembered of a junction from cycle to cycle."""
 
     stopped: bool = False  # whether the ego has come to a stand at its line
     stood: float = 0.0  # for how long it has stood there [s]
@@ -78,7 +78,7 @@ class Waiting(NamedTuple):
 
 
 class Permission(NamedTuple):
-    """The decision on one crossing."""
+    """The decision on one junction."""
 
     stop_s: float | None  # where the ego has to stop; None: it may go
     memory: Waiting

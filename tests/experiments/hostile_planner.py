@@ -212,6 +212,9 @@ ACTIONS: dict[str, Callable[[Scene, PlanResult], object]] = {
     "daemons_then_crash": lambda s, r: (
         many(lambda: sleeping_child(away=True)) or ctypes.string_at(0)
     ),
+    "daemons_then_hang": lambda s, r: (
+        many(lambda: sleeping_child(away=True)) or many(sleeping_child) or hang_deaf()
+    ),
     "close_pipes": lambda s, r: close_everything(),
 }
 

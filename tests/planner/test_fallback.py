@@ -6,14 +6,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from planner.contact_check import Contact
 from planner.fallback import (
+    EASY_GAP,
+    HARD_GAP,
     braking_on_arc,
+    evasions,
     fallback,
     shifted_plan,
     stopping_trajectory,
 )
 from planner.interface import PlanStatus
 from planner.states import CartesianState, FrenetState, Trajectory
+from tests.planner.lane_change.roads import on_lanes
 from tests.planner.scenes import STEP, bend, ego_on, make_scene, straight, winding
 
 HORIZON = 5.0
@@ -221,3 +226,67 @@ def test_the_ladder_does_not_touch_its_inputs():
     fallback(scene, last, Refusing(3), HORIZON)
     assert before == {name: getattr(last, name).tobytes() for name in COLUMNS}
     assert replace(scene) is not scene
+
+
+class Contacts:
+    """Tells of a contact with each trajectory that is not `free`."""
+
+    def __init__(self, free=lambda _: False, speed=lambda _: 1.0):
+        self.free, self.speed = free, speed
+        self.margins = set()
+
+    def __call__(self, trajectory, margin):
+        self.margins.add(margin)
+        if self.free(trajectory):
+            return None
+        return Contact("other", 1.0, self.speed(trajectory))
+
+
+def refuse(trajectory):
+    return "other"
+
+
+def test_speed_is_held_where_braking_is_not_free():
+    scene = on_lanes(speed=15.0)
+    contacts = Contacts(free=lambda trajectory: trajectory.speed[5] == 15.0)
+    status, found = fallback(scene, None, refuse, HORIZON, contacts)
+    assert status is PlanStatus.EVASION
+    assert found.speed[19] == pytest.approx(15.0)
+    assert found.speed[-1] < 5.0  # after two seconds it brakes
+    assert contacts.margins == {EASY_GAP, HARD_GAP}
+
+
+def test_emergency_braking_comes_before_an_evasion():
+    scene = on_lanes(speed=15.0)
+    status, _ = fallback(scene, None, refuse, HORIZON, Contacts(free=lambda _: True))
+    assert status is PlanStatus.EMERGENCY_BRAKING
+
+
+def test_where_nothing_is_free_the_slowest_impact_is_taken():
+    scene = on_lanes(speed=15.0)
+    contacts = Contacts(speed=lambda trajectory: abs(trajectory.l[-1] + 2.5))
+    _, found = fallback(scene, None, refuse, HORIZON, contacts)
+    offsets = [abs(way.l[-1] + 2.5) for way in evasions(scene, HORIZON)]
+    assert abs(found.l[-1] + 2.5) == pytest.approx(min(offsets))
+
+
+@given(st.floats(-0.5, 0.5), st.floats(1.0, 30.0))
+def test_evasions_stay_in_the_lane_and_within_the_limits(offset, speed):
+    scene = on_lanes(speed=speed, offset=offset, target_speed=speed)
+    found = evasions(scene, HORIZON)
+    limits = scene.vehicle.limits
+    assert len(found) >= 3
+    for way in found:
+        reach = np.abs(way.l + 1.75) + 0.5 * scene.vehicle.width
+        assert reach.max() <= 1.75
+        assert np.abs(way.curvature).max() <= limits.max_curvature
+        lateral = np.abs(way.curvature) * way.speed**2
+        assert lateral.max() <= limits.max_lateral_acceleration + 1e-6
+
+
+def test_speed_is_not_held_towards_a_closed_stop_line():
+    scene = on_lanes(speed=15.0)
+    line = scene.ego_frenet.s + scene.vehicle.front_reach + 20.0
+    stopping = replace(scene, stop_lines=(line,))
+    assert any(way.speed[5] == 15.0 for way in evasions(scene, HORIZON))
+    assert not any(way.speed[5] == 15.0 for way in evasions(stopping, HORIZON))

@@ -13,6 +13,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from experiments.cosim.sumo.libsumo_api import Libsumo
+from experiments.cosim.sumo.vehicle_reader import PERSON
 from planner.numerics.compiled import compiled
 from planner.scene import RoadUsers
 from planner.states import CartesianState, FloatArray
@@ -71,6 +72,7 @@ class LaneChangeGuard:
 
     def update(self, ids: set[str], present: Iterable[str]) -> None:
         """Hold `ids`, and release all others that are still `present`."""
+        ids = {name for name in ids if not name.startswith(PERSON)}
         if ids == self._held:
             return
         there = set(present)

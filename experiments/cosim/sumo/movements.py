@@ -12,7 +12,7 @@ import numpy as np
 from experiments.cosim.junctions import ConflictZone, RoadJunction
 from experiments.cosim.signals import CLEARING, STOP
 from experiments.cosim.sumo.libsumo_api import Libsumo
-from planner.right_of_way.records import Conflict
+from planner.right_of_way.records import Foe
 from planner.scene import RoadUsers
 from planner.states import FloatArray
 from planner.ways import NO_WAY, Ways
@@ -76,23 +76,21 @@ class MovementReader:
         self._ways: dict[tuple[str, ...], int] = {}
         self._lines: list[FloatArray] = []
 
-    def read(
-        self, near: Set[int], vehicles: RoadUsers
-    ) -> tuple[tuple[Conflict, ...], Ways]:
-        """Read conflicts at junctions, and the ways of all vehicles.
+    def read(self, near: Set[int], vehicles: RoadUsers) -> tuple[tuple[Foe, ...], Ways]:
+        """Read foes at junctions, and the ways of all vehicles.
 
         Args:
             near: Places of the junctions that are looked at.
             vehicles: The traffic about the ego.
         """
-        found: list[Conflict] = []
+        found: list[Foe] = []
         way = np.full(len(vehicles.ids), NO_WAY)
         stop = np.full(len(vehicles.ids), np.inf)
         for row, name in enumerate(vehicles.ids):
             mover = self._mover(name, vehicles, row)
             if mover is None:
                 continue
-            own = self._conflicts(mover, near)
+            own = self._foes(mover, near)
             found += own
             way[row] = self._way(mover)
             waits = [x.to_line for x in own if _will_wait(x)]
@@ -115,8 +113,8 @@ class MovementReader:
         length, speed = float(vehicles.length[row]), float(vehicles.speed[row])
         return _Mover(name, known, index, lane, length, speed)
 
-    def _conflicts(self, mover: _Mover, near: Set[int]) -> list[Conflict]:
-        """List the conflicts of a vehicle at junctions that are looked at."""
+    def _foes(self, mover: _Mover, near: Set[int]) -> list[Foe]:
+        """List the foes of a vehicle at junctions that are looked at."""
         met = [
             x
             for x in mover.route.meetings
@@ -134,8 +132,8 @@ class MovementReader:
             if to_line > REACH or left <= 0.0:
                 continue
             found.append(
-                Conflict(
-                    crossing=meeting.junction,
+                Foe(
+                    junction=meeting.junction,
                     vehicle=mover.name,
                     begin_s=zone.begin_s,
                     end_s=zone.end_s,
@@ -233,12 +231,12 @@ class MovementReader:
         return ""
 
 
-def _will_wait(conflict: Conflict) -> bool:
+def _will_wait(foe: Foe) -> bool:
     """Check whether a vehicle is expected to stop at its line."""
-    if conflict.to_line <= 0.0:
+    if foe.to_line <= 0.0:
         return False
-    lawful = conflict.held or (conflict.gives_way and not conflict.goes_first)
-    return lawful and conflict.speed**2 <= 2.0 * GIVING_WAY * conflict.to_line
+    lawful = foe.held or (foe.gives_way and not foe.goes_first)
+    return lawful and foe.speed**2 <= 2.0 * GIVING_WAY * foe.to_line
 
 
 def _of_lane(met: Sequence[_Meeting], mover: _Mover) -> Sequence[_Meeting]:

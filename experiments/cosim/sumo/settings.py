@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from experiments.cosim.road import EgoTask, Road
+from experiments.cosim.sumo.driver_settings import SumoDriverSettings
+from sumo_nets.demand_files import DemandFiles, command_options
 
 EGO_TYPE = "ego"  # vehicle type in the route file
 BEGIN = 0.0  # of the demand [s]
@@ -22,6 +24,15 @@ class SlowLeader:
     speed: float  # [m/s]
 
 
+@dataclass(frozen=True, slots=True)
+class ClosedLanes:
+    """How SUMO's traffic sees the obstacles, and which whole lanes they close."""
+
+    lanes: tuple[str, ...] = ()  # ids; of no more than the obstacles' stretch
+    disallowed: bool = False  # to the traffic; SUMO's driver is told apart from that
+    twins: bool = True  # the obstacles stand in the lanes as stopped vehicles
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SumoSettings:
     """All that a SUMO world is made of."""
@@ -32,9 +43,16 @@ class SumoSettings:
     road: Road  # along that route
     task: EgoTask
     leader: SlowLeader | None = None
+    closed: ClosedLanes = ClosedLanes()
+    driver: SumoDriverSettings | None = None  # SUMO's in the ego's place
+    ghost: bool = True  # followers see an ego that reaches over a lane line
+    lane_change_guard: bool = True  # no lane change into an ego abreast
     step: float = 0.1  # [s]
     seed: int = 42
     warm_up: float = 60.0  # of traffic alone before the ego asks to enter [s]
+    begin: float = BEGIN  # of the simulation [s]
+    demand: DemandFiles | None = None  # of the user
+    taken: str | None = None  # vehicle of that demand whose place the ego takes
     entry_patience: float = ENTRY_PATIENCE
     gui: bool = False
 
@@ -43,8 +61,12 @@ def command_line(settings: SumoSettings) -> list[str]:
     """Build SUMO's command line, program first."""
     command = ["sumo-gui" if settings.gui else "sumo"]
     command += ["--net-file", str(settings.net_file)]
-    command += ["--route-files", str(settings.route_file)]
-    command += ["--begin", repr(BEGIN)]
+    demand = settings.demand
+    routes = [settings.route_file, *(demand.route_files if demand else ())]
+    command += ["--route-files", ",".join(map(str, routes))]
+    if demand is not None and demand.additional_files:
+        command += ["--additional-files", ",".join(map(str, demand.additional_files))]
+    command += ["--begin", repr(settings.begin)]
     command += ["--step-length", repr(float(settings.step))]
     command += ["--seed", str(settings.seed)]
     command += ["--no-step-log", "--no-warnings"]
@@ -53,7 +75,14 @@ def command_line(settings: SumoSettings) -> list[str]:
     command += ["--collision.action", "warn"]
     command += ["--collision.mingap-factor", "0"]
     command += ["--collision.check-junctions", "true"]
-    command += ["--lanechange.duration", repr(LANE_CHANGE_DURATION)]
+    options = [] if demand is None else list(command_options(demand))
+    command += options
+    resolution = 0.0 if settings.driver is None else settings.driver.lateral_resolution
+    if resolution > 0.0 and "--lateral-resolution" not in options:
+        options += ["--lateral-resolution", repr(float(resolution))]
+        command += options[-2:]
+    if "--lateral-resolution" not in options:  # SUMO allows one of them
+        command += ["--lanechange.duration", repr(LANE_CHANGE_DURATION)]
     if settings.gui:
         # No delay of SUMO's: it would hold for the warm-up too.
         command += ["--start", "--quit-on-end", "--delay", "0"]

@@ -12,6 +12,7 @@ from experiments.cosim.sumo import frames
 from experiments.cosim.sumo.libsumo_api import Libsumo, Point
 from planner.scene import COLUMNS, RoadUsers
 
+PERSON = "person:"  # before the id of somebody on foot
 LATERAL_SPEED = COLUMNS.index("lateral_speed")
 Number = Callable[[str], float]  # of a vehicle's name
 Getters = tuple[Callable[[str], Point], Number, Number, Number, Number]
@@ -54,14 +55,39 @@ class VehicleReader:
     ) -> None:
         self._left_hand = left_hand
         self._vehicles = sumo.vehicle
+        self._persons = sumo.person
         self._getters = direct_getters(sumo)
         self._hidden = hidden
         self._sizes: dict[str, tuple[float, float]] = {}
 
     def near(self, point: tuple[float, float], radius: float) -> RoadUsers:
-        """Read all vehicles whose front is at most `radius` from a point, by id."""
+        """Read all vehicles at most `radius` from a point by id, then all on foot."""
         x, y = point
-        return self.of(self._vehicles.getIDList(), x, y, radius**2)
+        found = self.of(self._vehicles.getIDList(), x, y, radius**2)
+        on_foot = self._persons.getIDList()
+        return self._joined(found, on_foot, x, y, radius**2) if on_foot else found
+
+    def _joined(
+        self, vehicles: RoadUsers, names: Iterable[str], x: float, y: float, most: float
+    ) -> RoadUsers:
+        """Add the persons within the root of `most` of (x, y) who are on foot."""
+        persons = self._persons
+        fronts: list[tuple[float, ...]] = []
+        ids: list[str] = []
+        for name in sorted(names):
+            own_x, own_y = persons.getPosition(name)
+            if (own_x - x) ** 2 + (own_y - y) ** 2 > most or persons.getVehicle(name):
+                continue
+            size = persons.getLength(name), persons.getWidth(name)
+            motion = persons.getSpeed(name), 0.0, 0.0
+            fronts.append((own_x, own_y, persons.getAngle(name), *motion, *size))
+            ids.append(PERSON + name)
+        if not ids:
+            return vehicles
+        table = frames.centres_of(np.array(fronts))
+        return RoadUsers.from_table(
+            (*vehicles.ids, *ids), np.hstack([vehicles.table, table])
+        )
 
     def of(
         self,

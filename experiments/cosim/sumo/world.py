@@ -15,6 +15,7 @@ from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.road import Road
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo import obstacle_vehicles as obstacles
+from experiments.cosim.sumo.closed_lanes import close_to_traffic
 from experiments.cosim.sumo.ego_entry import (
     EGO_ID,
     EGO_ROUTE,
@@ -33,7 +34,6 @@ from experiments.cosim.sumo.lanes import all_lanes, edge_lanes, route_strips
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.movements import MovementReader
 from experiments.cosim.sumo.settings import (
-    BEGIN,
     EGO_TYPE,
     VIEW_RADIUS,
     SumoSettings,
@@ -42,7 +42,8 @@ from experiments.cosim.sumo.settings import (
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
 from experiments.errors import EntryError, SimulationError
-from planner.right_of_way.records import Conflict
+from planner.reference_path.frenet import state_on_path
+from planner.right_of_way.records import Foe
 from planner.scene import RoadUsers
 from planner.states import CartesianState, Trajectory
 from planner.ways import Ways
@@ -112,14 +113,18 @@ class SumoWorld:
         settings = self._settings
         sumo, entering = self._set_up()
         with sumo_errors(sumo, "inserting the ego"):
-            self._insert(sumo, entering)
-            speed = float(sumo.vehicle.getSpeed(EGO_ID))
-        edge = entering[0].edge
+            if settings.taken is None:
+                self._insert(sumo, entering)
+                ego = self._at_start(float(sumo.vehicle.getSpeed(EGO_ID)))
+            else:
+                ego = self._replace(sumo, settings.taken)
+        edge = 0 if settings.taken is not None else entering[0].edge
         with sumo_errors(sumo, "reading the lanes"):
             strips = route_strips(sumo, settings.route[edge:])
-            self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, EGO_TYPE, strips)
-        self._guard = LaneChangeGuard(sumo)
-        ego = self._at_start(speed)
+            if settings.ghost:
+                self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, EGO_TYPE, strips)
+        if settings.lane_change_guard:
+            self._guard = LaneChangeGuard(sumo)
         self._ego_front = frames.front_from_rear_axle(ego, self._vehicle)[:2]
         return ego
 
@@ -138,7 +143,7 @@ class SumoWorld:
 
     def movements(
         self, near: Set[int], vehicles: RoadUsers
-    ) -> tuple[tuple[Conflict, ...], Ways]:
+    ) -> tuple[tuple[Foe, ...], Ways]:
         """Read who is on the way over the ego's junctions, and all vehicles' ways.
 
         Args:
@@ -257,7 +262,7 @@ class SumoWorld:
             self._check_stop_lines(sumo)
         with sumo_errors(sumo, "warming up"):
             if settings.warm_up > 0.0:
-                sumo.simulationStep(BEGIN + settings.warm_up)
+                sumo.simulationStep(settings.begin + settings.warm_up)
         return sumo, entering
 
     def _start(self) -> Libsumo:
@@ -277,8 +282,10 @@ class SumoWorld:
 
     def _place_obstacles(self, sumo: Libsumo) -> frozenset[str]:
         """Make the obstacles visible to SUMO's traffic; return the names they get."""
-        static = self.road.obstacles
-        if not static.ids:
+        static, closed = self.road.obstacles, self._settings.closed
+        if closed.disallowed:
+            close_to_traffic(sumo, closed.lanes)
+        if not static.ids or not closed.twins:
             return frozenset()
         found = obstacles.twins(static, all_lanes(sumo))
         return obstacles.place(sumo, found, EGO_ROUTE)
@@ -343,6 +350,40 @@ class SumoWorld:
         if settings.gui:
             sumo.gui.trackVehicle("View #0", EGO_ID)
             sumo.gui.setZoom("View #0", 1200)
+
+    def _replace(self, sumo: Libsumo, name: str) -> CartesianState:
+        """Wait for a vehicle of the demand and put the ego in its place.
+
+        Returns:
+            Where the ego is a step later, beside its path as far as the vehicle was.
+        """
+        settings, path = self._settings, self.road.path
+        for step in range(max(round(settings.entry_patience / settings.step), 1)):
+            sumo.simulationStep()
+            if name in sumo.vehicle.getIDList():
+                self._entry_steps = step + 1
+                break
+        else:
+            raise EntryError(
+                f'the vehicle "{name}" did not depart within '
+                f"{settings.entry_patience:g} s of its time: its road is full"
+            )
+        speed = float(sumo.vehicle.getSpeed(name))
+        x, y = sumo.vehicle.getPosition(name)
+        angle = float(sumo.vehicle.getAngle(name))
+        sumo.vehicle.remove(name)
+        rear = frames.rear_axle_from_front(x, y, angle, self._vehicle)
+        s, l = path.project(np.array(rear[:1]), np.array(rear[1:2]))
+        ego = state_on_path(
+            path, max(float(s[0]), 0.0) + speed * self.step, float(l[0]), speed
+        )
+        sumo.vehicle.add(EGO_ID, EGO_ROUTE, typeID=EGO_TYPE, departSpeed=repr(speed))
+        self._take_over(sumo)
+        sumo.vehicle.setSpeed(EGO_ID, speed)
+        x, y, angle = frames.front_from_rear_axle(ego, self._vehicle)
+        sumo.vehicle.moveToXY(EGO_ID, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
+        sumo.simulationStep()
+        return ego
 
     def _stands_free(self, sumo: Libsumo) -> bool:
         """Check that no vehicle is in the way of the ego that SUMO has inserted."""

@@ -6,12 +6,19 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
+from experiments.comparison.results import ALL_RUNS, rows
 from experiments.errors import ConfigError, ResultsError
 from experiments.report.figures import palette
 from experiments.report.figures.page_layout import Page, page_for
 from experiments.report.figures.sweep import draw_sweep
+from experiments.report.figures.sweep_metric import (
+    FigureKind,
+    draw_metric,
+    swept_metric,
+)
 from experiments.report.run_reader import RunRecord, read_run
-from experiments.sweep.folder import is_sweep
+from experiments.storage.atomic_folder import write_atomically
+from experiments.sweep.folder import is_sweep, load_sweep_copy, require_sweep
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,10 +56,7 @@ def save_figure(folder: Path, file: Path | None = None) -> Path:
             matplotlib is missing.
     """
     target = folder / DEFAULT_NAME if file is None else file
-    kind = target.suffix.removeprefix(".").lower()
-    if kind not in FORMATS:
-        allowed = ", ".join(f".{name}" for name in FORMATS)
-        raise ConfigError(f"{target}: has no known suffix; allowed: {allowed}")
+    kind = _format(target)
     run = None if is_sweep(folder) else read_run(folder)
     require_matplotlib("figure")
     from matplotlib import rc_context
@@ -61,6 +65,60 @@ def save_figure(folder: Path, file: Path | None = None) -> Path:
         figure = draw_sweep(folder) if run is None else draw_run(run)
         _save(figure, target, kind)
     return target
+
+
+def save_metric_figure(
+    folder: Path,
+    metric: str,
+    kind: FigureKind,
+    where: str | None = None,
+    file: Path | None = None,
+) -> tuple[Path, Path]:
+    """Draw one metric of a sweep in the width of a column, its data beside it.
+
+    Args:
+        folder: Of the sweep.
+        metric: Column with numbers, or a rate.
+        kind: Of the figure.
+        where: SQL condition on the runs.
+        file: Where the figure goes; `METRIC_KIND.pdf` in the sweep's folder if None.
+
+    Returns:
+        The figure's file, and the CSV file with the numbers in it.
+
+    Raises:
+        ConfigError: If suffix, metric or condition is unknown, or the sweep has not
+            what the kind needs.
+        ResultsError: If there are no runs, or the files cannot be written.
+    """
+    target = file or folder / f"{metric.replace(' ', '_')}_{kind}.pdf"
+    suffix = _format(target)
+    require_sweep(folder)
+    condition = f" WHERE {where}" if where else ""
+    found = rows(folder, f"{ALL_RUNS}{condition}", "--where")
+    if not found:
+        missing = " that meet --where" if where else " yet"
+        raise ResultsError(f"{folder}: holds no runs{missing}")
+    planners = [planner.shown for planner in load_sweep_copy(folder).variants]
+    chosen = swept_metric(found, metric, planners)
+    require_matplotlib("figure")
+    from matplotlib import rc_context
+
+    with rc_context(_STYLE):
+        drawn = draw_metric(chosen, kind)
+        _save(drawn.figure, target, suffix)
+    data = target.with_suffix(".csv")
+    write_atomically(data, drawn.as_csv())
+    return target, data
+
+
+def _format(target: Path) -> str:
+    """Return the format of a picture by its suffix."""
+    kind = target.suffix.removeprefix(".").lower()
+    if kind not in FORMATS:
+        allowed = ", ".join(f".{name}" for name in FORMATS)
+        raise ConfigError(f"{target}: has no known suffix; allowed: {allowed}")
+    return kind
 
 
 def draw_run(run: RunRecord) -> "Figure":
@@ -108,22 +166,26 @@ def _title(figure: "Figure", page: Page, run: RunRecord) -> None:
 
 
 def _legend(figure: "Figure", page: Page, run: RunRecord) -> None:
-    """Explain the colours of the moments and the signs."""
+    """Explain the colours of the moments, and the signs that the figure has."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     from experiments.report.figures.time_series import fallback_steps, waiting_steps
+    from experiments.report.figures.top_view import vehicles_shown
 
     handles: list[Any] = [
         Patch(fc=colour, ec="black", lw=palette.THIN, label=_moment_name(run, k))
         for k, colour in enumerate(palette.MOMENTS[: len(run.moments)])
     ]
-    handles += [
-        Patch(fc="white", ec="black", lw=palette.MEDIUM, label="other vehicle"),
-        Line2D([], [], color=palette.CURVE, lw=palette.MEDIUM, label="plan"),
-        Patch(fc=palette.OBSTACLE, label="obstacle"),
-        Line2D([], [], color=palette.ROAD_EDGE, lw=palette.EDGE, label="road edge"),
-    ]
+    if vehicles_shown(run):
+        other = Patch(fc="white", ec="black", lw=palette.MEDIUM, label="other vehicle")
+        handles.append(other)
+    plan = Line2D([], [], color=palette.CURVE, lw=palette.MEDIUM, label="plan")
+    handles.append(plan)
+    if len(run.trace.obstacles["id"]):
+        handles.append(Patch(fc=palette.OBSTACLE, label="obstacle"))
+    edge = Line2D([], [], color=palette.ROAD_EDGE, lw=palette.EDGE, label="road edge")
+    handles.append(edge)
     if waiting_steps(run).any():
         handles.append(Patch(fc=palette.WAITING, label="stop line closed"))
     if fallback_steps(run).any():

@@ -142,12 +142,8 @@ def _draw_moment(axes: Axes, run: RunRecord, number: int) -> None:
     axes.plot(x, y, color=colour, lw=palette.MEDIUM, zorder=6)
     ego = ego_centre(run, step)
     now = run.at(trace.vehicles, step)
-    keys = ("x_m", "y_m", "heading_rad", "length_m", "width_m")
-    columns = (numbers(trace.vehicles[key])[now] for key in keys)
-    for other in zip(*columns, strict=True):
-        if np.hypot(other[0] - ego[0], other[1] - ego[1]) <= REACH:
-            outline = rectangle(*other)
-            axes.add_patch(Polygon(outline, fc="white", ec=colour, zorder=4))
+    for other in _others_near(run, step):
+        axes.add_patch(Polygon(rectangle(*other), fc="white", ec=colour, zorder=4))
     size = trace.fact("length_m"), trace.fact("width_m")
     body = Polygon(rectangle(*ego, *size), fc=colour, ec="black", zorder=7)
     body.set_linewidth(palette.THIN)
@@ -157,6 +153,26 @@ def _draw_moment(axes: Axes, run: RunRecord, number: int) -> None:
         for key in ("x_m", "y_m")
     )
     _write_number(axes, number + 1, colour, ego, _free_side(x, y, ego))
+
+
+def vehicles_shown(run: RunRecord) -> bool:
+    """Check whether there is another vehicle in the view from above."""
+    return any(_others_near(run, step) for step in run.moments)
+
+
+def _others_near(
+    run: RunRecord, step: int
+) -> list[tuple[float, float, float, float, float]]:
+    """Return pose and size of the vehicles around the ego in a step."""
+    vehicles, (x, y, _) = run.trace.vehicles, ego_centre(run, step)
+    now = run.at(vehicles, step)
+    keys = ("x_m", "y_m", "heading_rad", "length_m", "width_m")
+    columns = (numbers(vehicles[key])[now].tolist() for key in keys)
+    return [
+        other
+        for other in zip(*columns, strict=True)
+        if np.hypot(other[0] - x, other[1] - y) <= REACH
+    ]
 
 
 def _write_number(

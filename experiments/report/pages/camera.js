@@ -8,22 +8,36 @@ class Camera {
     this.x = 0; // in the middle of the canvas [m]
     this.y = 0;
     this.scale = 6; // [px/m]
+    this.angle = 0; // of the direction that points to the right [rad]
     this.width = 1; // of the canvas [px]
     this.height = 1;
   }
 
   toScreen(x, y) {
+    const [cos, sin] = [Math.cos(this.angle), Math.sin(this.angle)];
+    const [dx, dy] = [x - this.x, y - this.y];
     return [
-      this.width / 2 + (x - this.x) * this.scale,
-      this.height / 2 - (y - this.y) * this.scale,
+      this.width / 2 + (dx * cos + dy * sin) * this.scale,
+      this.height / 2 - (dy * cos - dx * sin) * this.scale,
     ];
   }
 
   toWorld(px, py) {
-    return [
-      this.x + (px - this.width / 2) / this.scale,
-      this.y - (py - this.height / 2) / this.scale,
-    ];
+    const [cos, sin] = [Math.cos(this.angle), Math.sin(this.angle)];
+    const along = (px - this.width / 2) / this.scale;
+    const up = -(py - this.height / 2) / this.scale;
+    return [this.x + along * cos - up * sin, this.y + along * sin + up * cos];
+  }
+
+  // Let a context draw in metres; `ratio` is pixels of the canvas per pixel of the page.
+  apply(context, ratio, middleX = this.width / 2, middleY = this.height / 2) {
+    const scale = this.scale * ratio;
+    const [cos, sin] = [Math.cos(this.angle) * scale, Math.sin(this.angle) * scale];
+    context.setTransform(
+      cos, sin, sin, -cos,
+      ratio * middleX - this.x * cos - this.y * sin,
+      ratio * middleY - this.x * sin + this.y * cos,
+    );
   }
 
   // Zoom so that what is under a pixel stays there.
@@ -36,13 +50,15 @@ class Camera {
   }
 
   pan(dx, dy) {
-    this.x -= dx / this.scale;
-    this.y += dy / this.scale;
+    const [cos, sin] = [Math.cos(this.angle), Math.sin(this.angle)];
+    this.x -= (dx * cos + dy * sin) / this.scale;
+    this.y -= (dx * sin - dy * cos) / this.scale;
   }
 
   fit(xs, ys, margin) {
     const low = [Math.min(...xs) - margin, Math.min(...ys) - margin];
     const high = [Math.max(...xs) + margin, Math.max(...ys) + margin];
+    this.angle = 0;
     this.x = (low[0] + high[0]) / 2;
     this.y = (low[1] + high[1]) / 2;
     const scale = Math.min(

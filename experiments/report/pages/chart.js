@@ -15,6 +15,8 @@ class Chart {
     this.box = figure.querySelector(".chart-box");
     this.hovered = null;
     this.shown = 0;
+    this.events = [];
+    this.phases = "";
     this.range();
     const lengths = Array.from(curve.series[0].values, (value) => this.textOf(value).length);
     const longest = lengths.reduce((a, b) => Math.max(a, b), 4);
@@ -41,6 +43,12 @@ class Chart {
       this.hovered = null;
       this.write();
     });
+  }
+
+  // What is marked in the background: events, and the letters of a signal.
+  mark(events, phases) {
+    this.events = events;
+    this.phases = phases;
   }
 
   range() {
@@ -86,6 +94,8 @@ class Chart {
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
     c.clearRect(0, 0, width, height);
     this.drawGrid(c, colours);
+    this.drawEvents(c, colours);
+    this.drawPhases(c, colours);
     c.save();
     c.beginPath();
     c.rect(CHART.left, CHART.top - 1, width - CHART.left - CHART.right + 1,
@@ -130,14 +140,46 @@ class Chart {
     c.fillText("t [s]", this.width - 2, this.height - CHART.bottom + 5);
   }
 
-  drawSeries(c, { values, style }, colours) {
+  // Bad events and warnings as stretches, all others as ticks at the upper edge.
+  drawEvents(c, colours) {
+    const bottom = this.height - CHART.bottom;
+    for (const { step, until, gravity } of this.events) {
+      const from = this.px(this.time[step]);
+      const to = until === null ? from : this.px(this.time[until]);
+      const colour = { bad: colours.red, warning: colours.amber }[gravity] || colours.limit;
+      c.fillStyle = colour;
+      c.globalAlpha = 0.18;
+      if (gravity !== "note") c.fillRect(from - 0.5, CHART.top, Math.max(to - from, 1.5), bottom - CHART.top);
+      c.globalAlpha = 1;
+      c.fillRect(from - 0.75, CHART.top - 4, 1.5, 4);
+    }
+  }
+
+  // The phase of the signal ahead as a strip on the time axis.
+  drawPhases(c, colours) {
+    const of = { r: "red", u: "red", y: "amber", Y: "amber", g: "green", G: "green" };
+    const y = this.height - CHART.bottom;
+    let begin = 0;
+    for (let i = 1; i <= this.phases.length; i += 1) {
+      if (i < this.phases.length && this.phases[i] === this.phases[begin]) continue;
+      const name = of[this.phases[begin]];
+      const last = this.time[Math.min(i, this.time.length - 1)];
+      const from = this.px(this.time[begin]);
+      c.fillStyle = colours[name] || "transparent";
+      if (name) c.fillRect(from, y, this.px(last) - from, 3);
+      begin = i;
+    }
+  }
+
+  drawSeries(c, { values, style, colour, dash, time = this.time }, colours) {
     const look = {
       main: [colours.line, 1.6, []],
       second: [colours.second, 1.6, [2, 2]],
       limit: [colours.limit, 1.2, [6, 4]],
     }[style];
     [c.strokeStyle, c.lineWidth] = look;
-    c.setLineDash(look[2]);
+    if (colour) c.strokeStyle = colours[colour];
+    c.setLineDash(dash || look[2]);
     c.beginPath();
     let open = false;
     for (let i = 0; i < values.length; i += 1) {
@@ -145,7 +187,7 @@ class Chart {
         open = false;
         continue;
       }
-      const [x, y] = [this.px(this.time[i]), this.py(values[i])];
+      const [x, y] = [this.px(time[i]), this.py(values[i])];
       if (open) c.lineTo(x, y);
       else c.moveTo(x, y);
       const alone = !open && !Number.isFinite(values[i + 1]);
@@ -154,11 +196,11 @@ class Chart {
     }
     c.stroke();
     c.setLineDash([]);
-    if (style !== "limit") this.markClipped(c, values);
+    if (style !== "limit") this.markClipped(c, values, time);
   }
 
   // A triangle at the edge for each stretch of values beyond the axis.
-  markClipped(c, values) {
+  markClipped(c, values, time) {
     c.fillStyle = c.strokeStyle;
     let before = 0;
     for (let i = 0; i < values.length; i += 1) {
@@ -166,7 +208,7 @@ class Chart {
       const goesOn = side === before;
       before = side;
       if (side === 0 || goesOn) continue;
-      const x = this.px(this.time[i]);
+      const x = this.px(time[i]);
       const y = side > 0 ? CHART.top : this.height - CHART.bottom;
       c.beginPath();
       c.moveTo(x, y);

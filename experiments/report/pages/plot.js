@@ -120,3 +120,16 @@ class Frame {
     c.fillText(title, 2, 2);
   }
 }
+
+// Blue to yellow through grey-green (cividis); told apart with any colour vision.
+function heatColour(share) {
+  const stops = [
+    [0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 182, 98],
+    [254, 232, 56],
+  ];
+  const at = Math.min(1, Math.max(0, share)) * (stops.length - 1);
+  const k = Math.min(stops.length - 2, Math.floor(at));
+  const mixed = stops[k].map((v, i) => Math.round(v + (at - k) * (stops[k + 1][i] - v)));
+  const light = 0.299 * mixed[0] + 0.587 * mixed[1] + 0.114 * mixed[2];
+  return { back: `rgb(${mixed.join(" ")})`, fore: light > 118 ? "#000000" : "#ffffff" };
+}

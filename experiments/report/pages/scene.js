@@ -1,6 +1,9 @@
 // The road and everything on it at one moment, from above.
 
 const KEPT = "kept";
+const BRAKE_LIGHT = -0.5; // acceleration below which lights are on [m/s²]
+const HARD_BRAKING = -3; // [m/s²]
+const SIZES = [3, 6.5]; // lengths that part two-wheelers, cars, lorries and buses [m]
 const VERDICT_DASHES = [[], [6, 3], [2, 3], [8, 3, 2, 3], [1, 2], [10, 4]];
 
 function pathOf(lines, close) {
@@ -36,29 +39,31 @@ class Scene {
 
   draw(camera, t, shown) {
     const step = stepAt(this.run.time, t);
-    const { context: c, colours } = this;
-    const ratio = this.canvas.width / camera.width;
-    c.setTransform(1, 0, 0, 1, 0, 0);
-    c.fillStyle = colours.ground;
-    c.fillRect(0, 0, this.canvas.width, this.canvas.height);
-    const scale = camera.scale * ratio;
-    c.setTransform(
-      scale, 0, 0, -scale,
-      ratio * (camera.width / 2 - camera.x * camera.scale),
-      ratio * (camera.height / 2 + camera.y * camera.scale),
-    );
-    this.pixel = 1 / camera.scale; // a pixel of the page in metres
+    const ratio = this.begin(camera);
+    camera.apply(this.context, ratio);
     this.drawRoad();
     this.drawSignals(step);
     if (shown.candidates) this.drawCandidates(step);
     const bodies = this.bodies(t);
-    this.drawVehicles(bodies, this.run.cycles.blocker(step));
+    this.drawVehicles(bodies, this.run.cycles.blocker(step), shown.colour);
     if (shown.plan) this.drawPlan(step);
     if (shown.ghost) this.drawGhost(step);
-    this.drawEgo(this.egoAt(t), this.run.contacts(step) !== "");
+    const ego = this.egoAt(t);
+    this.drawEgo(ego, this.run.contacts(step) !== "");
     if (shown.names) this.drawNames(camera, ratio, bodies, step);
     this.drawScale(camera, ratio);
     this.frames += 1;
+    return ratio;
+  }
+
+  // Clear the canvas; the ratio is pixels of the canvas per pixel of the page.
+  begin(camera) {
+    const { context: c } = this;
+    c.setTransform(1, 0, 0, 1, 0, 0);
+    c.fillStyle = this.colours.ground;
+    c.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    this.pixel = 1 / camera.scale; // a pixel of the page in metres
+    return this.canvas.width / camera.width;
   }
 
   drawRoad() {
@@ -121,6 +126,7 @@ class Scene {
         y: at(v.y),
         heading: v.heading[row] + share * turn,
         speed: at(v.speed),
+        acceleration: v.acceleration[row],
         length: v.length[row],
         width: v.width[row],
       });
@@ -141,6 +147,7 @@ class Scene {
       y: at(ego.y),
       heading: at(ego.heading),
       speed: at(ego.speed),
+      acceleration: ego.acceleration[step],
       length: ego.length,
       width: ego.width,
     };
@@ -171,18 +178,59 @@ class Scene {
     c.stroke();
   }
 
-  drawVehicles(bodies, blocker) {
+  // Two bars at the rear while a body brakes.
+  drawBrakeLights({ x, y, heading, length, width, acceleration }) {
+    if (!(acceleration < BRAKE_LIGHT)) return;
+    const { context: c } = this;
+    const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
+    const at = -length / 2;
+    c.strokeStyle = this.colours.red;
+    c.lineWidth = Math.max(0.35, 2 * this.pixel);
+    c.beginPath();
+    for (const [from, to] of [[0.5, 0.2], [-0.2, -0.5]]) {
+      c.moveTo(x + at * cos - from * width * sin, y + at * sin + from * width * cos);
+      c.lineTo(x + at * cos - to * width * sin, y + at * sin + to * width * cos);
+    }
+    c.stroke();
+  }
+
+  // What a body is filled with, if not plainly: by speed, braking, or size.
+  fillOf(body, by) {
+    if (by === "speed") return heatColour(body.speed / this.fastest).back;
+    if (by === "braking") {
+      const { colours } = this;
+      const hard = body.acceleration < HARD_BRAKING;
+      if (hard) return colours.red;
+      if (body.acceleration < BRAKE_LIGHT) return colours.amber;
+      return body.acceleration > -BRAKE_LIGHT ? colours.green : colours.vehicle;
+    }
+    if (by === "size") {
+      const number = SIZES.findLastIndex((length) => body.length >= length) + 1;
+      return this.colours[`series-${number}`];
+    }
+    return this.colours.vehicle;
+  }
+
+  get fastest() {
+    if (this.top === undefined) {
+      this.top = this.run.vehicles.speed.reduce((a, b) => Math.max(a, b), 1);
+    }
+    return this.top;
+  }
+
+  drawVehicles(bodies, blocker, by) {
     const { context: c, colours } = this;
     c.setLineDash([]);
     for (const body of bodies) {
       const blocks = blocker !== "" && body.id === blocker;
       this.outline(body);
-      c.fillStyle = blocks ? colours.blocker : colours.vehicle;
+      c.fillStyle = blocks ? colours.blocker : this.fillOf(body, by);
       c.fill();
       c.strokeStyle = colours["vehicle-line"];
       c.lineWidth = (blocks ? 2.5 : 1) * this.pixel;
       c.stroke();
       this.drawFront(body, colours["vehicle-line"]);
+      this.drawBrakeLights(body);
     }
   }
 
@@ -198,6 +246,7 @@ class Scene {
       c.stroke();
     }
     this.drawFront(ego, colours.surface);
+    this.drawBrakeLights(ego);
   }
 
   drawGhost(step) {

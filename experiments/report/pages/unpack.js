@@ -66,6 +66,7 @@ function readRun(data) {
     road: data.road,
     obstacles: data.obstacles,
     signals: data.signals,
+    events: data.events,
     candidates: data.candidates && unpackAll(data.candidates),
     graphs: data.graphs && unpackAll(data.graphs),
     curves: data.curves.map((curve) => ({

@@ -8,6 +8,7 @@ from typing import Any
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.errors import ResultsError
 from experiments.metrics.catalogue import METRICS
+from experiments.metrics.moments import moments
 from experiments.metrics.row import read_row
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.candidates import candidates_of
@@ -28,6 +29,11 @@ _SCRIPTS = (
     "chart.js",
     "graph.js",
     "player.js",
+    "events.js",
+    "saving.js",
+    "pointer.js",
+    "controls.js",
+    "facts.js",
     "run.js",
 )
 _HASHES = ("run_hash", "config_hash", "network_hash", "code_hash", "trace_hash")
@@ -75,11 +81,14 @@ def run_page(folder: Path) -> str:
     facts = _facts(folder)
     trace, missing = _trace(folder, facts)
     data = None
+    found: dict[str, float] = {}
     if trace is not None:
+        time = trace.steps["time_s"]
+        found = {name: float(time[step]) for name, step in moments(trace).items()}
         road_map = read_map(folder)
         graphs = read_graphs(folder)
         data = replay(trace, road_map, candidates_of(folder), graphs)
-    return render("run.html.j2", _SCRIPTS, data, _words(facts, data, missing))
+    return render("run.html.j2", _SCRIPTS, data, _words(facts, data, missing, found))
 
 
 def _facts(folder: Path) -> RunFiles:
@@ -120,9 +129,12 @@ def _kept(facts: RunFiles) -> bool:
 
 
 def _words(
-    facts: RunFiles, data: dict[str, Any] | None, missing: str
+    facts: RunFiles,
+    data: dict[str, Any] | None,
+    missing: str,
+    times: Mapping[str, float],
 ) -> dict[str, Any]:
-    """Collect the values of the template."""
+    """Collect the values of the template; `times` are moments of metrics [s]."""
     about = facts.manifest
     status = str(about.get("status", "unknown"))
     reason = str(about.get("reason") or "")
@@ -138,7 +150,8 @@ def _words(
         "arrived": status == "arrived",
         "missing": missing,
         "command": about.get("command"),
-        "metrics": _metric_lines(facts.metrics),
+        "metrics": metric_lines(facts.metrics, times),
+        "events": [] if data is None else data["events"],
         "config": facts.config,
         "versions": about.get("versions") or {},
         "hashes": {key: about[key] for key in _HASHES if about.get(key)},
@@ -151,7 +164,9 @@ def _words(
     }
 
 
-def _metric_lines(row: Mapping[str, Any]) -> list[dict[str, str]]:
+def metric_lines(
+    row: Mapping[str, Any], times: Mapping[str, float]
+) -> list[dict[str, Any]]:
     """Format the metrics that apply, those of the terminal first."""
     known = [METRICS[column] for column in row if column in METRICS]
     return [
@@ -160,6 +175,7 @@ def _metric_lines(row: Mapping[str, Any]) -> list[dict[str, str]]:
             "label": metric.label,
             "value": metric.text(row[metric.column]),
             "unit": metric.unit,
+            "time": times.get(metric.column),
         }
         for metric in sorted(known, key=lambda metric: not metric.in_terminal)
         if not metric.identity and row[metric.column] is not None

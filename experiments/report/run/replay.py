@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.metrics.events import events
 from experiments.report.run.candidates import Candidates
 from experiments.report.run.curves import TimeCurve, TimeSeries, curves
 from experiments.report.run.packing import Packed, pack, pack_counts, pack_exact
@@ -17,6 +18,7 @@ from experiments.trace.road_map import RoadMap
 from experiments.trace.schema import Column, Table, Trace
 
 PLACE, ANGLE, SPEED = 0.01, 1e-3, 0.01  # resolutions [m, rad, m/s]
+ACCELERATION = 0.01  # [m/s²]
 EVERY = 2  # of the points of a plan, every second one is shown
 
 
@@ -49,10 +51,27 @@ def replay(
         "road": page_road(trace, road_map),
         "obstacles": page_obstacles(trace.obstacles),
         "signals": page_signals(trace),
+        "events": page_events(trace),
         "curves": [_curve(curve, trace) for curve in curves(trace)],
         "candidates": None if candidates is None else candidates.packed(trace),
         "graphs": None if graphs is None else packed_graphs(graphs, trace),
     }
+
+
+def page_events(trace: Trace) -> list[dict[str, Any]]:
+    """Return the events as the page lists and marks them."""
+    time = numbers(trace.steps["time_s"])
+    return [
+        {
+            "kind": str(event.kind),
+            "gravity": str(event.gravity),
+            "step": event.step,
+            "until": event.until,
+            "time": round(float(time[event.step]), 6),
+            "text": event.text,
+        }
+        for event in events(trace)
+    ]
 
 
 def _ego(trace: Trace) -> dict[str, Any]:
@@ -67,6 +86,7 @@ def _ego(trace: Trace) -> dict[str, Any]:
         "y": pack(numbers(steps["y_m"]) + offset * np.sin(heading), PLACE),
         "heading": pack(np.unwrap(heading), ANGLE),
         "speed": pack(numbers(steps["speed_mps"]), SPEED),
+        "acceleration": pack(numbers(steps["acceleration_mps2"]), ACCELERATION),
         "s": pack(numbers(steps["s_m"]), PLACE),
         "contacts": _texts(_contacts(steps["contacts"])),
     }
@@ -90,6 +110,7 @@ def _vehicles(trace: Trace) -> dict[str, Any]:
         "y": ("y_m", PLACE),
         "heading": ("heading_rad", ANGLE),
         "speed": ("speed_mps", SPEED),
+        "acceleration": ("acceleration_mps2", ACCELERATION),
         "length": ("length_m", PLACE),
         "width": ("width_m", PLACE),
     }

@@ -88,7 +88,7 @@ def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
     """Collect the values of the template."""
     arrived = sum(1 for row in found if row[columns.ARRIVED])
     labels = {str(row[LABEL] or row[columns.PLANNER]) for row in found}
-    baseline = next((p.shown for p in sweep.planners if p.shown in labels), None)
+    baseline = next((p.shown for p in sweep.variants if p.shown in labels), None)
     lines = compare(found, baseline) if baseline is not None else []
     place = _from_here(folder)
     return {

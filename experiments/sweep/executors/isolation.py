@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,6 +20,7 @@ from pebble import ProcessExpired, ProcessFuture, ProcessPool
 from experiments.errors import ExecutorError, described
 from experiments.processes.guarded import CallLimits, death_in_words
 from experiments.storage.atomic_folder import remove_unfinished
+from experiments.storage.provenance import ROOT
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.worker import (
     call_guarded,
@@ -151,11 +152,16 @@ def _tidy(task: RunTask, process: int | None) -> None:
 
 
 def _start_forkserver(log: Path) -> None:
-    """Start the fork server of the workers, with its output in the log."""
+    """Start the fork server of the workers, with its output in the log.
+
+    It imports from the folder in which it starts before all others, and workers keep
+    what it has imported: from our own folder, or an `experiments.py` of the user's in
+    the working folder would be taken for this package.
+    """
     from multiprocessing import forkserver
 
     forkserver.set_forkserver_preload(["experiments.sweep.executors.worker", "libsumo"])
-    with _stderr_into(log):
+    with _stderr_into(log), chdir(ROOT):
         forkserver.ensure_running()
 
 

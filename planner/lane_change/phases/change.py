@@ -16,6 +16,7 @@ from planner.lane_change.phases.gap_safety import gap_is_safe, has_way_out
 from planner.lane_change.phases.keep import keep, soften
 from planner.lane_change.phases.memory import (
     COMMIT_MARGIN,
+    SETTLED,
     Change,
     Memory,
     Phase,
@@ -40,15 +41,14 @@ def go_on(
     counts: SearchCounts,
 ) -> PlanCandidate | None:
     """Continue a change; None if it is over, or has to be given up."""
-    scene = here.scene
-    place = progress_on(change.path, scene)
+    scene, committed = here.scene, last.phase is Phase.COMMITTED
+    change, place = _followed(here, change, committed, settings)
     rest = rest_of(change.path, place) if place is not None else None
     if place is None or rest is None:
         return None
     if place >= change.end - 1e-6 and settled(scene, change.target):
         return keep(here, change.target, None, settings, counts)
     path = _extended(here, rest, settings)
-    committed = last.phase is Phase.COMMITTED
     followers = here.behind & in_lane(scene, here.bodies, change.lane)
     speed = plan_speed(
         path, scene.vehicle, here.ahead, ~followers, speed_task(here), settings.speed
@@ -78,6 +78,31 @@ def go_on(
     if speed.profile is not None:
         return replace(candidate, speed=speed, why="those behind have to react")
     return soften(here, replace(candidate, speed=speed), settings)
+
+
+def _followed(
+    here: Situation,
+    change: Change,
+    committed: bool,  # noqa: FBT001 - a state, not a switch
+    settings: LaneChangeSettings,
+) -> tuple[Change, float | None]:
+    """Return the change to follow, and how far along its path the ego is [m].
+
+    A fallback may have taken the ego off the path. A change that binds it goes on from
+    where it is now; any other is given up (None), as where the Frenet frame ends.
+    """
+    scene = here.scene
+    place = progress_on(change.path, scene)
+    if place is not None or not committed:
+        return change, place
+    ego, lanes = scene.ego_frenet, scene.lanes
+    centre = float(np.interp(ego.s, lanes.s, lanes.centre[change.target]))
+    path = lane_keeping_path(scene.path, ego, centre, here.total, settings.path)
+    if path is None:
+        return change, None
+    off = np.flatnonzero(np.abs(path.l - centre) > SETTLED)
+    end = float(path.distance[off[-1]]) if off.size else 0.0
+    return replace(change, path=path, end=end), 0.0
 
 
 def _wait_at_line(

@@ -10,7 +10,9 @@ from planner.scene import Scene
 from planner.states import Path, Trajectory
 from planner.vehicle import Vehicle
 
-OFF_PATH = 0.2  # an ego farther from the kept path needs another one [m]
+# An ego farther from the kept path needs another one: a trajectory must start within
+# 0.1 m of it [m]
+OFF_PATH = 0.08
 SETTLED = 0.1  # as near to its lane's centre the change is over [m]
 SETTLED_SLOPE = 0.02  # and as parallel to it, dl/ds [-]
 COMMIT_MARGIN = 0.1  # a body this near the line is about to enter [m]

@@ -37,7 +37,7 @@ def rearview(
     *arguments: str, folder: Path = HERE, **environment: str
 ) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "experiments", *arguments],
+        [sys.executable, "-m", "rearview_command", *arguments],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100", **environment},
         capture_output=True,
@@ -507,7 +507,7 @@ def test_same_seed_same_trace_in_two_processes_other_seed_another(tmp_path):
     assert hashes[0] == hashes[1] != hashes[2]
 
 
-@pytest.mark.parametrize("name", ["planner", "sumo_nets"])
+@pytest.mark.parametrize("name", ["planner", "sumo_nets", "experiments"])
 def test_a_file_of_the_users_that_hides_a_package_of_ours(tmp_path, name):
     file = tmp_path / f"{name}.py"
     file.write_text("def make(): ...\n")

@@ -16,7 +16,8 @@ from experiments.cli.app import app
 from experiments.comparison import inference as statistics
 from experiments.comparison import results
 from experiments.comparison.compare import compare
-from experiments.comparison.table import as_csv, as_latex, as_markdown, export
+from experiments.comparison.latex import as_latex
+from experiments.comparison.table import as_csv, as_markdown, export
 from experiments.errors import ConfigError, ResultsError
 from experiments.metrics.catalogue import ALL_COLUMNS
 from experiments.metrics.row import row_without_episode
@@ -190,10 +191,15 @@ def test_exports(sweep, tmp_path):
     assert len({line.count("|") for line in markdown}) == 1
     latex = as_latex(lines)
     assert latex.count(r"\\") == 1 + len(lines)
-    assert r"travel\_time\_s & slow" in latex
+    assert "travel time [s] & slow & " in latex
+    assert r"collided [\%] & slow & " in latex
+    assert "caption" not in latex
+    whole = as_latex(lines, "5 % of a_b")
+    assert r"\caption{5 \% of a\_b}" in whole
+    assert whole.count(r"\begin{") == whole.count(r"\end{") == 2
     for row in latex.splitlines():
         if row.endswith(r"\\"):
-            assert row.count(" & ") == 9
+            assert row.count(" & ") == 5
     for name in ("t.csv", "t.md", "t.tex"):
         export(lines, tmp_path / name)
         assert (tmp_path / name).read_text()

@@ -363,7 +363,10 @@ def test_network_files_are_relative_to_the_scenario(tmp_path):
 @pytest.mark.parametrize(
     ("network", "message"),
     [
-        ("{file: a.net.xml, lane: 0}", "lane: needs a route, or from and to"),
+        (
+            "{file: a.net.xml, lane: 0}",
+            "lane: needs a route, from and to, or a vehicle",
+        ),
         ("{file: a.net.xml, from: a}", "to: is missing"),
         ("{file: a.net.xml, to: a}", "from: is missing"),
         ("{file: a.net.xml, via: [b]}", "from: is missing"),

@@ -1,9 +1,13 @@
+import numpy as np
+
 from experiments.cosim.blockage import BlockageDetector
 from experiments.cosim.records import TrafficState
 from planner.interface import PlanStats
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import line
+from planner.scene import Obstacles
 from planner.states import CartesianState, FrenetState
+from planner.vehicle import Vehicle
 from tests.experiments.road_users import road_users
 
 STEP = 0.5
@@ -18,7 +22,7 @@ def traffic(time: float, **speeds: float) -> TrafficState:
 
 def first_blocked(at, patience: float = 5.0, until: float = 30.0) -> float | None:
     """Stand at s = 10 m; `at(t)` gives (speed, traffic, stop lines, stats)."""
-    detector = BlockageDetector(patience, 3.8, PATH)
+    detector = BlockageDetector(patience, Vehicle(), PATH, Obstacles.none())
     place = FrenetState(10.0, *(0.0,) * 7)
     for k in range(int(until / STEP)):
         time = k * STEP
@@ -52,7 +56,7 @@ def test_without_a_reason_the_ego_may_give_way_for_longer():
 
 
 def test_the_reason_says_since_when():
-    detector = BlockageDetector(5.0, 3.8, PATH)
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none())
     place = FrenetState(10.0, *(0.0,) * 7)
     ego = CartesianState(10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     said = [
@@ -140,3 +144,42 @@ def test_other_vehicles_that_stand_are_no_excuse():
         return 0.0, traffic(t, parked=0.0, crossing=9.0), (), crossing
 
     assert first_blocked(at) is None
+
+
+def test_without_a_reason_the_body_that_stands_ahead_is_named():
+    def obstacles(*bodies):
+        x, y, length, width, radius = np.array(bodies, dtype=float).reshape(-1, 5).T
+        ids = tuple(f"obstacle.{k}" for k in range(x.size))
+        return Obstacles(ids, x, y, 0.0 * x, length, width, radius)
+
+    def reason(*bodies, cars=()):
+        detector = BlockageDetector(5.0, Vehicle(), PATH, obstacles(*bodies))
+        place = FrenetState(10.0, *(0.0,) * 7)
+        ego = CartesianState(10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        said = None
+        for k in range(40):
+            now = TrafficState(STEP * k, road_users(*cars, length=4.0, width=2.0))
+            said = said or detector.update(place, ego, now, (), PlanStats())
+        return said.partition("no reason")[2]
+
+    wall = (20.0, 0.0, 4.0, 2.0, 0.0)  # its near end is 18 m, the front bumper 13.8 m
+    assert reason(wall) == "; obstacle.0 stands 4.2 m ahead"
+    assert reason((60.0, 0.0, 0.0, 0.0, 1.0), wall) == "; obstacle.1 stands 4.2 m ahead"
+    assert reason((20.0, 1.9, 0.0, 0.0, 1.0)) == "; obstacle.0 stands 5.2 m ahead"
+    assert reason((20.0, 2.0, 0.0, 0.0, 1.0)) == ""  # beside the way of 1.9 m
+    assert reason((8.0, 0.0, 4.0, 2.0, 0.0)) == ""  # behind
+    parked = [("a", 17.8, 0.5, 0.0, 0.0)]
+    assert reason(wall, cars=parked) == "; a stands 2.0 m ahead"
+    driving = [("a", 17.8, 0.5, 0.0, 3.0)]
+    assert reason(wall, cars=driving) == "; obstacle.0 stands 4.2 m ahead"
+
+
+def test_an_ego_that_stands_when_the_time_is_up_says_since_when():
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none())
+    place = FrenetState(10.0, *(0.0,) * 7)
+    for time, speed in ((0.0, 3.0), (1.0, 0.0), (2.0, 0.0)):
+        ego = CartesianState(10.0, 0.0, 0.0, 0.0, speed, 0.0)
+        detector.update(place, ego, traffic(time), (), PlanStats())
+        said = detector.standing(place, traffic(time), NAMED)
+        expected = "stands since t = 1.0 s: every way ahead is taken"
+        assert said == (None if speed else expected)

@@ -1,94 +1,56 @@
 """Random routes through generated networks, with traffic, from end to end."""
 
-import numpy as np
 import pytest
-import yaml
 
-from experiments.config.scenario_file import load_scenario
-from experiments.cosim.records import EpisodeStatus
-from experiments.episode.run import run_episode
-from experiments.errors import ConfigError
-from sumo_nets.net_reader import read_net
-from sumo_nets.route_path import route_path
-from sumo_nets.routes import random_route
-from tests.sumo_nets.generated import generate
+from tests.experiments.episodes.network_campaign import (
+    ROUTES,
+    Route,
+    drive,
+    summary,
+)
 
 pytestmark = [pytest.mark.sumo, pytest.mark.slow]
 
-SHAPES = {
-    "grid": ("--grid", "--grid.number=5", "--grid.length=110"),
-    "spider": (
-        "--spider", "--spider.arm-number=6", "--spider.circle-number=4",
-        "--spider.space-radius=90",
-    ),
-    "random": ("--rand", "--rand.iterations=60"),
-}  # fmt: skip
-ROUTES = 3
+# Shapes, lanes, signals and sides of traffic all differ between these.
+SEEDS = (0, 1, 2, 3, 4, 7)
 
 
-def network_of(seed, folder):
-    """Generate one network a seed: shape, lanes, signals and side of traffic vary."""
-    shape = list(SHAPES)[seed % 3]
-    signals = (seed // 3) % 2
-    options = [
-        *SHAPES[shape],
-        f"--seed={seed}",
-        f"-L{1 + (seed // 2) % 3}",
-        f"--default-junction-type={'traffic_light' if signals else 'priority'}",
-    ]
-    if seed % 4 == 3 and shape != "random":
-        options.append("--turn-lanes=1")
-    if seed % 5 == 4:
-        options.append("--lefthand")
-    if seed % 6 == 5:
-        options.append("--default.lanewidth=2.8")
-    return read_net(generate(folder, *options))
-
-
-def scenario_of(net, seed, number, folder):
-    route = random_route(net, np.random.default_rng([seed, number]), 350.0, 20.0)
-    lane = net.edges[route[0]].drivable_lanes[-1].index
-    length = route_path(net.file, route, lane).length
-    content = {
-        "name": f"net{seed}_{number}",
-        "network": {"file": str(net.file), "route": list(route), "lane": lane},
-        "ego": {"start_m": 10.0, "goal_m": round(min(length - 20.0, 330.0), 1)},
-        "traffic": {"own_veh_per_h": 400, "oncoming_veh_per_h": 300},
-        "simulation": {"seed": seed, "warmup_s": 40, "duration_s": 180},
-    }
-    file = folder / f"net{seed}_{number}.yaml"
-    file.write_text(yaml.safe_dump(content))
-    return load_scenario(str(file))
-
-
-# A net whose bends leave `cruise` little steering beside its path: standing at a red
-# light off the path, it finds no motion that starts when the light turns green.
-STANDS_FOR_GOOD = 4
-
-
-@pytest.mark.parametrize(
-    "seed",
-    [
-        pytest.param(
-            seed,
-            marks=pytest.mark.xfail(
-                seed == STANDS_FOR_GOOD, reason="cruise stands at green", strict=True
-            ),
-        )
-        for seed in range(12)
-    ],
-)
+@pytest.mark.parametrize("seed", SEEDS)
 def test_random_routes_arrive_on_the_road_or_are_refused_with_the_place(seed, tmp_path):
-    net = network_of(seed, tmp_path)
     arrived = refused = 0
     for number in range(ROUTES):
-        scenario = scenario_of(net, seed, number, tmp_path)
-        try:
-            outcome = run_episode(scenario, out=tmp_path / "runs")
-        except ConfigError as error:
-            refused += "a bend that this body cannot take" in str(error)
+        result = drive(Route(seed, number, "car"), "cruise", tmp_path)
+        if result["status"] == "refused":
+            refused += "a bend that this body cannot take" in result["reason"]
             continue
-        assert outcome.row["off_road_steps"] == 0
-        assert outcome.ending.status is not EpisodeStatus.SIMULATOR_FAILED
-        arrived += outcome.ending.status is EpisodeStatus.ARRIVED
+        assert result["off_road_steps"] == 0
+        assert result["status"] != "simulator_failed"
+        arrived += result["status"] == "arrived"
     assert arrived + refused >= ROUTES - 1
+
+
+def test_summary_counts_only_what_the_simulators_driver_drives():
+    def result(route, planner, status, off_road_steps=0):
+        return {
+            "body": "car",
+            "seed": 0,
+            "route": route,
+            "planner": planner,
+            "status": status,
+            "off_road_steps": off_road_steps,
+        }
+
+    results = [
+        result(0, "sumo", "arrived"),
+        result(0, "cruise", "off_road", 3),
+        result(0, "lane_change", "arrived"),
+        result(1, "sumo", "collision"),
+        result(1, "cruise", "arrived"),
+        result(1, "lane_change", "arrived"),
+    ]
+    assert summary(results, ["cruise", "lane_change"]) == [
+        "sumo drives 1 of 2 routes",
+        "cruise: {'off_road': 1}, off the road in 1",
+        "lane_change: {'arrived': 1}, off the road in 0",
+        "either: 1 of 1",
+    ]

@@ -1,10 +1,15 @@
 """Settings that a factory does not take, in words of the scenario file."""
 
+from datetime import date
+from pathlib import Path
+from typing import Literal
+
 import pytest
 
 from experiments.errors import ConfigError
 from experiments.planners.factory_settings import check_factory_settings
 from experiments.planners.registry import make_planner
+from planner.vehicle import Vehicle
 
 
 def make(gain, speed=1.0, *, lanes=2):
@@ -29,6 +34,55 @@ def test_right_keys_and_factories_that_take_any():
     check_factory_settings("own:make", make, {"gain": 1, "lanes": 3})
     check_factory_settings("own:make", lambda **_: None, {"x": 1})
     check_factory_settings("own:make", dict, {"x": 1})  # has no signature
+
+
+class Typed:
+    def __init__(
+        self,
+        braking: float = 3.0,
+        mode: Literal["fast", "slow"] = "fast",
+        gaps: tuple[float, ...] = (1.0,),
+        limit: float | None = None,
+        body: Vehicle | None = None,
+    ):
+        self.braking = braking
+
+
+@pytest.mark.parametrize(
+    ("settings", "problem"),
+    [
+        ({"braking": "hard"}, "braking: is 'hard'; input should be a valid number"),
+        ({"braking": True}, "braking: is True; input should be a valid number"),
+        ({"braking": None}, "braking: is None; input should be a valid number"),
+        ({"mode": "wild"}, "mode: is 'wild'; input should be 'fast' or 'slow'"),
+        ({"gaps": [1, "x"]}, "gaps.1: is 'x'; input should be a valid number"),
+        ({"gaps": 3}, "gaps: is 3; input should be a valid "),
+    ],
+)
+def test_wrong_types_are_refused_before_the_run(settings, problem):
+    with pytest.raises(ConfigError) as refusal:
+        check_factory_settings("own:Typed", Typed, settings)
+    assert str(refusal.value).startswith(f"planner.settings.{problem}")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"braking": 2, "mode": "slow", "gaps": [1, 2.5], "limit": 4},
+        {"limit": None, "gaps": []},
+        {"body": None},
+    ],
+)
+def test_right_types(settings):
+    check_factory_settings("own:Typed", Typed, settings)
+
+
+def test_annotations_that_mean_nothing_are_left_to_the_factory():
+    def odd(one: "No such type" = 1, *, two: Path = Path()):  # noqa: F722
+        return one, two
+
+    check_factory_settings("own:odd", odd, {"one": "x"})
+    check_factory_settings("own:odd", odd, {"two": date(2026, 1, 1)})
 
 
 def test_a_planner_without_settings():

@@ -2,10 +2,11 @@
 
 import re
 import sys
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from math import ceil
 from typing import get_type_hints
 
+import numpy as np
 import pytest
 
 from experiments.errors import ConfigError
@@ -13,7 +14,11 @@ from experiments.interrupts import interrupts_between_steps
 from experiments.planners import registry
 from experiments.planners.registry import PLANNERS, make_planner
 from experiments.sweep.trial import make_apart
+from planner.cruise import CruiseSettings
+from planner.dense import DenseSettings
 from planner.errors import PlannerError
+from planner.lane_change import LaneChangeSettings
+from planner.vehicle import Vehicle
 
 MODULE = "tests.experiments.constant_speed_planner"
 
@@ -243,3 +248,38 @@ def test_a_factory_that_ends_its_process_is_one_line(tmp_path, monkeypatch):
         make_apart("leaves:make", {})
     with pytest.raises(ConfigError, match="the process that makes it died of SIGABRT"):
         make_apart("crashes:make", {})
+
+
+def with_whole_numbers(record):
+    """The settings with whole numbers as ints, as Python's users write them."""
+    changed = {}
+    for field in fields(record):
+        value = getattr(record, field.name)
+        if is_dataclass(value):
+            changed[field.name] = with_whole_numbers(value)
+        elif isinstance(value, tuple):
+            changed[field.name] = tuple(map(whole, value))
+        else:
+            changed[field.name] = whole(value)
+    return replace(record, **changed)
+
+
+def whole(value):
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+@pytest.mark.parametrize(
+    "settings", [CruiseSettings, DenseSettings, LaneChangeSettings, Vehicle]
+)
+def test_whole_numbers_in_settings_are_floats_where_kernels_take_floats(settings):
+    # repr tells 1 from 1.0: an int would compile the kernels that it reaches anew
+    assert repr(with_whole_numbers(settings())) == repr(settings())
+
+
+def test_numbers_of_numpy_are_plain_and_what_is_no_number_stays():
+    made = CruiseSettings(margin=np.float32(0.5), times=(np.int64(1), 2), horizon=3)
+    assert repr(made.margin) == "0.5"
+    assert repr(made.times) == "(1.0, 2.0)"
+    assert made.edge_offsets is True
+    assert made.max_curvature is None
+    assert type(made.cover_discs) is int

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,21 +17,8 @@ REFERENCE = {
     (90, 40): (16, 63, 17, 38),
     (130, 70): (22, 73, 23, 49),
 }
-# What we count beyond that, out of 6 x 270 cells a driver. The description leaves open
-# at which half of a step a driver looks; no reading that was tried reaches all counts
-# and all ranges below. Candidates on the border: careful human, 40/10 at dx0 59 m and
-# Vy 0.2 m/s (overlap of 0.1 m), 90/40 at 81 m and 0.4 m/s (12 mm from no collision);
-# fuzzy safety model, the one cell at Vy 0.6 m/s of 40/10, 90/40 and 130/70, avoided if
-# it looks one or two steps earlier; RSS, 60/50 at dx0 1 m.
-BEYOND = {
-    (60, 20): (2, 0, 0, 0),
-    (60, 50): (1, 0, 1, 0),
-    (50, 10): (2, 0, 0, 0),
-    (40, 10): (1, 1, 1, 0),
-    (90, 40): (1, 1, 0, 0),
-    (130, 70): (1, 0, 0, 0),
-}
-# First and last dx0 [m] that collides at 60/20 km/h, for Vy 0.4, 0.8, 1.2, 1.6 m/s.
+# First and last dx0 [m] that collides at 60/20 km/h, for Vy 0.4, 0.8, 1.2, 1.6 m/s; 1.2
+# as a number of its own, not 12 times 0.1, with which the ramp takes a step longer.
 REFERENCE_RANGES = {
     "fuzzy_safety": (None, (13, 19), (7, 17), (4, 15)),
     "careful_human": ((36, 59), (14, 40), (7, 33), (4, 30)),
@@ -39,16 +28,16 @@ REFERENCE_RANGES = {
 
 
 @pytest.mark.parametrize("speeds", REFERENCE)
-def test_counts_are_those_of_the_published_code_but_for_the_known_cells(speeds):
+def test_counts_are_those_of_the_published_code(speeds):
     result = judge_panel(cut_in_panel(*speeds, Density.THINNED))
     counts = [result.count(name) for name in DRIVERS]
-    expected = np.add(REFERENCE[speeds], BEYOND[speeds])
-    np.testing.assert_array_equal(counts, expected)
+    assert tuple(counts) == REFERENCE[speeds]
 
 
 @pytest.mark.parametrize("name", REFERENCE_RANGES)
 def test_ranges_are_those_of_the_published_code(name):
     panel = cut_in_panel(60, 20)
+    panel = replace(panel, y=np.round(panel.y, 1))
     collided = judge_panel(panel, {name: DRIVERS[name]}).collided[name]
     for column, reference in zip((4, 8, 12, 16), REFERENCE_RANGES[name], strict=True):
         gaps = panel.x[collided[:, column]]
@@ -72,9 +61,9 @@ def test_table_has_one_row_a_panel():
             "ego_kmh": 60,
             "other_kmh": 50,
             "cells": 270,
-            "fuzzy_safety": 7,
+            "fuzzy_safety": 6,
             "careful_human": 34,
-            "rss": 4,
+            "rss": 3,
             "regulation_157": 19,
         }
     ]

@@ -17,7 +17,6 @@ from planner.reference_drivers.reaction import Reaction
 @dataclass(frozen=True)
 class Blind:
     reaction: Reaction = field(default_factory=Reaction)
-    releases_at_once: bool = False
 
     def following_gap(self, speed):
         return speed

@@ -5,7 +5,11 @@ from pathlib import Path
 import pytest
 
 from experiments.errors import ResultsError
-from experiments.storage.atomic_folder import atomic_folder, remove_unfinished
+from experiments.storage.atomic_folder import (
+    atomic_folder,
+    remove_unfinished,
+    require_there,
+)
 
 
 def names(folder: Path) -> list[str]:
@@ -102,3 +106,19 @@ def test_a_file_in_the_place_of_the_parent_is_named(tmp_path, inner):
     with pytest.raises(ResultsError, match=words), atomic_folder(file / inner):
         pass
     assert file.read_text() == "kept"
+
+
+def test_a_missing_folder_hints_at_one_like_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sweeps" / "smoke").mkdir(parents=True)
+    (tmp_path / "study_2").mkdir()
+    for missing, hint in (
+        ("smoke", "did you mean sweeps/smoke?"),
+        ("study2", "did you mean study_2?"),
+        (str(tmp_path / "study-2"), f"did you mean {tmp_path}/study_2?"),
+    ):
+        with pytest.raises(ResultsError) as refusal:
+            require_there(Path(missing))
+        assert str(refusal.value) == f"{missing}: there is no such folder; {hint}"
+    with pytest.raises(ResultsError, match=r"there is no such folder$"):
+        require_there(tmp_path / "x" / "y")

@@ -9,8 +9,9 @@ import jsonschema
 import pytest
 import yaml
 
+from experiments.config.axes import Axes, axis_points
 from experiments.config.scenario_file import SCENARIO_FOLDER, load_scenario, schema_text
-from experiments.config.sweep import Axes, Sweep
+from experiments.config.sweep import Sweep
 from experiments.config.sweep_file import (
     SCHEMA_FILE,
     SWEEP_FOLDER,
@@ -20,7 +21,7 @@ from experiments.config.sweep_file import (
 )
 from experiments.episode.identity import run_hashes
 from experiments.errors import ConfigError
-from experiments.sweep.plan import Plan, axis_points
+from experiments.sweep.plan import Plan
 
 REFERENCE = Path(__file__).parents[3] / "docs/reference/sweep_files.md"
 SWEEP = """\
@@ -254,3 +255,65 @@ def test_json_schema_accepts_what_is_shipped(name):
 def test_json_schema_is_up_to_date():
     written = SCHEMA_FILE.read_text(encoding="utf-8")
     assert written == schema_text(sweep_schema()), "run make schema"
+
+
+OWN_AXES = """\
+planners:
+  - cruise_conventional
+  - name: cruise
+    settings: {margin: 0.5}
+    axes: {grid: {margin: [0.2, 0.4], weights.jerk: [1.0, 2.0]}}
+"""
+
+
+def test_a_planner_has_axes_of_its_own(tmp_path):
+    runs = plan_of(tmp_path, SWEEP.replace("planners: [cruise]\n", OWN_AXES))
+    labels = list(dict.fromkeys(run.label for run in runs))
+    assert labels == [
+        "cruise_conventional",
+        "cruise, margin 0.2, jerk 1",
+        "cruise, margin 0.2, jerk 2",
+        "cruise, margin 0.4, jerk 1",
+        "cruise, margin 0.4, jerk 2",
+    ]
+    assert len(runs) == 10
+    last = runs[-1].scenario.planner.settings
+    assert (last["margin"], last["weights"]["jerk"]) == (0.4, 2.0)
+    assert runs[-1].point == {}, "planners are compared on the same points"
+    assert "weights" not in runs[0].scenario.planner.settings
+
+
+def test_labels_are_made_of_what_differs(tmp_path):
+    planners = (
+        "[cruise, {name: cruise, settings: {margin: 0.2, weights: {jerk: 3.0}}}, "
+        "{name: cruise, settings: {margin: 0.2, weights: {jerk: 1.5}}}]"
+    )
+    runs = plan_of(tmp_path, SWEEP.replace("[cruise]", planners))
+    assert list(dict.fromkeys(run.label for run in runs)) == [
+        "cruise",
+        "cruise, margin 0.2, jerk 3",
+        "cruise, margin 0.2, jerk 1.5",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("planner", "message"),
+    [
+        ("{name: cruise, axes: {grid: {margn: [1.0]}}}", "margn: unknown key"),
+        (
+            "{name: cruise, settings: {margin: 1.0}, axes: {grid: {margin.a: [1]}}}",
+            "margin.a: is not a setting",
+        ),
+        (
+            "{name: cruise, axes: {sample: {count: 512, ranges: {margin: [0.1, 1]}}}}",
+            "makes 512 planners; allowed: 256",
+        ),
+        ("{name: cruise, axes: {grid: {margin: [1.0, 1.0]}}}", "is the second"),
+        ("cruise, cruise", "is the second cruise"),
+    ],
+)
+def test_bad_axes_of_a_planner_are_one_line(tmp_path, planner, message):
+    with pytest.raises(ConfigError) as refusal:
+        plan_of(tmp_path, SWEEP.replace("[cruise]", f"[{planner}]"))
+    assert message in str(refusal.value)
+    assert "\n" not in str(refusal.value)

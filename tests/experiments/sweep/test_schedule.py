@@ -136,6 +136,17 @@ def steady(folder: Path) -> list[dict]:
     ]
 
 
+def test_a_file_of_the_users_called_experiments(tmp_path, monkeypatch):
+    (tmp_path / "experiments.py").write_text("raise SystemExit('not this one')\n")
+    monkeypatch.chdir(tmp_path)  # where workers look for planners
+    sweep = write_sweep(tmp_path, 2)
+    out = tmp_path / "out"
+    command = [sys.executable, ROOT / "rearview_command.py", "sweep", sweep]
+    done = subprocess.run([*command, "--out", out], check=False, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    assert [row["status"] for row in rows(out)] == ["arrived"] * 2
+
+
 def test_sweep_resume_rerun(tmp_path):
     sweep = write_sweep(tmp_path, 5, {3: "raise"})
     out = tmp_path / "out"

@@ -63,10 +63,10 @@ def test_without_a_conflict_speed_and_offset_are_held():
 
 
 def test_delay_coasting_and_jerk_of_the_human():
-    # TTC 20/15 s: foot off for 0.7 s (7 whole steps), then 12.65 m/s³ up to 0.774 g.
+    # TTC 20/15 s: foot off in the eight steps up to 0.75 s, then 12.65 m/s³.
     braking = braking_after(BrakingPlanner(CarefulHuman()), scene(20.0), 20)
-    np.testing.assert_allclose(braking[:7], 0.4, atol=1e-9)
-    np.testing.assert_allclose(braking[7], 0.4 + 1.265, atol=1e-9)
+    np.testing.assert_allclose(braking[:8], 0.4, atol=1e-9)
+    np.testing.assert_allclose(braking[8], 0.4 + 1.265, atol=1e-9)
     np.testing.assert_allclose(braking[-1], FULL_BRAKING, atol=1e-9)
 
 
@@ -88,11 +88,11 @@ def test_obstacle_in_the_lane_is_braked_for():
     assert braking[-1] > 5.0
 
 
-def test_positions_advance_with_the_speed_at_the_beginning_of_a_step():
+def test_positions_advance_with_the_speed_at_the_end_of_a_step():
     planner, memory = BrakingPlanner(CarefulHuman()), None
     for _ in range(15):
         plan = planner.plan(scene(20.0), memory)
         memory = plan.memory
     motion = plan.trajectory
-    np.testing.assert_allclose(np.diff(motion.s), 0.1 * motion.speed[:-1], atol=1e-9)
+    np.testing.assert_allclose(np.diff(motion.s), 0.1 * motion.speed[1:], atol=1e-9)
     assert motion.speed[-1] == 0.0

@@ -11,7 +11,7 @@ from tests.planner.reference_drivers.situations import situation
 
 
 def judge(driver, seen):
-    return driver.judge(seen, attentive(driver, seen.gap.size, 0.1))
+    return driver.judge(seen, attentive(seen.gap.size))
 
 
 def test_brakes_when_two_seconds_away_at_the_first_overlap():
@@ -23,9 +23,7 @@ def test_brakes_when_two_seconds_away_at_the_first_overlap():
 
 def test_judges_once():
     driver = CarefulHuman()
-    state = react(
-        driver, situation(gap=25.0), attentive(driver, 1, 0.1), 0.1
-    )  # 2.5 s: dismissed
+    state = react(driver, situation(gap=25.0), attentive(1), 0.1)  # 2.5 s: dismissed
     assert driver.judge(situation(gap=5.0), state).wish[0] == 0.0
 
 
@@ -56,7 +54,7 @@ def test_emergency_braking_needs_full_overlap_and_one_and_a_half_seconds(
     lateral_gap, gap, acts
 ):
     driver = CarefulHuman(emergency_braking=True)
-    state = attentive(driver, 1, 0.1)
+    state = attentive(1)
     for _ in range(6):
         state = react(driver, situation(gap=gap, lateral_gap=lateral_gap), state, 0.1)
     expected = EMERGENCY_BRAKING if acts else 0.4

@@ -20,8 +20,8 @@ def test_proactive_grade_by_hand():
 
 
 def test_critical_grade_by_hand():
-    # closing with 10: safe 7.5 + 100/8, unsafe 7.5 + 100/12, less the gap of 2 m
-    seen = situation(gap=[22.01, 2.0 + 7.5 + 12.5 - 25.0 / 12.0, 17.8])
+    # closing with 10: safe 7.5 + 100/8, unsafe 7.5 + 100/12
+    seen = situation(gap=[20.01, 7.5 + 12.5 - 25.0 / 12.0, 15.8])
     np.testing.assert_allclose(
         FSM.critical(seen, np.zeros(3)), [0.0, 0.5, 1.0], atol=1e-6
     )
@@ -29,7 +29,7 @@ def test_critical_grade_by_hand():
 
 def test_critical_grade_while_braking():
     # a -4: reached 10 - 3 = 7, driven (10 - 1.5)·0.75 = 6.375; safe 12.5, unsafe 10.458
-    seen = situation(gap=2.0 + 0.5 * (12.5 + 10.458333))
+    seen = situation(gap=0.5 * (12.5 + 10.458333))
     assert FSM.critical(seen, np.array([4.0]))[0] == pytest.approx(0.5, abs=1e-6)
     # Harder braking counts as comfortable braking.
     assert FSM.critical(seen, np.array([7.0]))[0] == pytest.approx(0.5, abs=1e-6)
@@ -57,8 +57,8 @@ def test_wish_is_comfortable_until_the_situation_is_critical():
     np.testing.assert_array_equal(wish, [2.0, 5.0, 6.0])
 
 
-def test_drives_on_beside_the_other_vehicle():
-    wish = FSM.judge(situation(gap=[1.0, -1.0]), attentive(FSM, 2, 0.1)).wish
+def test_drives_on_once_its_centre_is_ahead():
+    wish = FSM.judge(situation(gap=[-4.2, -4.4]), attentive(2)).wish
     np.testing.assert_array_equal(wish > 0.0, [True, False])
 
 

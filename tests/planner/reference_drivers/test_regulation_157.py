@@ -19,11 +19,11 @@ def test_reacts_at_the_bound_and_inside_only():
     np.testing.assert_array_equal(driver.must_react(seen), [True, False, False])
 
 
-def test_stops_wishing_once_the_front_has_passed():
+def test_stops_wishing_once_its_centre_is_ahead():
     driver = Regulation157()
-    state = attentive(driver, 1, 0.1)
-    assert driver.judge(situation(gap=0.5), state).wish[0] == 6.0
-    assert driver.judge(situation(gap=-0.5), state).wish[0] == 0.0
+    state = attentive(1)
+    assert driver.judge(situation(gap=-4.2), state).wish[0] == 6.0
+    assert driver.judge(situation(gap=-4.4), state).wish[0] == 0.0
 
 
 def test_half_a_metre_is_the_wheel_in_a_lane_of_three_and_a_half():

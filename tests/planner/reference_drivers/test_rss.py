@@ -28,7 +28,7 @@ def test_both_distances_must_be_violated():
 
 def test_only_the_rear_vehicle_answers():
     seen = situation(gap=[-4.2, -4.4])
-    wish = RSS.judge(seen, attentive(RSS, 2, 0.1)).wish
+    wish = RSS.judge(seen, attentive(2)).wish
     np.testing.assert_array_equal(wish > 0.0, [True, False])
 
 

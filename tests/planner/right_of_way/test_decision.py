@@ -4,29 +4,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.right_of_way.decision import DEADLOCK, decide, is_near
-from planner.right_of_way.records import AtCrossing, Crossing, Rule, Waiting
+from planner.right_of_way.records import AtJunction, JunctionAhead, Rule, Waiting
 from tests.planner.right_of_way.test_gaps import FOE, WAITING
 
 STEP = 0.1
 STOPPED = Waiting(stopped=True, stood=2.0)
 
 
-def crossing(rule, wait_s=None):
-    return Crossing("j", rule, 100.0, 120.0, 8.0, wait_s)
+def junction(rule, wait_s=None):
+    return JunctionAhead("j", rule, 100.0, 120.0, 8.0, wait_s)
 
 
-def lines(rule, ego=WAITING, conflicts=(), memory=Waiting(), wait_s=None):  # noqa: B008
-    return decide(ego, crossing(rule, wait_s), conflicts, memory, STEP)
+def lines(rule, ego=WAITING, foes=(), memory=Waiting(), wait_s=None):  # noqa: B008
+    return decide(ego, junction(rule, wait_s), foes, memory, STEP)
 
 
 def test_a_free_road_is_open_without_a_stop():
-    coming = AtCrossing(80.0, 75.0, 8.0, 13.9, 3.0, 8.0)
+    coming = AtJunction(80.0, 75.0, 8.0, 13.9, 3.0, 8.0)
     assert lines(Rule.MINOR, coming).stop_s is None
     assert lines(Rule.RIGHT_BEFORE_LEFT, coming).stop_s is None
 
 
 def test_a_stop_sign_asks_for_a_stop_also_on_a_free_road():
-    coming = AtCrossing(80.0, 75.0, 8.0, 13.9, 3.0, 8.0)
+    coming = AtJunction(80.0, 75.0, 8.0, 13.9, 3.0, 8.0)
     decision = lines(Rule.STOP, coming)
     assert (decision.stop_s, decision.because_of) == (100.0, "stop sign")
     stands = lines(Rule.STOP, WAITING)
@@ -37,20 +37,20 @@ def test_a_stop_sign_asks_for_a_stop_also_on_a_free_road():
 
 
 def test_the_one_with_the_right_of_way_is_named():
-    decision = lines(Rule.MINOR, conflicts=[FOE])
+    decision = lines(Rule.MINOR, foes=[FOE])
     assert (decision.stop_s, decision.because_of) == (100.0, "foe")
-    assert lines(Rule.MINOR, conflicts=[FOE._replace(goes_first=False)]).stop_s is None
+    assert lines(Rule.MINOR, foes=[FOE._replace(goes_first=False)]).stop_s is None
 
 
 def test_all_way_stop_goes_by_the_time_of_waiting():
     at_line = FOE._replace(to_line=1.0, entry=4.0, speed=0.0)
     longer, shorter = at_line._replace(stood=5.0), at_line._replace(stood=1.0)
-    assert lines(Rule.ALL_WAY_STOP, conflicts=[longer], memory=STOPPED).stop_s == 100.0
-    assert lines(Rule.ALL_WAY_STOP, conflicts=[shorter], memory=STOPPED).stop_s is None
+    assert lines(Rule.ALL_WAY_STOP, foes=[longer], memory=STOPPED).stop_s == 100.0
+    assert lines(Rule.ALL_WAY_STOP, foes=[shorter], memory=STOPPED).stop_s is None
     queued = longer._replace(to_line=9.0, entry=12.0)
-    assert lines(Rule.ALL_WAY_STOP, conflicts=[queued], memory=STOPPED).stop_s is None
+    assert lines(Rule.ALL_WAY_STOP, foes=[queued], memory=STOPPED).stop_s is None
     crossing_now = at_line._replace(to_line=-2.0, entry=1.0, speed=3.0, stood=0.0)
-    decision = lines(Rule.ALL_WAY_STOP, conflicts=[crossing_now], memory=STOPPED)
+    decision = lines(Rule.ALL_WAY_STOP, foes=[crossing_now], memory=STOPPED)
     assert decision.stop_s == 100.0
 
 
@@ -59,21 +59,21 @@ def test_four_that_wait_for_each_other_are_resolved():
     soon = Waiting(stopped=True, stood=1.0)
     late = Waiting(stopped=True, stood=DEADLOCK)
     rule = Rule.RIGHT_BEFORE_LEFT
-    assert lines(rule, conflicts=[right], memory=soon).stop_s == 100.0
-    assert lines(rule, conflicts=[right], memory=late).stop_s is None
+    assert lines(rule, foes=[right], memory=soon).stop_s == 100.0
+    assert lines(rule, foes=[right], memory=late).stop_s is None
     moves_off = right._replace(speed=1.0, stood=0.0)
-    assert lines(rule, conflicts=[moves_off], memory=late).stop_s == 100.0
+    assert lines(rule, foes=[moves_off], memory=late).stop_s == 100.0
 
 
 def test_a_vehicle_that_stands_in_the_zone_is_never_driven_into():
     stuck = FOE._replace(to_line=-5.0, entry=-2.0, exit=6.0, speed=0.0, stood=99.0)
     late = Waiting(stopped=True, stood=99.0)
     for rule in (Rule.MINOR, Rule.STOP, Rule.RIGHT_BEFORE_LEFT, Rule.ALL_WAY_STOP):
-        assert lines(rule, conflicts=[stuck], memory=late).stop_s is not None
+        assert lines(rule, foes=[stuck], memory=late).stop_s is not None
 
 
 def test_left_turns_wait_inside_where_they_may():
-    inside = AtCrossing(99.0, 94.0, 2.0, 13.9, 3.0, 8.0)
+    inside = AtJunction(99.0, 94.0, 2.0, 13.9, 3.0, 8.0)
     zone = FOE._replace(begin_s=108.0, end_s=114.0)
     assert lines(Rule.MINOR, inside, [zone], wait_s=105.0).stop_s == 105.0
     before = FOE._replace(begin_s=102.0)
@@ -82,7 +82,7 @@ def test_left_turns_wait_inside_where_they_may():
 
 def test_a_late_foe_is_braked_for_before_the_zone_if_that_is_possible():
     going = Waiting(goes=True)
-    over = AtCrossing(101.0, 96.0, 2.0, 13.9, 3.0, 8.0)
+    over = AtJunction(101.0, 96.0, 2.0, 13.9, 3.0, 8.0)
     sudden = FOE._replace(to_line=10.0, entry=13.0)
     decision = lines(Rule.MINOR, over, [sudden], going)
     assert decision.stop_s is not None
@@ -92,7 +92,7 @@ def test_a_late_foe_is_braked_for_before_the_zone_if_that_is_possible():
 
 
 def test_an_ego_in_the_zone_drives_out_of_it():
-    inside = AtCrossing(104.0, 99.0, 3.0, 13.9, 3.0, 8.0)
+    inside = AtJunction(104.0, 99.0, 3.0, 13.9, 3.0, 8.0)
     close = FOE._replace(to_line=2.0, entry=5.0)
     assert lines(Rule.MINOR, inside, [close]).stop_s is None
 
@@ -106,7 +106,7 @@ def test_an_ego_in_the_zone_drives_out_of_it():
 )
 def test_a_closed_line_can_be_kept_without_an_emergency(rule, front, speed, way, foe):
     """And an open one is open for a foe that is a little farther away, too."""
-    ego = AtCrossing(front, front - 5.0, speed, 13.9, 3.0, 8.0)
+    ego = AtJunction(front, front - 5.0, speed, 13.9, 3.0, 8.0)
     other = FOE._replace(to_line=way, entry=way + 3.0, exit=way + 15.0, speed=foe)
     decision = lines(rule, ego, [other], STOPPED)
     if decision.stop_s == 100.0:
@@ -115,7 +115,7 @@ def test_a_closed_line_can_be_kept_without_an_emergency(rule, front, speed, way,
 
 @given(st.floats(0.0, 20.0), st.floats(0.0, 99.0))
 def test_nobody_decides_from_far_away(speed, front):
-    ego = AtCrossing(front, front - 5.0, speed, 20.0, 3.0, 8.0)
+    ego = AtJunction(front, front - 5.0, speed, 20.0, 3.0, 8.0)
     way = 100.0 - front
     braking = speed**2 / 3.0
-    assert is_near(ego, crossing(Rule.MINOR)) == (way <= braking + speed + 5.0)
+    assert is_near(ego, junction(Rule.MINOR)) == (way <= braking + speed + 5.0)

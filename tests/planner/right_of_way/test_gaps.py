@@ -16,12 +16,12 @@ from planner.right_of_way.gaps import (
     is_open,
     travel_time,
 )
-from planner.right_of_way.records import AtCrossing, Conflict, Crossing, Rule
+from planner.right_of_way.records import AtJunction, Foe, JunctionAhead, Rule
 
-CROSSING = Crossing("j", Rule.MINOR, stop_s=100.0, exit_s=120.0, speed=8.0)
-WAITING = AtCrossing(99.0, 94.0, 0.0, 13.9, 3.0, 8.0)
-FOE = Conflict(
-    crossing=0,
+JUNCTION = JunctionAhead("j", Rule.MINOR, stop_s=100.0, exit_s=120.0, speed=8.0)
+WAITING = AtJunction(99.0, 94.0, 0.0, 13.9, 3.0, 8.0)
+FOE = Foe(
+    junction=0,
     vehicle="foe",
     begin_s=103.0,
     end_s=109.0,
@@ -61,7 +61,7 @@ def test_no_way_takes_no_time():
 
 def test_intervals_by_hand():
     # from a stand: 4 m early, 15 m late, both below 8 m/s
-    early, late = ego_interval(WAITING, CROSSING, FOE)
+    early, late = ego_interval(WAITING, JUNCTION, FOE)
     assert early == pytest.approx(math.sqrt(2.0 * 4.0 / 2.0))
     assert late == pytest.approx(START + math.sqrt(2.0 * 15.0 / LATE_EGO))
     # at the limit already: constant speed
@@ -93,7 +93,7 @@ def test_a_turn_never_makes_a_foe_early(way, speed, turn):
 
 def test_gap_opens_with_distance_and_never_closes_again():
     def opens(way):
-        return is_open(WAITING, CROSSING, FOE._replace(to_line=way, entry=way + 3), 1.5)
+        return is_open(WAITING, JUNCTION, FOE._replace(to_line=way, entry=way + 3), 1.5)
 
     ways = [float(way) for way in range(1, 150)]
     found = [opens(way) for way in ways]
@@ -108,20 +108,20 @@ def test_gap_opens_with_distance_and_never_closes_again():
 def test_the_ego_passes_behind_a_foe_that_leaves():
     leaving = FOE._replace(to_line=-6.0, entry=-3.0, exit=4.0)
     far = WAITING._replace(front=60.0, rear=55.0)
-    assert is_open(far, CROSSING, leaving, 1.5)
-    assert not is_open(WAITING._replace(front=102.5), CROSSING, leaving, 1.5)
+    assert is_open(far, JUNCTION, leaving, 1.5)
+    assert not is_open(WAITING._replace(front=102.5), JUNCTION, leaving, 1.5)
     stuck = leaving._replace(speed=0.0)
-    assert not is_open(far, CROSSING, stuck, 1.5)
+    assert not is_open(far, JUNCTION, stuck, 1.5)
 
 
 def test_merging_needs_more_before_a_fast_foe():
     entry = next(
         way
         for way in range(1, 200)
-        if is_open(WAITING, CROSSING, FOE._replace(to_line=way, entry=way + 3.0), 1.5)
+        if is_open(WAITING, JUNCTION, FOE._replace(to_line=way, entry=way + 3.0), 1.5)
     )
     just = FOE._replace(to_line=float(entry), entry=entry + 3.0)
-    assert not is_open(WAITING, CROSSING, just._replace(merges=True), 1.5)
+    assert not is_open(WAITING, JUNCTION, just._replace(merges=True), 1.5)
 
 
 def test_who_counts():

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -132,6 +133,27 @@ def test_moments_are_spread_over_the_way_not_over_the_time(run):
     assert record.moments[0] == 0
     shares = [(x[m] - x[0]) / (x[-1] - x[0]) for m in record.moments]
     assert shares == pytest.approx([0.0, 0.3, 0.6, 0.9], abs=0.03)
+
+
+def test_the_legend_lists_what_the_figure_shows(run):
+    def labels(shown):
+        (legend,) = draw_run(shown).legends
+        return {text.get_text() for text in legend.texts}
+
+    record = read_run(run)
+    trace = record.trace
+    bodies = {"other vehicle", "obstacle"}
+    assert len(trace.obstacles["id"])
+    assert len(trace.vehicles["id"])
+    assert labels(record) >= bodies | {"plan", "road edge"}
+    empty = {
+        name: {key: values[:0] for key, values in getattr(trace, name).items()}
+        for name in ("obstacles", "vehicles")
+    }
+    assert not labels(replace(record, trace=replace(trace, **empty))) & bodies
+    far = {**trace.vehicles, "x_m": trace.vehicles["x_m"] + 1000.0}
+    moved = labels(replace(record, trace=replace(trace, vehicles=far)))
+    assert moved & bodies == {"obstacle"}
 
 
 def test_a_run_of_one_step_can_be_drawn(tmp_path):

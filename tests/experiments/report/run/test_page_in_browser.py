@@ -1,9 +1,12 @@
 """The page of a run in a real browser: what is drawn, and what hands can do."""
 
+import csv
 import io
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -12,6 +15,8 @@ from PIL import Image
 from experiments.config.scenario_file import load_scenario
 from experiments.episode.run import run_episode
 from experiments.episode.run_folder import OutputOptions
+from experiments.metrics.events import events
+from experiments.metrics.moments import moments
 from experiments.report.run.page import save_run_page
 from experiments.report.run_reader import numbers
 from experiments.trace.files import read_trace
@@ -33,9 +38,18 @@ OBSTACLES = Obstacles(
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "one"
-    write_run(folder, driven_trace(91, obstacles=OBSTACLES))
+    write_run(folder, with_fallbacks(driven_trace(91, obstacles=OBSTACLES)))
     save_run_page(folder)
     return folder
+
+
+def with_fallbacks(trace):
+    """Two stretches without a fresh plan: events to go to."""
+    said = np.ma.filled(trace.steps["plan_status"], None).tolist()
+    said[20:25] = ["full_stop"] * 5
+    said[60:63] = ["emergency_braking"] * 3
+    steps = {**trace.steps, "plan_status": column(said, Kind.TEXT)}
+    return replace(trace, steps=steps)
 
 
 def settle(page):
@@ -74,11 +88,11 @@ def blob(image, colour):
 
 
 def placed(camera, x, y):
-    """Where a place in metres should be on the screenshot, which has a border."""
+    """Where a place in metres should be on the screenshot."""
     return np.array(
         [
-            1 + camera["width"] / 2 + (x - camera["x"]) * camera["scale"],
-            1 + camera["height"] / 2 - (y - camera["y"]) * camera["scale"],
+            camera["width"] / 2 + (x - camera["x"]) * camera["scale"],
+            camera["height"] / 2 - (y - camera["y"]) * camera["scale"],
         ]
     )
 
@@ -157,6 +171,123 @@ def test_slider_charts_and_facts_follow_one_clock(run, show):
     box = page.locator(".chart-box").first.bounding_box()
     share = (cursor - box["x"] - 46) / (box["width"] - 56)
     assert share == pytest.approx(0.8, abs=0.01)
+
+
+def test_events_lead_through_the_run(run, show):
+    page = show(run / "report.html").page
+    settle(page)
+    found = events(read_trace(run))
+    assert page.locator("#events button").count() == len(found) > 2
+    assert page.locator("#marks i").count() == len(found)
+    steps = sorted({event.step for event in found if event.step > 0})
+    for step in steps:
+        page.keyboard.press(".")
+        settle(page)
+        assert step_of(page) == step
+        current = page.locator("#events button[aria-current]")
+        last = [event for event in found if event.step <= step][-1]
+        assert current.inner_text().endswith(last.text)
+    page.keyboard.press(",")
+    assert step_of(page) == steps[-2]
+    page.locator("#event-after").click()
+    assert step_of(page) == steps[-1]
+    page.locator("#events button").first.click()
+    assert step_of(page) == found[0].step
+    page.keyboard.press("Home")
+    page.keyboard.press(",")
+    assert step_of(page) == 0, "there is no event before the first"
+
+
+def test_a_metric_leads_to_its_moment(run, show):
+    page = show(run / "report.html").page
+    settle(page)
+    for name, step in moments(read_trace(run)).items():
+        page.keyboard.press("Home")
+        page.locator(f"tr[title={name}] a").click()
+        settle(page)
+        assert step_of(page) == step, name
+    page.locator("tr[title=min_clearance_m] a").click()  # the same address again
+    settle(page)
+    assert step_of(page) == moments(read_trace(run))["min_clearance_m"]
+
+
+def test_a_moment_a_picture_and_data_can_be_taken_along(run, show):
+    page = show(run / "report.html").page
+    page.evaluate(
+        "Object.defineProperty(navigator, 'clipboard', { value: {"
+        " writeText: (text) => { window.copied = text; return Promise.resolve(); } } })"
+    )
+    page.locator("#time").fill("42")
+    page.locator("#names").check()
+    page.locator("#link").click()
+    address = page.evaluate("window.copied")
+    assert address.endswith("report.html#t=4.2&show=names")
+    assert page.locator("#link").inner_text() == "copied"
+
+    def saved(button):
+        with page.expect_download() as download:
+            page.locator(button).click()
+        return Path(download.value.path()).read_bytes()
+
+    picture = np.asarray(Image.open(io.BytesIO(saved("#png"))).convert("RGB")).astype(
+        int
+    )
+    assert blob(picture, EGO)[1] > 100
+    rows = list(csv.reader(io.StringIO(saved("#csv").decode())))
+    speed = rows[0].index("speed [m/s]")
+    np.testing.assert_allclose(
+        [float(row[speed]) for row in rows[1:]],
+        numbers(read_trace(run).steps["speed_mps"]),
+        atol=1e-3,
+    )
+    drawn = ElementTree.fromstring(saved("#svg").decode())
+    assert "speed [m/s]" in [node.text for node in drawn.iter()]
+
+
+def test_colours_the_camera_and_the_ruler(run, show):
+    page = show(run / "report.html").page
+    page.locator("#time").fill("30")
+    plain = pixels(page)
+    for name in ("braking", "speed", "size"):
+        page.locator("#colour").select_option(name)
+        changed = np.abs(pixels(page) - plain).max() > 50
+        assert changed == (name != "braking"), "nobody brakes here"
+        assert page.locator(f"#legend-{name}").is_visible()
+    fills = page.evaluate(
+        "[-4, -1, 0, 1].map((acceleration) =>"
+        " rearview.scene.fillOf({ acceleration }, 'braking'))"
+    )
+    assert len(set(fills)) == 4
+    page.locator("#colour").select_option("plain")
+    page.keyboard.press("u")
+    settle(page)
+    ahead = page.evaluate(
+        "(() => { const {scene, camera, player} = window.rearview;"
+        "const ego = scene.egoAt(player.t);"
+        "return camera.toScreen(ego.x + 20 * Math.cos(ego.heading),"
+        " ego.y + 20 * Math.sin(ego.heading)); })()"
+    )
+    camera = page.evaluate("[rearview.camera.width, rearview.camera.height]")
+    assert ahead[0] == pytest.approx(camera[0] / 2, abs=20)
+    assert ahead[1] < camera[1] / 2 - 100
+    turned = page.evaluate(
+        "(() => { const {camera} = window.rearview;"
+        "return camera.toScreen(...camera.toWorld(123, 45)); })()"
+    )
+    assert turned == pytest.approx([123, 45])
+    box = page.locator("#scene").bounding_box()
+    page.keyboard.press("m")
+    page.mouse.move(box["x"] + 200, box["y"] + 100)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 320, box["y"] + 100, steps=3)
+    page.mouse.up()
+    length = page.evaluate(
+        "(() => { const [a, b] = rearview.ruler.ends;"
+        "return Math.hypot(a[0] - b[0], a[1] - b[1]); })()"
+    )
+    scale = page.evaluate("rearview.camera.scale")
+    assert length == pytest.approx(120 / scale, rel=0.02)
+    assert page.locator("#follow").is_checked(), "measuring does not pan"
 
 
 def test_a_link_may_name_a_moment(run, show):

@@ -124,6 +124,10 @@ def test_whole_numbers_for_the_ego_are_numbers_too():
     scene = make_scene(path, ego_on(path, 20.0, 0.0, 8.0))
     whole = replace(scene.ego_frenet, s=20, s_dot=8, s_ddot=0, l=0)
     ego = replace(scene.ego, x=20, y=0, speed=8)
+    same = replace(scene, ego=ego, ego_frenet=whole, time=0, step=np.float32(0.5))
+    # repr tells 1 from 1.0, for which kernels would be compiled anew
+    assert repr((same.ego, same.ego_frenet)) == repr((scene.ego, scene.ego_frenet))
+    assert (type(same.time), type(same.step)) == (float, float)
     plan = CruisePlanner(SETTINGS).plan(replace(scene, ego=ego, ego_frenet=whole), None)
     assert plan.status is PlanStatus.OK
 

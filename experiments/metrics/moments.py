@@ -1,0 +1,210 @@
+"""The moment of a metric: the step in which its value occurred."""
+
+import json
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.metrics import columns, computation, efficiency, safety
+from experiments.metrics.comfort import lateral_acceleration
+from experiments.metrics.followers import followings
+from experiments.metrics.lane_change import blockage, first_change
+from experiments.metrics.pairs import neighbours
+from experiments.trace.schema import Column, Trace
+from planner.interface import PlanStatus
+from planner.scene import OFF_ROAD_TOLERANCE
+from planner.states import FloatArray
+
+
+def moments(trace: Trace) -> dict[str, int]:
+    """Find the moments of all metrics that have one.
+
+    Returns:
+        Column of the results row -> row of the steps. Metrics over a whole episode,
+        such as means, and those that do not apply have none.
+    """
+    if len(trace.steps["index"]) == 0:
+        return {}
+    found = {name: find(trace) for name, find in _MOMENTS.items()}
+    return {name: step for name, step in found.items() if step is not None}
+
+
+def first_contact(trace: Trace) -> int | None:
+    """Find the first step in which the ego touched a body."""
+    return _first([bool(json.loads(cell)) for cell in trace.steps["contacts"]])
+
+
+def least_clearance(trace: Trace) -> int | None:
+    """Find the step of `min_clearance_m`: the first contact if there was one."""
+    contact = first_contact(trace)
+    return _extreme(trace.steps["clearance_m"], -1.0) if contact is None else contact
+
+
+def least_time_to_collision(trace: Trace) -> tuple[int, str, float] | None:
+    """Find the step of `min_ttc_s`, the vehicle, and the value [s]."""
+    pairs = neighbours(trace)
+    times = safety.time_to_contact(pairs)
+    if times.size == 0 or not times.min() <= safety.TTC_HORIZON:
+        return None
+    row = int(times.argmin())
+    step = _row_of(trace, int(pairs.index[row]))
+    return step, str(pairs.id[row]), float(times[row])
+
+
+def hardest_following(trace: Trace) -> int | None:
+    """Find the step in which a follower brakes hardest."""
+    best: tuple[float, int] | None = None
+    for run in followings(trace):
+        at = int(run.acceleration.argmin())
+        if best is None or run.acceleration[at] < best[0]:
+            best = float(run.acceleration[at]), int(run.index[at])
+    return None if best is None else _row_of(trace, best[1])
+
+
+def _slowest_following(trace: Trace) -> int | None:
+    """Find the step in which a follower has lost most speed."""
+    best: tuple[float, int] | None = None
+    for run in followings(trace):
+        lost = np.maximum.accumulate(run.speed) - run.speed
+        at = int(lost.argmax())
+        if best is None or lost[at] > best[0]:
+            best = float(lost[at]), int(run.index[at])
+    return None if best is None else _row_of(trace, best[1])
+
+
+def _least_headway(trace: Trace) -> int | None:
+    """Find the step of `min_time_headway_s`."""
+    pairs = neighbours(trace)
+    headways = safety.time_headways(pairs)
+    if headways.size == 0 or not np.isfinite(headways.min()):
+        return None
+    return _row_of(trace, int(pairs.index[headways.argmin()]))
+
+
+def _off_road(trace: Trace) -> int | None:
+    """Find the first step off the road."""
+    beyond = np.ma.filled(trace.steps["off_road_m"], 0.0)
+    return _first(beyond > OFF_ROAD_TOLERANCE)
+
+
+def _arrival(trace: Trace) -> int | None:
+    """Find the step of arrival."""
+    last = len(trace.steps["index"]) - 1
+    return last if efficiency.arrived(trace) else None
+
+
+def _speeding(trace: Trace) -> int | None:
+    """Find the step of the largest excess over a limit, if there was any."""
+    excess = efficiency.over_the_limit(trace)
+    if excess is None or not excess.size or excess.max() <= 0.0:
+        return None
+    return int(excess.argmax())
+
+
+def _fallback(trace: Trace) -> int | None:
+    """Find the first planning cycle without a fresh plan."""
+    statuses = np.ma.filled(trace.steps["plan_status"], PlanStatus.OK)
+    return _first(statuses != PlanStatus.OK)
+
+
+def _slowest_cycle(clock: computation.PlanningClock) -> Callable[[Trace], int | None]:
+    """Return a function that finds the slowest cycle but the first."""
+
+    def find(trace: Trace) -> int | None:
+        times = _without_first_cycle(trace, clock)
+        return None if np.isnan(times).all() else int(np.nanargmax(times))
+
+    return find
+
+
+def _deadline_miss(trace: Trace) -> int | None:
+    """Find the first cycle, from the second on, that took longer than the step."""
+    times = _without_first_cycle(trace, computation.PlanningClock.WALL)
+    return _first(times > computation.TO_MS * float(trace.fact("step_s")))
+
+
+def _without_first_cycle(
+    trace: Trace, clock: computation.PlanningClock
+) -> NDArray[np.float64]:
+    """Return the planning times, NaN in the first cycle and without one, (n_steps,)."""
+    times: FloatArray = np.ma.filled(trace.timing[clock].astype(np.float64), np.nan)
+    there = np.flatnonzero(np.isfinite(times))
+    times[there[:1]] = np.nan
+    return times
+
+
+def _at_blockage(trace: Trace) -> int | None:
+    """Find the step in which the front reached the blockage in its lane."""
+    wall = blockage(trace)
+    if wall is None:
+        return None
+    half = float(trace.fact("length_m")) / 2.0
+    front = np.ma.filled(trace.steps["centre_s_m"], np.nan) + half
+    return _first(front >= wall)
+
+
+def _change(end: int) -> Callable[[Trace], int | None]:
+    """Return a function that finds begin (0) or end (1) of the first lane change."""
+
+    def find(trace: Trace) -> int | None:
+        found = first_change(trace)
+        return None if found is None else found[end]
+
+    return find
+
+
+def _largest(name: str) -> Callable[[Trace], int | None]:
+    """Return a function that finds the largest magnitude of a column of the steps."""
+    return lambda trace: _extreme(np.ma.abs(trace.steps[name]), 1.0)
+
+
+def _extreme(values: Column, sign: float) -> int | None:
+    """Return the row of the largest (1) or least (-1) value; None without any."""
+    numbers = sign * np.ma.filled(values.astype(np.float64), np.nan)
+    return None if np.isnan(numbers).all() else int(np.nanargmax(numbers))
+
+
+def _first(marks: object) -> int | None:
+    """Return the first marked row."""
+    found = np.flatnonzero(np.asarray(marks))
+    return int(found[0]) if found.size else None
+
+
+def _row_of(trace: Trace, index: int) -> int:
+    """Return the row of the step with an index."""
+    return int(np.searchsorted(np.ma.getdata(trace.steps["index"]), index))
+
+
+def _least_ttc(trace: Trace) -> int | None:
+    """Find the step of `min_ttc_s`."""
+    found = least_time_to_collision(trace)
+    return None if found is None else found[0]
+
+
+_MOMENTS: Final[Mapping[str, Callable[[Trace], int | None]]] = {
+    columns.COLLISIONS: first_contact,
+    columns.FIRST_COLLISION_WITH: first_contact,
+    columns.MIN_CLEARANCE: least_clearance,
+    columns.MIN_TTC: _least_ttc,
+    columns.MIN_TIME_HEADWAY: _least_headway,
+    columns.OFF_ROAD_STEPS: _off_road,
+    columns.TRAVEL_TIME: _arrival,
+    columns.MAX_SPEEDING: _speeding,
+    columns.MAX_ACCELERATION: _largest("acceleration_mps2"),
+    columns.MAX_LATERAL_ACCELERATION: lambda trace: _extreme(
+        np.abs(lateral_acceleration(trace.steps)), 1.0
+    ),
+    columns.MAX_CURVATURE: _largest("curvature_1pm"),
+    columns.MAX_HEADING: _largest("heading_error_rad"),
+    columns.FALLBACK_CYCLES: _fallback,
+    columns.PLANNING_CPU_MAX: _slowest_cycle(computation.PlanningClock.CPU),
+    columns.PLANNING_MAX: _slowest_cycle(computation.PlanningClock.WALL),
+    columns.DEADLINE_MISSES: _deadline_miss,
+    columns.REAR_MAX_DECELERATION: hardest_following,
+    columns.REAR_SPEED_LOSS: _slowest_following,
+    columns.LANE_CHANGE_TIME: _change(0),
+    columns.LANE_CHANGE_DONE: _change(1),
+    columns.BEFORE_BLOCKAGE: _at_blockage,
+}

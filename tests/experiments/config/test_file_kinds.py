@@ -1,0 +1,37 @@
+"""Sweeps that are given as scenarios, and the other way round."""
+
+import pytest
+
+from experiments.config.scenario_file import load_scenario
+from experiments.config.sweep_file import load_sweep
+from experiments.errors import ConfigError
+
+SWEEP = "name: mine\nscenarios: [curved]\nplanners: [cruise]\nseeds: [1]\n"
+SCENARIO = "name: mine\nnetwork: curved\nego: {goal_m: 200}\n"
+
+
+@pytest.mark.parametrize(
+    ("load", "given", "content", "hint"),
+    [
+        (load_scenario, "smoke", "", "is a sweep; did you mean rearview sweep smoke?"),
+        (load_scenario, "FILE", SWEEP, "is a sweep; did you mean rearview sweep FILE?"),
+        (load_sweep, "curved", "", "is a scenario; did you mean rearview run curved?"),
+        (load_sweep, "FILE", SCENARIO, "is a scenario; did you mean rearview run FILE"),
+    ],
+)
+def test_the_other_command_is_named(tmp_path, load, given, content, hint):
+    file = tmp_path / "mine.yaml"
+    file.write_text(content)
+    name = given.replace("FILE", str(file))
+    with pytest.raises(ConfigError) as refusal:
+        load(name)
+    expected = f"{name}: {hint}".replace("FILE", str(file))
+    assert str(refusal.value).startswith(expected)
+
+
+def test_a_file_that_is_neither_is_checked_as_asked(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("name: mine\nspeed: 3\n")
+    for load in (load_scenario, load_sweep):
+        with pytest.raises(ConfigError, match="is missing; allowed: "):
+            load(str(file))

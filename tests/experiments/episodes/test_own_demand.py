@@ -1,0 +1,102 @@
+"""Episodes in a town whose traffic comes from SUMO's own files."""
+
+import pytest
+import yaml
+
+from experiments.config.scenario_file import load_scenario
+from experiments.cosim.sumo.vehicle_reader import PERSON
+from experiments.episode.run import run_episode
+from experiments.errors import ConfigError
+from tests.sumo_nets.city_demand import make_town
+
+pytestmark = pytest.mark.sumo
+DRIVEN = 60  # a car in the middle of the demand
+
+
+@pytest.fixture(scope="module")
+def town(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("town")
+    net_file, config, routes = make_town(folder, 120, 5, 30, size=5, seconds=60)
+    return folder, net_file, config, routes
+
+
+def load(town, network, traffic):
+    folder, net_file, _, _ = town
+    file = folder / "town.yaml"
+    content = {
+        "name": "town",
+        "network": {"file": net_file.name, **network},
+        "ego": {"start_m": 10.0, "goal_m": 60.0},
+        "traffic": traffic,
+        "simulation": {"warmup_s": 40, "duration_s": 60},
+    }
+    file.write_text(yaml.safe_dump(content))
+    return load_scenario(str(file))
+
+
+def watch(scenario, out):
+    """Drive; returns the outcome and the ids of everybody that was seen."""
+    seen = set()
+
+    def note(record):
+        seen.update(record.traffic.vehicles.ids)
+
+    return run_episode(scenario, out=out, on_step=note), seen
+
+
+def test_ego_joins_the_traffic_of_a_sumocfg(town, tmp_path):
+    route = town[3][DRIVEN]
+    places = {"from": route[0], "to": route[-1]}
+    outcome, seen = watch(load(town, places, {"sumocfg": "town.sumocfg"}), tmp_path)
+    assert outcome.ending.status == "arrived"
+    assert any(name.startswith(PERSON) for name in seen)
+    assert f"v{DRIVEN}" in seen
+
+
+def test_ego_takes_the_place_of_a_vehicle(town, tmp_path):
+    traffic = {"route_files": ["town.rou.xml"], "additional_files": ["stops.add.xml"]}
+    scenario = load(town, {"vehicle": f"v{DRIVEN}"}, traffic)
+    outcome, seen = watch(scenario, tmp_path)
+    assert outcome.ending.status == "arrived"
+    assert f"v{DRIVEN}" not in seen
+    assert seen
+
+
+@pytest.mark.parametrize(
+    ("network", "traffic", "expected"),
+    [
+        ({"vehicle": "v999"}, {"sumocfg": "town.sumocfg"}, 'no vehicle "v999"'),
+        ({}, {"sumocfg": "gone.sumocfg"}, "no such configuration"),
+        ({}, {"route_files": ["gone.rou.xml"]}, "no such demand file"),
+        ({}, {"route_files": ["town.net.xml"]}, "no such demand file"),
+        (
+            {"vehicle": "v1"},
+            {"own_veh_per_h": 100},
+            "network.vehicle: is of a route file; allowed with traffic.sumocfg or",
+        ),
+        (
+            {},
+            {"sumocfg": "town.sumocfg", "own_veh_per_h": 100},
+            "unknown key",
+        ),
+        ({}, {"additional_files": ["a"]}, "traffic.route_files: is missing"),
+        (
+            {},
+            {"sumocfg": "a", "route_files": ["b"]},
+            "traffic.route_files: is beside sumocfg; allowed: one of them",
+        ),
+    ],
+)
+def test_wrong_demand_is_one_line(town, tmp_path, network, traffic, expected):
+    with pytest.raises(ConfigError) as caught:
+        run_episode(load(town, network, traffic), out=tmp_path)
+    assert expected in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_demand_of_another_network_is_refused(town, tmp_path):
+    other = tmp_path / "other.net.xml"
+    other.write_text(town[1].read_text() + "<!-- -->")
+    scenario = load(town, {"file": str(other)}, {"sumocfg": "town.sumocfg"})
+    with pytest.raises(ConfigError, match=r"is for the network .*generated.net.xml"):
+        run_episode(scenario, out=tmp_path)

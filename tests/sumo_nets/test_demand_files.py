@@ -1,0 +1,113 @@
+import pytest
+
+from sumo_nets.catalogue import networks
+from sumo_nets.demand_files import (
+    DemandFiles,
+    check_demand,
+    command_options,
+    named_vehicle,
+    read_sumocfg,
+)
+from sumo_nets.errors import NetworkError
+from sumo_nets.net_reader import read_net
+
+NET = networks()["intersection"].net_file
+
+
+def demand_of(folder, content):
+    file = folder / "d.rou.xml"
+    file.write_text(f"<routes>\n{content}\n</routes>\n")
+    return DemandFiles((file,))
+
+
+def message(folder, content):
+    with pytest.raises(NetworkError) as caught:
+        check_demand(demand_of(folder, content), read_net(NET))
+    return str(caught.value).replace(f"{folder}/", "")
+
+
+def test_configuration_names_files_begin_and_options_of_the_traffic(tmp_path):
+    file = tmp_path / "a.sumocfg"
+    file.write_text(
+        "<configuration><input><net-file value='n.net.xml'/>"
+        "<route-files value='a.rou.xml,sub/b.rou.xml'/>"
+        "<additional-files value='c.add.xml'/></input>"
+        "<time><begin value='25200'/></time>"
+        "<processing><lateral-resolution value='0.8'/><step-length value='1'/>"
+        "<time-to-teleport value='300'/></processing>"
+        "<output><fcd-output value='big.xml'/></output></configuration>"
+    )
+    found = read_sumocfg(file)
+    assert found.route_files == (tmp_path / "a.rou.xml", tmp_path / "sub/b.rou.xml")
+    assert found.additional_files == (tmp_path / "c.add.xml",)
+    assert found.net_file == tmp_path / "n.net.xml"
+    assert found.begin == 25200.0
+    assert list(command_options(found)) == ["--lateral-resolution", "0.8"]
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ("<configuration/>", "names no route-files"),
+        ("<configuration>", "damaged configuration"),
+        (
+            "<c><route-files value='a'/><begin value='noon'/></c>",
+            'begin: is "noon"; allowed: seconds',
+        ),
+        ("<c><load-state value='a'/></c>", "load-state: is not supported"),
+    ],
+)
+def test_damaged_configurations_name_what_is_wrong(tmp_path, content, expected):
+    file = tmp_path / "a.sumocfg"
+    file.write_text(content)
+    with pytest.raises(NetworkError, match=expected):
+        read_sumocfg(file)
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (
+            '<vehicle id="v" depart="1"><route edges="west_in gone"/></vehicle>',
+            'd.rou.xml: vehicle "v": edge "gone" is not in',
+        ),
+        (
+            '<trip id="t" depart="1" from="nowhere" to="north_out"/>',
+            'd.rou.xml: trip "t": edge "nowhere" is not in',
+        ),
+        (
+            '<person id="p" depart="1"><walk edges="lost"/></person>',
+            'd.rou.xml: person "p": edge "lost" is not in',
+        ),
+        (
+            '<vehicle id="ego" depart="1"><route edges="west_in"/></vehicle>',
+            'd.rou.xml: vehicle "ego": the id is taken; rename it',
+        ),
+        ("<vehicle", "d.rou.xml: truncated or damaged demand"),
+    ],
+)
+def test_demand_that_does_not_fit_names_file_id_and_edge(tmp_path, content, expected):
+    assert expected in message(tmp_path, content)
+
+
+def test_network_given_as_demand_is_refused():
+    with pytest.raises(NetworkError, match="the root element is <net>; allowed"):
+        check_demand(DemandFiles((NET,)), read_net(NET))
+
+
+def test_vehicles_have_their_routes_and_trips_the_fastest_one(tmp_path):
+    net = read_net(NET)
+    demand = demand_of(
+        tmp_path,
+        '<route id="r" edges="west_in north_out"/>'
+        '<vehicle id="a" depart="3" route="r"/>'
+        '<vehicle id="b" depart="4.5"><route edges="west_in east_out"/></vehicle>'
+        '<trip id="c" depart="5" from="west_in" to="south_out"/>'
+        '<flow id="f" begin="0" number="3" from="west_in" to="south_out"/>',
+    )
+    assert named_vehicle(demand, net, "a").route == ("west_in", "north_out")
+    assert named_vehicle(demand, net, "b").route == ("west_in", "east_out")
+    assert named_vehicle(demand, net, "c").route == ("west_in", "south_out")
+    assert named_vehicle(demand, net, "b").depart == 4.5
+    with pytest.raises(NetworkError, match=r'no vehicle "f.1"; .*3 vehicles and trips'):
+        named_vehicle(demand, net, "f.1")
