@@ -38,7 +38,8 @@ def encroachments(trace: Trace) -> int | None:
     front, rear = _fronts(trace)[index], _rears(trace)[index]
     line = _lines_of_foes(trace)
     inside = (front > line) & (rear < table["end_m"]) & (table["entry_m"] > 0.0)
-    met = inside & (table["goes_first"] == 1) & (table["held"] == 0)
+    first = (table["goes_first"] == 1) & (table["gives_way"] == 0)
+    met = inside & first & (table["held"] == 0)
     slower = table["speed_mps"] ** 2 - table["turn_speed_mps"] ** 2
     turning = np.maximum(slower, 0.0) / (2.0 * np.maximum(table["to_line_m"], 1.0))
     rows = zip(
