@@ -20,7 +20,7 @@ from planner.scene import COLUMNS, Scene
 SHORT = ("simulation.duration_s=2.5", "simulation.warmup_s=20")
 # planner -> scenarios that it can drive
 ROADS = {
-    "cruise": ("intersection", "dense_curved"),
+    "cruise": ("intersection", "dense_curved", "unprotected_left"),
     "dense": ("dense_curved",),
     "lane_change": ("lane_change_curved",),
     "careful_human": ("cut_in",),

@@ -1,0 +1,57 @@
+"""Conflict zones against bodies that are moved along both paths."""
+
+import numpy as np
+import pytest
+import shapely
+
+from experiments.world_setup.conflict_zones import HALF_WIDTH
+from experiments.world_setup.driven_path import body_polygons
+from experiments.world_setup.road import sumo_road
+from planner.right_of_way.records import Rule
+from planner.vehicle import Vehicle
+from sumo_nets.catalogue import network
+from sumo_nets.net_reader import read_net
+
+CAR = Vehicle()
+JUNCTIONS = {
+    "t_junction": Rule.MINOR,
+    "stop_sign": Rule.STOP,
+    "all_way_stop": Rule.ALL_WAY_STOP,
+    "right_before_left": Rule.RIGHT_BEFORE_LEFT,
+}
+
+
+@pytest.mark.parametrize(("name", "rule"), JUNCTIONS.items())
+def test_bodies_only_touch_within_the_zone(name, rule):
+    """Whatever the foe's place, a touching ego is in the zone, and the zone is used."""
+    net = network(name)
+    road = sumo_road(net, CAR)
+    (junction,) = road.junctions
+    assert junction.ahead.rule is rule
+    lanes = read_net(net.net_file)
+    s = np.arange(junction.ahead.stop_s - 15.0, junction.ahead.exit_s + 8.0, 0.25)
+    bodies = body_polygons(road.path, s, CAR)
+    fronts, rears = s + CAR.front_reach, s - CAR.rear_overhang
+    for zone in junction.zones:
+        points = np.vstack([lanes.lane(lane).points for lane, _ in zone.inside])
+        swept = shapely.LineString(points).buffer(HALF_WIDTH - 0.4, cap_style="flat")
+        touching = shapely.intersects(bodies, swept)
+        within = (fronts >= zone.begin_s) & (rears <= zone.end_s)
+        assert not (touching & ~within).any()
+        if touching.any() and not zone.merges:
+            assert zone.begin_s > fronts[touching].min() - 3.5
+            assert zone.end_s < rears[touching].max() + 6.0
+        assert zone.entry < zone.exit
+        assert junction.ahead.stop_s <= zone.begin_s < zone.end_s
+
+
+def test_roads_without_others_have_no_junctions():
+    for name in ("straight", "curved", "lane_change_curved"):
+        assert sumo_road(network(name), CAR).junctions == ()
+
+
+def test_signals_are_known_of_both():
+    (junction,) = sumo_road(network("unprotected_left"), CAR).junctions
+    assert junction.signal == "signal"
+    assert junction.ahead.wait_s is not None
+    assert {zone.signal for zone in junction.zones} == {"signal"}
