@@ -11,7 +11,7 @@ import numpy as np
 
 from experiments.cosim.junctions import ConflictZone, RoadJunction
 from experiments.cosim.signals import CLEARING, STOP
-from experiments.cosim.sumo.libsumo_api import Libsumo
+from experiments.cosim.sumo.libsumo_api import Libsumo, Point
 from planner.right_of_way.records import Foe
 from planner.scene import RoadUsers
 from planner.states import FloatArray
@@ -190,19 +190,28 @@ class MovementReader:
 
     def _way(self, mover: _Mover) -> int:
         """Return the number of a vehicle's way; NO_WAY if its lane leads elsewhere."""
-        first = mover.index + 1
-        onward = mover.route.edges[first : first + TURNS]
-        key = (mover.lane, *onward)
+        edges, first = mover.route.edges, mover.index + 1
+        onward = edges[first : first + TURNS]
+        inside = mover.lane.startswith(":")
+        came_from = (
+            edges[mover.index] if inside else "".join(edges[first - 2 : first - 1])
+        )
+        key = (came_from, mover.lane, *onward)
         if key not in self._ways:
-            line = self._line(mover.lane, onward)
+            line = self._line(came_from, mover.lane, onward)
             self._ways[key] = NO_WAY if line is None else len(self._lines)
             if line is not None:
                 self._lines.append(line)
         return self._ways[key]
 
-    def _line(self, lane: str, onward: Sequence[str]) -> FloatArray | None:
-        """Join the lanes of a way: arc length, x, y of its corners, (3, m) [m]."""
-        points = [*self._sumo.lane.getShape(lane)]
+    def _line(
+        self, came_from: str, lane: str, onward: Sequence[str]
+    ) -> FloatArray | None:
+        """Join the lanes of a way: arc length, x, y of its corners, (3, m) [m].
+
+        A vehicle is on the lane of its front bumper: the ones before belong to it.
+        """
+        points = [*self._before(came_from, lane), *self._sumo.lane.getShape(lane)]
         beyond, edges = 0.0, list(onward)
         while edges and beyond < WAY_LENGTH:
             following = self._next_lane(lane, edges[0])
@@ -222,6 +231,26 @@ class MovementReader:
             return None
         at = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))))
         return np.ascontiguousarray(np.vstack([at, corners.T]))
+
+    def _before(self, edge: str, lane: str) -> list[Point]:
+        """List the corners of the lanes that lead from an edge to a lane."""
+        for n in range(int(self._sumo.edge.getLaneNumber(edge)) if edge else 0):
+            first = f"{edge}_{n}"
+            for link in self._sumo.lane.getLinks(first):
+                via = [link[4]] if link[4] else []
+                while via and via[-1] != lane:
+                    onward = self._sumo.lane.getLinks(via[-1])
+                    if not onward or not onward[0][4]:
+                        break
+                    via.append(onward[0][4])
+                if lane in via:
+                    via = via[: via.index(lane)]
+                elif link[0] != lane:
+                    continue
+                return [
+                    x for each in (first, *via) for x in self._sumo.lane.getShape(each)
+                ]
+        return []
 
     def _next_lane(self, lane: str, edge: str) -> str:
         """Return the lane that follows on the way to an edge, "" if there is none."""
