@@ -22,6 +22,7 @@ import typer
 
 from experiments.cli import (
     compile_command,
+    evidence_command,
     r157_command,
     replan_command,
     report_commands,
@@ -210,6 +211,7 @@ sweep_commands.add_to(app)
 results_commands.add_to(app)
 r157_command.add_to(app)
 thesis_command.add_to(app)
+evidence_command.add_to(app)
 compile_command.add_to(app)
 
 

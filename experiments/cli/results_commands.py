@@ -70,16 +70,33 @@ def compare(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
     *,
     baseline: Annotated[
-        str, typer.Option(help="Planner that the others are compared with.")
-    ],
+        str | None,
+        typer.Option(
+            help="Planner that the others are compared with.  [of the sweep's claim]"
+        ),
+    ] = None,
     where: Annotated[
         str | None,
         typer.Option(metavar="SQL", help="Condition on runs: scenario = 'curved'"),
     ] = None,
     metric: Annotated[
         list[str] | None,
-        typer.Option(help="Metric or rate; may be repeated.  [the usual ones]"),
+        typer.Option(
+            help="Metric or rate; may be repeated; all are corrected together.  [the "
+            "claim's, and beside them the usual ones]"
+        ),
     ] = None,
+    by: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="Compare within each value of it; may be repeated.  [scenario and "
+            "axes]",
+        ),
+    ] = None,
+    pooled: Annotated[
+        bool, typer.Option("--pooled", help="Compare over all runs at once.")
+    ] = False,
     median: Annotated[
         bool, typer.Option("--median", help="Compare medians instead of means.")
     ] = False,
@@ -89,21 +106,27 @@ def compare(
 ) -> None:
     """Compare planners with a baseline on common seeds."""
     with report_user_errors():
-        import numpy as np
-
+        from experiments.comparison.compare import Center
         from experiments.comparison.compare import compare as compared
+        from experiments.comparison.question import question_of
         from experiments.comparison.results import ALL_RUNS, rows
-        from experiments.comparison.table import HEADER, cells, export
+        from experiments.comparison.table import cells, export, header
+        from experiments.errors import ConfigError
 
+        if pooled and by:
+            raise ConfigError("--by: not allowed with --pooled, which makes no cells")
         condition = f" WHERE {where}" if where else ""
-        lines = compared(
-            rows(folder, f"{ALL_RUNS}{condition}", "--where"),
+        found = rows(folder, f"{ALL_RUNS}{condition}", "--where")
+        question = question_of(
+            folder,
             baseline,
             metric,
-            np.median if median else np.mean,
+            () if pooled else by,
+            Center.MEDIAN if median else Center.MEAN,
         )
+        lines = compared(found, question)
         if output is None:
-            _print(HEADER, cells(lines), Format.TABLE)
+            _print(header(lines), cells(lines), Format.TABLE)
         else:
             export(lines, output)
             sys.stdout.write(f"{output}\n")

@@ -180,6 +180,11 @@ def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
     replace_json(code_file, {"sweep": sweep.name, "code": known})
 
 
+def has_sweep_copy(folder: Path) -> bool:
+    """Check whether the sweep file of the last call is there."""
+    return (folder / _SWEEP).is_file()
+
+
 def load_sweep_copy(folder: Path) -> Sweep:
     """Read the sweep file of the last call."""
     path = folder / _SWEEP

@@ -8,9 +8,9 @@ from urllib.parse import quote
 
 import yaml
 
-from experiments.comparison.compare import Line, compare
+from experiments.comparison.compare import Line, Question, compare
 from experiments.comparison.results import LABEL, RUN_ID, Row, axis_columns, rows
-from experiments.comparison.table import HEADER, cells
+from experiments.comparison.table import cells, header
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.config.sweep import Sweep
 from experiments.errors import ResultsError
@@ -88,8 +88,10 @@ def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
     """Collect the values of the template."""
     arrived = sum(1 for row in found if row[columns.ARRIVED])
     labels = {str(row[LABEL] or row[columns.PLANNER]) for row in found}
-    baseline = next((p.shown for p in sweep.planners if p.shown in labels), None)
-    lines = compare(found, baseline) if baseline is not None else []
+    named = [sweep.claim.baseline] if sweep.claim else []
+    known = [*named, *(planner.shown for planner in sweep.planners)]
+    baseline = next((label for label in known if label in labels), None)
+    lines = compare(found, Question(baseline, by=())) if baseline is not None else []
     place = _from_here(folder)
     return {
         "name": sweep.name,
@@ -98,7 +100,7 @@ def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
         "planned": sweep.count,
         "arrived": arrived,
         "baseline": baseline,
-        "header": HEADER,
+        "header": header(lines),
         "lines": _comparison(lines),
         "folder": place,
         "compare_command": shlex.join(
