@@ -82,16 +82,13 @@ def compare(
     metric: Annotated[
         list[str] | None,
         typer.Option(
-            help="Metric or rate; may be repeated; all are corrected together.  [the "
-            "claim's, and beside them the usual ones]"
+            help="Metric or rate; may be repeated.  [the claim's and the usual ones]"
         ),
     ] = None,
     by: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="COLUMN",
-            help="Compare within each value of it; may be repeated.  [scenario and "
-            "axes]",
+            metavar="COLUMN", help="Compare within its values.  [scenario and axes]"
         ),
     ] = None,
     pooled: Annotated[
@@ -117,14 +114,9 @@ def compare(
             raise ConfigError("--by: not allowed with --pooled, which makes no cells")
         condition = f" WHERE {where}" if where else ""
         found = rows(folder, f"{ALL_RUNS}{condition}", "--where")
-        question = question_of(
-            folder,
-            baseline,
-            metric,
-            () if pooled else by,
-            Center.MEDIAN if median else Center.MEAN,
-        )
-        lines = compared(found, question)
+        center = Center.MEDIAN if median else Center.MEAN
+        split = () if pooled else by
+        lines = compared(found, question_of(folder, baseline, metric, split, center))
         if output is None:
             _print(header(lines), cells(lines), Format.TABLE)
         else:

@@ -10,7 +10,7 @@ from experiments.comparison import location
 from experiments.comparison.location import Interval
 from experiments.comparison.pairing import (
     Cell,
-    Sample,
+    SeedMeans,
     Value,
     arrivals,
     cells,
@@ -188,7 +188,7 @@ def _line(
     return line
 
 
-def _alone(line: Line, found: Sample, question: Question) -> Line:
+def _alone(line: Line, found: SeedMeans, question: Question) -> Line:
     """Add the value of a planner itself."""
     if not found.count:
         return replace(line, note="applies to no run")
@@ -233,7 +233,7 @@ def _arrival_note(baseline: str, counts: tuple[int, int, int]) -> str:
     return ""
 
 
-def _with_rates(line: Line, first: Sample, second: Sample) -> Line:
+def _with_rates(line: Line, first: SeedMeans, second: SeedMeans) -> Line:
     """Add the paired comparison of a rate."""
     found = st.paired_rates(
         [bool(v) for v in first.values], [bool(v) for v in second.values]
@@ -251,7 +251,9 @@ def _with_rates(line: Line, first: Sample, second: Sample) -> Line:
     )
 
 
-def _with_difference(line: Line, first: Sample, second: Sample, center: Center) -> Line:
+def _with_difference(
+    line: Line, first: SeedMeans, second: SeedMeans, center: Center
+) -> Line:
     """Add the paired comparison of a quantity."""
     apart = second.values - first.values
     found = _LOCATE[center](apart)

@@ -35,7 +35,7 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True)
-class Sample:
+class SeedMeans:
     """Values of one metric, one a seed."""
 
     values: FloatArray  # means of a seed's runs (n,)
@@ -78,7 +78,7 @@ def splitting_columns(rows: Sequence[Row]) -> list[str]:
     return found
 
 
-def sample(runs: RunsOfSeeds, value: Value) -> Sample:
+def sample(runs: RunsOfSeeds, value: Value) -> SeedMeans:
     """Average a metric over the runs of each seed; seeds without a value are out."""
     found = []
     for of_seed in runs.values():
@@ -90,7 +90,7 @@ def sample(runs: RunsOfSeeds, value: Value) -> Sample:
 
 def paired(
     first: RunsOfSeeds, second: RunsOfSeeds, value: Value
-) -> tuple[Sample, Sample]:
+) -> tuple[SeedMeans, SeedMeans]:
     """Return a metric of two planners on the seeds, and runs of them, of both."""
     ones, others = [], []
     for seed, runs in second.items():
@@ -122,11 +122,11 @@ def _common(first: RunsOfSeeds, second: RunsOfSeeds) -> Iterator[tuple[Row, Row]
         yield from ((there[key], row) for key, row in runs.items() if key in there)
 
 
-def _sample(found: Sequence[Sequence[Any]]) -> Sample:
+def _sample(found: Sequence[Sequence[Any]]) -> SeedMeans:
     """Average the values of each seed."""
     flags = all(len(of) == 1 and isinstance(of[0], bool) for of in found)
     means = [float(np.mean(of)) for of in found]
-    return Sample(np.asarray(means, dtype=np.float64), flags and bool(found))
+    return SeedMeans(np.asarray(means, dtype=np.float64), flags and bool(found))
 
 
 def _groups(rows: Sequence[Row]) -> dict[str, dict[SeedKey, dict[RunKey, Row]]]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from experiments.comparison.compare import Center, Question
-from experiments.config.sweep import Claim
+from experiments.config.sweep import SweepClaim
 from experiments.errors import ConfigError
 from experiments.metrics.catalogue import MEANS, RATES
 from experiments.sweep.folder import has_sweep_copy, load_sweep_copy
@@ -44,7 +44,7 @@ def question_of(
 
 
 def claimed(
-    claim: Claim,
+    claim: SweepClaim,
     baseline: str,
     by: Sequence[str] | None = None,
     center: Center = Center.MEAN,

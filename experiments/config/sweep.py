@@ -113,7 +113,7 @@ class SeedRange(Strict):
 Seed = Annotated[int, Field(ge=0, le=MAX_SEED)]
 
 
-class Claim(Strict):
+class SweepClaim(Strict):
     """What a sweep is to decide, written down before it is run."""
 
     baseline: str = Field(
@@ -160,7 +160,7 @@ class Sweep(Strict):
         default_factory=dict, description="values of scenario keys in all runs"
     )
     axes: Axes = Axes()
-    claim: Claim | None = None
+    claim: SweepClaim | None = None
     seeds: SeedRange | Annotated[tuple[Seed, ...], Field(min_length=1)]
     timeout_s: Annotated[float, Field(gt=0.0, le=86_400.0)] = Field(
         default=300.0, description="wall clock of one run"
