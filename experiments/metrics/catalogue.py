@@ -15,9 +15,12 @@ from experiments.metrics import (
     comfort,
     computation,
     efficiency,
+    exposure,
     followers,
     lane_change,
+    plans,
     safety,
+    static_bodies,
     without_ego,
 )
 from experiments.metrics.computation import PlanningClock
@@ -179,6 +182,57 @@ _SAFETY = (
         digits=2,
         better=HIGHER,
         in_terminal=True,
+    ),
+    Metric(
+        column=columns.MIN_STATIC_TTC,
+        label="min TTC to obstacles",
+        compute=lambda e: static_bodies.min_static_time_to_collision(e.trace),
+        formula="smallest time to collision with any obstacle, in the same way; null "
+        "above 10 s",
+        unit="s",
+        digits=1,
+        better=HIGHER,
+    ),
+    Metric(
+        column=columns.TIME_EXPOSED_TTC,
+        label="time with TTC < 3 s",
+        compute=lambda e: exposure.time_exposed_ttc(e.trace),
+        formula="time exposed: steps in which the TTC to some vehicle is below 3 s, "
+        "times the step; null without vehicles",
+        unit="s",
+        digits=1,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.MAX_DRAC,
+        label="max DRAC",
+        compute=lambda e: exposure.max_drac(e.trace),
+        formula="largest deceleration rate to avoid a crash with a leader, (ṡ - ṡ of "
+        "the leader)² / (2 gap) while the gap closes; leader and gap as for the time "
+        "headway; null without leaders",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.MIN_PET,
+        label="min PET",
+        compute=lambda e: exposure.min_post_encroachment_time(e.trace),
+        formula="post-encroachment time: shortest time from when the ego or a vehicle "
+        "leaves a cell of 0.5 m of the road to when the other covers it; null above "
+        "5 s",
+        unit="s",
+        digits=1,
+        better=HIGHER,
+    ),
+    Metric(
+        column=columns.OFF_ROAD_PLANS,
+        label="plans off the road",
+        compute=lambda e: plans.off_road_plans(e.trace),
+        formula="plans in which the ego's body somewhere extends more than 1 cm beyond "
+        "the road edge, driven or not; null without plans",
+        better=LOWER,
+        of_planner=True,
     ),
     Metric(
         column=columns.OFF_ROAD_STEPS,
@@ -421,10 +475,10 @@ _LANE_CHANGE = (
         label="changed before blockage",
         kind=FLAG,
         compute=lambda e: lane_change.changed_before_blockage(e.trace),
-        formula="whether the ego was at least 2.5 m from its initial offset when its "
-        "front reached the blockage, the near end of the first obstacle ahead that "
-        "covers the ego's full width at that offset; false if the ego never reached "
-        "it; null without a blockage",
+        formula="whether the point of the ego's body nearest to the blockage was "
+        "beside it when the front reached it; the blockage is the first obstacle "
+        "ahead that covers the ego's full width at its initial offset; false if the "
+        "ego never reached it; null without a blockage",
         better=HIGHER,
     ),
 )
