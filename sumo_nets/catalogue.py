@@ -110,11 +110,14 @@ def networks() -> Mapping[str, Network]:
         _curved(),
         _intersection(),
         _u_shaped(),
-        _one_way("lane_change", 1, 0, "straight one-way road of 1.8 km, two lanes"),
+        _one_way("lane_change", 3, 0, "straight one-way road of 1.8 km, two lanes"),
         _one_way(
-            "lane_change_three", 1, 1, "straight one-way road of 1.8 km, three lanes"
+            "lane_change_three", 3, 1, "straight one-way road of 1.8 km, three lanes"
         ),
-        _one_way("lane_change_curved", 7, 0, "winding one-way road, two lanes"),
+        _one_way("lane_change_curved", 9, 0, "winding one-way road, two lanes"),
+        _one_way(
+            "lane_change_end", 2, 1, "straight one-way road, the right lane of two ends"
+        ),
         _dense(),
         _dense_curved(),
     )
@@ -178,7 +181,7 @@ def _road(name: str, segments: tuple[Segment, ...], description: str) -> Network
 
 
 def _one_way(name: str, n_edges: int, lane: int, description: str) -> Network:
-    """Describe a one-way road for lane changes; the ego's lane is the reference."""
+    """Describe a one-way road for lane changes; `lane` is the reference line."""
     edges = tuple(f"own{n}" for n in range(1, n_edges + 1)) if n_edges > 1 else ("own",)
     return Network(
         name=name,

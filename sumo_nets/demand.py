@@ -26,6 +26,7 @@ from sumo_nets.vehicle_types import (
 
 # More than three saturated lanes can take.
 MAX_FLOW = 9000.0
+MAX_REACTION = 3.0  # [s]
 
 OWN = "own"  # the stream of the ego's carriageway
 EGO_LANE = "ego_lane"  # a second one there, which departs in the ego's lane
@@ -54,6 +55,7 @@ class Demand:
     own_lane: int | None = None  # in which the ego's carriageway is fed; None: any
     keep_right: bool = True  # whether drivers go back to the right when they can
     ego_lane_veh_per_h: float = 0.0  # more of the ego's carriageway, in the ego's lane
+    reaction: float = 0.0  # drivers decide this often, 0: in every step [s]
     leader: LeaderType | None = None  # its type is written; it enters with the ego
 
     def __post_init__(self) -> None:
@@ -69,6 +71,7 @@ class Demand:
             "cross_veh_per_h",
         ):
             self._check(name, MAX_FLOW)
+        self._check("reaction", MAX_REACTION)
         for name in ("van_share", "truck_share", "cautious_share", "aggressive_share"):
             self._check(name, 1.0)
         for first, second in (
@@ -178,7 +181,7 @@ def write_demand(
         NetworkError: As `vehicles_for`, or if the file cannot be written.
     """
     vehicles = vehicles_for(network, demand, seed, begin, end)
-    text = routes_text(network, vehicles, ego, demand.leader)
+    text = routes_text(network, vehicles, ego, demand.leader, demand.reaction)
     target = Path(path)
     aside = target.with_name(f".{target.name}.{os.getpid()}")
     try:
@@ -194,8 +197,17 @@ def routes_text(
     vehicles: tuple[DemandVehicle, ...],
     ego: EgoType | None = None,
     leader: LeaderType | None = None,
+    reaction: float = 0.0,
 ) -> str:
-    """Return the text of a route file with the types in use."""
+    """Return the text of a route file with the types in use.
+
+    Args:
+        network: With the ego's route.
+        vehicles: To write.
+        ego: The ego's vehicle type.
+        leader: The slow leader's.
+        reaction: Drivers decide this often; 0: in every step [s].
+    """
     root = ElementTree.Element("routes")
     for entering in (ego, leader):
         if entering is not None:
@@ -204,6 +216,8 @@ def routes_text(
         attributes = type_attributes(kind)
         if vehicles and not vehicles[0].keep_right:
             attributes["lcKeepRight"] = "0"
+        if reaction > 0.0:
+            attributes["actionStepLength"] = f"{reaction:g}"
         ElementTree.SubElement(root, "vType", attributes)
     ElementTree.SubElement(root, "route", id="ego", edges=" ".join(network.route))
     for vehicle in vehicles:

@@ -1,6 +1,6 @@
 """What stands on the road."""
 
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -114,12 +114,23 @@ class ObstacleField(Strict):
         return (self.count, self.count) if isinstance(self.count, int) else self.count
 
 
+ClosureKind = Literal["stopped_vehicle", "disallowed", "lane_end"]
+KnownFrom = Annotated[float, Field(gt=0.0, le=10_000.0)]
+
+
 class ObstaclesConfig(Strict):
     """Static bodies: listed one by one, or drawn from the seed."""
 
     listed: tuple[Obstacle, ...] = ()
     random: RandomObstacles | None = None
     field: ObstacleField | None = None
+    closure: ClosureKind | None = None
+    known_from_m: KnownFrom | None = None
+
+    @property
+    def listed_key(self) -> tuple[str, ...]:
+        """Key inside the section under which the listed bodies are written."""
+        return () if self.closure is None else ("listed",)
 
 
 class DrawnSection(Strict):
@@ -129,15 +140,44 @@ class DrawnSection(Strict):
     field: ObstacleField | None = None
 
 
+class ClosureSection(Strict):
+    """How `obstacles` closes lanes: where, and what drivers are told of it."""
+
+    listed: Annotated[tuple[Obstacle, ...], Field(min_length=1)] = Field(
+        description="bodies that stand in the closed lanes"
+    )
+    closure: ClosureKind = Field(
+        description="what closes the lanes of the bodies for SUMO's traffic: vehicles "
+        "that have stopped there; no admittance to these stretches of lane; or the "
+        "ends of lanes in the network"
+    )
+    known_from_m: KnownFrom | None = Field(
+        default=None,
+        description="distance of the ego's front bumper from the first closed place "
+        "at which its driver, planner or SUMO's, is told; default: at the start",
+    )
+
+
 def read_obstacles(value: Any) -> Any:
     """Let `none` and a list stand for the section."""
     if value == "none":
         return {}
     if isinstance(value, list | tuple):
         return {"listed": value}
-    if isinstance(value, dict) and "listed" in value:
+    if not isinstance(value, dict):
+        return value
+    if "closure" in value:
+        drawn = {"random", "field"} & value.keys()
+        if drawn:
+            raise mismatch(min(drawn), "is beside closure; allowed: listed")
+        if not value.get("listed"):
+            raise mismatch("listed", "is missing; allowed: the bodies of the closure")
+        return value
+    if "known_from_m" in value:
+        raise mismatch("known_from_m", "is of a closure; allowed: closure beside it")
+    if "listed" in value:
         problem = "unknown key; allowed: random or field, or a list, or none"
         raise mismatch("listed", problem)
-    if isinstance(value, dict) and {"random", "field"} <= value.keys():
+    if {"random", "field"} <= value.keys():
         raise mismatch("field", "is beside random; allowed: one of them")
     return value

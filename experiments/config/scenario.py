@@ -8,6 +8,7 @@ from experiments.config.base import Strict, as_section, mismatch
 from experiments.config.conflict import N_LANES, STEP_S, Conflict
 from experiments.config.ego import Ego
 from experiments.config.obstacles import (
+    ClosureSection,
     DrawnSection,
     Obstacle,
     ObstaclesConfig,
@@ -49,6 +50,14 @@ class Simulation(Strict):
         description="constant_speed: vehicles keep their speed; held_braking: braking "
         "vehicles are predicted to brake to a stop",
     )
+    ghost: bool = Field(
+        default=True,
+        description="world sumo: followers see an ego that reaches over a lane line",
+    )
+    lane_change_guard: bool = Field(
+        default=True,
+        description="world sumo: vehicles abreast of the ego begin no lane change",
+    )
     without_ego: bool = Field(
         default=False,
         description="world sumo: also drive the same seed without the ego, to measure "
@@ -84,7 +93,8 @@ class Scenario(Strict):
             read_obstacles,
             json_schema_input_type=Literal["none"]
             | tuple[Obstacle, ...]
-            | DrawnSection,
+            | DrawnSection
+            | ClosureSection,
         ),
     ] = ObstaclesConfig()
     traffic: Annotated[
@@ -117,6 +127,9 @@ class Scenario(Strict):
             raise mismatch("vehicles", "is not for world sumo; allowed: traffic")
         if not sumo and self.traffic is not None:
             raise mismatch("traffic", "is not for world kinematic; allowed: vehicles")
+        if not sumo and self.obstacles.closure is not None:
+            problem = "is of SUMO's traffic; allowed in world kinematic: a list"
+            raise mismatch("obstacles.closure", problem)
         if not sumo and self.simulation.without_ego:
             problem = "is for world sumo, where vehicles react; allowed: false"
             raise mismatch("simulation.without_ego", problem)
@@ -156,7 +169,8 @@ class Scenario(Strict):
         """
         places: dict[KeyPath, float] = {("ego", "goal_m"): self.ego.goal_m}
         for index, obstacle in enumerate(self.obstacles.listed):
-            places["obstacles", index, "s_m"] = obstacle.s_m
+            key: KeyPath = ("obstacles", *self.obstacles.listed_key, index, "s_m")
+            places[key] = obstacle.s_m
         for index, vehicle in enumerate(self.vehicles):
             places["vehicles", index, "s_m"] = vehicle.s_m
         if self.obstacles.random:
@@ -200,8 +214,9 @@ class Scenario(Strict):
         )
         if self.network is not None and self.network.name is not None:
             data["network"] = self.network.name
-        listed = data["obstacles"].pop("listed")
-        data["obstacles"] = data["obstacles"] or listed
+        if self.obstacles.closure is None:
+            listed = data["obstacles"].pop("listed")
+            data["obstacles"] = data["obstacles"] or listed
         if self.world == "sumo":
             data.setdefault("traffic", "none")
         return data

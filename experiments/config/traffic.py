@@ -21,6 +21,7 @@ DENSITIES: Mapping[str, float] = MappingProxyType(
     {"light": 350.0, "medium": 700.0, "dense": 1200.0}
 )
 USUAL_FLOW = 900.0  # [vehicles/h]
+DEFAULT_REACTION = 0.5  # [s]
 
 # What `temper` means: shares of cautious and of aggressive drivers.
 TEMPERS: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -86,6 +87,11 @@ class Traffic(Strict):
     )
     aggressive_share: Share = Field(
         default_factory=_share(1), description="0.2 unless temper is given"
+    )
+    reaction_s: Annotated[float, Field(ge=0.0, le=3.0)] = Field(
+        default=DEFAULT_REACTION,
+        description="drivers decide this often, so that they react after half of it on "
+        "average; 0: in every step",
     )
     own_lane: Annotated[int, Field(ge=0, le=20)] | None = Field(
         default=None, description="lane that feeds the ego's carriageway; default: any"

@@ -1,5 +1,6 @@
 """The road of an episode and the ego's task on it: what does not change in between."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +16,21 @@ LIMIT_BRAKING = 1.5  # before a lower speed limit, as drivers do [m/s²]
 LIMIT_LEAD = 1.0  # by which speed limits are obeyed ahead of time [s]
 
 
+NOTHING = Obstacles.none()  # one object: planners may keep what they made of it
+
+
+@dataclass(frozen=True, slots=True)
+class Closure:
+    """Where lanes are closed by the obstacles, and when the ego's driver is told."""
+
+    begin: float  # near end of the first obstacle on the path [m]
+    known_from: float = math.inf  # distance of the front bumper from it then [m]
+
+    def is_known(self, front: float) -> bool:
+        """Tell whether it is known with the front bumper at an arc length [m]."""
+        return front >= self.begin - self.known_from
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Road:
     """The ego's road, with the static bodies on it."""
@@ -25,6 +41,17 @@ class Road:
     stop_lines: tuple[StopLine, ...] = ()  # of the traffic lights on the route
     obstacles: Obstacles = field(default_factory=Obstacles.none)
     speed_limits: SpeedLimits = field(default_factory=SpeedLimits.none)
+    closure: Closure | None = None  # what the obstacles are, if lanes are closed
+
+    def known_obstacles(self, front: float) -> Obstacles:
+        """Return the obstacles that the ego's driver knows of.
+
+        Args:
+            front: Arc length of the ego's front bumper [m].
+        """
+        if self.closure is None or self.closure.is_known(front):
+            return self.obstacles
+        return NOTHING
 
     def allowed_speed(self, front: float, speed: float) -> float:
         """Return the speed that the limits here and ahead allow [m/s].

@@ -66,7 +66,7 @@ def build_scene(
         vehicle=task.vehicle,
         path=road.path,
         road=road.bounds,
-        obstacles=road.obstacles,
+        obstacles=road.known_obstacles(front),
         vehicles=Vehicles.predicted(planned, prediction),
         stop_lines=stop_lines,
         target_speed=min(task.target_speed, road.allowed_speed(front, ego.speed)),

@@ -8,7 +8,7 @@ function of scene and memory, so that the plans must be those of the run, bit by
 """
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from experiments.storage.atomic_folder import require_there
 from experiments.trace.files import read_trace
 from experiments.trace.recording import PLAN_COLUMNS, plan_cells
 from experiments.trace.schema import Column, Table, Trace
+from experiments.world_setup.closures import closure_of
 from experiments.world_setup.ego_vehicle import ego_task
 from planner.interface import PlanResult
 from planner.prediction import PREDICTORS
@@ -135,7 +136,8 @@ class Recorded:
         simulation = scenario.simulation
         predictor = PREDICTORS[simulation.predictor]
         outlook = Outlook(simulation.step_s, simulation.horizon_s, predictor)
-        return cls(scenario, trace, _road(trace), ego_task(scenario.ego), outlook)
+        road = replace(_road(trace), closure=closure_of(scenario.obstacles))
+        return cls(scenario, trace, road, ego_task(scenario.ego), outlook)
 
     def check_planned(self, step: int) -> None:
         """Raise a ConfigError unless a plan was recorded in a step."""

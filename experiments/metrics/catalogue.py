@@ -15,9 +15,12 @@ from experiments.metrics import (
     comfort,
     computation,
     efficiency,
+    exposure,
     followers,
     lane_change,
+    plans,
     safety,
+    static_bodies,
     without_ego,
 )
 from experiments.metrics.computation import PlanningClock
@@ -53,6 +56,7 @@ def _planning_times() -> tuple[Metric, ...]:
             in_terminal=percentile in _SHOWN_PERCENTILES,
             compared=percentile in _SHOWN_PERCENTILES and clock is PlanningClock.CPU,
             timing=True,
+            of_planner=True,
         )
         for clock, name, words in (
             (
@@ -180,6 +184,57 @@ _SAFETY = (
         in_terminal=True,
     ),
     Metric(
+        column=columns.MIN_STATIC_TTC,
+        label="min TTC to obstacles",
+        compute=lambda e: static_bodies.min_static_time_to_collision(e.trace),
+        formula="smallest time to collision with any obstacle, in the same way; null "
+        "above 10 s",
+        unit="s",
+        digits=1,
+        better=HIGHER,
+    ),
+    Metric(
+        column=columns.TIME_EXPOSED_TTC,
+        label="time with TTC < 3 s",
+        compute=lambda e: exposure.time_exposed_ttc(e.trace),
+        formula="time exposed: steps in which the TTC to some vehicle is below 3 s, "
+        "times the step; null without vehicles",
+        unit="s",
+        digits=1,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.MAX_DRAC,
+        label="max DRAC",
+        compute=lambda e: exposure.max_drac(e.trace),
+        formula="largest deceleration rate to avoid a crash with a leader, (ṡ - ṡ of "
+        "the leader)² / (2 gap) while the gap closes; leader and gap as for the time "
+        "headway; null without leaders",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.MIN_PET,
+        label="min PET",
+        compute=lambda e: exposure.min_post_encroachment_time(e.trace),
+        formula="post-encroachment time: shortest time from when the ego or a vehicle "
+        "leaves a cell of 0.5 m of the road to when the other covers it; null above "
+        "5 s",
+        unit="s",
+        digits=1,
+        better=HIGHER,
+    ),
+    Metric(
+        column=columns.OFF_ROAD_PLANS,
+        label="plans off the road",
+        compute=lambda e: plans.off_road_plans(e.trace),
+        formula="plans in which the ego's body somewhere extends more than 1 cm beyond "
+        "the road edge, driven or not; null without plans",
+        better=LOWER,
+        of_planner=True,
+    ),
+    Metric(
         column=columns.OFF_ROAD_STEPS,
         label="off-road steps",
         compute=lambda e: safety.off_road_steps(e.trace),
@@ -276,6 +331,7 @@ _COMFORT = (
         better=LOWER,
         in_terminal=True,
         compared=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.MAX_ACCELERATION,
@@ -297,6 +353,7 @@ _COMFORT = (
         digits=2,
         better=LOWER,
         in_terminal=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.MAX_CURVATURE,
@@ -305,6 +362,7 @@ _COMFORT = (
         formula="max |κ| of the driven path",
         unit="1/m",
         digits=4,
+        of_planner=True,
     ),
     Metric(
         column=columns.MAX_HEADING,
@@ -314,6 +372,7 @@ _COMFORT = (
         "on the path",
         unit="rad",
         digits=3,
+        of_planner=True,
     ),
 )
 _COMPUTATION = (
@@ -324,6 +383,7 @@ _COMPUTATION = (
         formula="planning cycles without a fresh plan",
         better=LOWER,
         in_terminal=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.CANDIDATES_MEAN,
@@ -331,6 +391,7 @@ _COMPUTATION = (
         compute=lambda e: computation.mean_count(e.trace, "candidates"),
         formula="mean number of candidates over planning cycles; null without cycles",
         in_terminal=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.FEASIBLE_MEAN,
@@ -339,6 +400,7 @@ _COMPUTATION = (
         formula="mean number of feasible candidates over planning cycles; null without "
         "cycles, or if the planner was not asked to count them",
         in_terminal=True,
+        of_planner=True,
     ),
     *_planning_times(),
     Metric(
@@ -349,6 +411,7 @@ _COMPUTATION = (
         "the step",
         better=LOWER,
         timing=True,
+        of_planner=True,
     ),
     Metric(
         column=columns.STEPS_PER_SECOND,
@@ -396,6 +459,7 @@ _LANE_CHANGE = (
         "stays within 0.1 m for 2 s; null without one",
         unit="s",
         digits=1,
+        of_planner=True,
     ),
     Metric(
         column=columns.LANE_CHANGE_DONE,
@@ -404,16 +468,17 @@ _LANE_CHANGE = (
         formula="time from entry to the end of that lane change; null without one",
         unit="s",
         digits=1,
+        of_planner=True,
     ),
     Metric(
         column=columns.BEFORE_BLOCKAGE,
         label="changed before blockage",
         kind=FLAG,
         compute=lambda e: lane_change.changed_before_blockage(e.trace),
-        formula="whether the ego was at least 2.5 m from its initial offset when its "
-        "front reached the blockage, the near end of the first obstacle ahead that "
-        "covers the ego's full width at that offset; false if the ego never reached "
-        "it; null without a blockage",
+        formula="whether the point of the ego's body nearest to the blockage was "
+        "beside it when the front reached it; the blockage is the first obstacle "
+        "ahead that covers the ego's full width at its initial offset; false if the "
+        "ego never reached it; null without a blockage",
         better=HIGHER,
     ),
 )

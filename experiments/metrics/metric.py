@@ -68,6 +68,7 @@ class Metric:
     in_terminal: bool = False  # listed when `rearview run` ends
     compared: bool = False  # `rearview compare` includes its mean by default
     rate: str = ""  # name of the share of runs with a value above zero, if compared
+    of_planner: bool = False  # or of motion SUMO only draws; null where SUMO drives
     timing: bool = False  # wall clock: left out when results are compared for identity
 
     @property

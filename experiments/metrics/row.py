@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from experiments.config.self_driven import SELF_DRIVEN
 from experiments.errors import ResultsError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import ALL_COLUMNS, METRICS
@@ -27,8 +28,12 @@ def metric_row(trace: Trace, without_ego: Table | None = None) -> dict[str, Cell
         not apply.
     """
     episode = MeasuredEpisode(trace, without_ego)
+    self_driven = trace.fact("planner") in SELF_DRIVEN
     return {
-        column: _finite(metric.compute(episode)) for column, metric in METRICS.items()
+        column: None
+        if self_driven and metric.of_planner
+        else _finite(metric.compute(episode))
+        for column, metric in METRICS.items()
     }
 
 

@@ -37,6 +37,8 @@ class RegisteredPlanner:
 _DEMAND = re.compile(r"[;,] allowed: |\bmust (?:be |lie )?")
 
 _DRIVERS = "planner.reference_drivers"
+_SUMO_DRIVER = "experiments.cosim.sumo.sumo_driver:no_op"
+_SUMO_SETTINGS = "experiments.cosim.sumo.driver_settings:SumoDriverSettings"
 _CRUISE_SETTINGS = "planner.cruise.settings:CruiseSettings"
 
 PLANNERS: Mapping[str, RegisteredPlanner] = {
@@ -100,10 +102,30 @@ PLANNERS: Mapping[str, RegisteredPlanner] = {
         f"{_DRIVERS}:FuzzySafety",
         "the same with the fuzzy safety model: brakes in anticipation",
     ),
+    "idm_mobil": RegisteredPlanner(
+        f"{_DRIVERS}.idm_mobil:idm_mobil",
+        f"{_DRIVERS}:IdmMobilSettings",
+        "IDM and MOBIL: the usual model of a human driver on lanes, a baseline",
+    ),
     "sumo": RegisteredPlanner(
-        "experiments.cosim.sumo.sumo_driver:no_op",
-        None,
+        _SUMO_DRIVER,
+        _SUMO_SETTINGS,
         "SUMO's own driver (Krauss, LC2013) in the same traffic: a baseline",
+    ),
+    "sumo_as_shipped": RegisteredPlanner(
+        _SUMO_DRIVER,
+        _SUMO_SETTINGS,
+        "the same, not told of closures: it knows of stopped vehicles what it sees",
+    ),
+    "sumo_tuned": RegisteredPlanner(
+        _SUMO_DRIVER,
+        _SUMO_SETTINGS,
+        "the same with the best lane-change parameters on development seeds",
+    ),
+    "sumo_sublane": RegisteredPlanner(
+        _SUMO_DRIVER,
+        _SUMO_SETTINGS,
+        "the same with SUMO's sublane model (SL2015), for all of the traffic",
     ),
     "cruise_thesis": RegisteredPlanner(
         "planner.cruise:thesis_proposed",

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.config import Scenario
+from experiments.world_setup.closures import check_closure, closure_of
 from experiments.world_setup.ego_vehicle import ego_task
 from experiments.world_setup.obstacles import (
     check_on_road,
@@ -45,7 +46,8 @@ def make_layout(scenario: Scenario) -> Layout:
 
     Raises:
         ConfigError: If the network, its route or lane does not exist, something lies
-            beyond the road, or an obstacle stands where the ego starts.
+            beyond the road, an obstacle stands where the ego starts, or a
+            closure leaves no way round.
     """
     bare = _bare_layout(_road_source(scenario))
     beyond = scenario.beyond(bare.road.path.length)
@@ -53,8 +55,10 @@ def make_layout(scenario: Scenario) -> Layout:
         raise scenario.error(*beyond)
     check_on_road(scenario, bare)
     bodies = _static_bodies(_body_source(scenario))
-    road = replace(bare.road, obstacles=bodies)
+    closure = closure_of(scenario.obstacles)
+    road = replace(bare.road, obstacles=bodies, closure=closure)
     layout = replace(bare, road=road)
+    check_closure(scenario, layout)
     check_start(scenario, layout)
     return layout
 

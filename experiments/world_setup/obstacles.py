@@ -106,7 +106,8 @@ def check_start(scenario: Scenario, layout: Layout) -> None:
     for index, other in enumerate(_rectangles(layout.road.obstacles)):
         key: KeyPath = ("obstacles", drawn, "first_m")
         if distance(body, other) <= 0.0:
-            key = ("obstacles", index) if listed else key
+            if listed:
+                key = ("obstacles", *scenario.obstacles.listed_key, index)
             raise scenario.error(key, _in_the_way("an obstacle", layout.task, other))
     scripted = obstacles_on_path(
         path,

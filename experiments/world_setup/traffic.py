@@ -53,8 +53,9 @@ def make_demand(scenario: Scenario, layout: Layout) -> Demand:
     traffic = scenario.traffic
     if traffic is None:
         return Demand()
-    left_out = {"density", "temper", "slow_leader"}
+    left_out = {"density", "temper", "slow_leader", "reaction_s"}
     fields = traffic.model_dump(exclude_none=True, exclude=left_out)
+    fields["reaction"] = traffic.reaction_s
     if "models" in fields:
         fields["models"] = tuple(fields["models"].items())
     if traffic.density is not None:

@@ -1,21 +1,41 @@
 """From a scenario and its layout to a world."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 from experiments.config import Scenario
+from experiments.config.self_driven import (
+    SELF_DRIVEN,
+    SUMO,
+    SUMO_AS_SHIPPED,
+    SUMO_SUBLANE,
+    SUMO_TUNED,
+)
 from experiments.cosim.kinematic_world import KinematicWorld, ScriptedVehicle
+from experiments.cosim.sumo.driver_settings import SumoDriverSettings
 from experiments.cosim.sumo.settings import SumoSettings
 from experiments.cosim.sumo.sumo_driver import SumoDriverWorld
 from experiments.cosim.sumo.without_ego import WithoutEgoWorld
 from experiments.cosim.sumo.world import SumoWorld
 from experiments.cosim.world import World
+from experiments.world_setup.closures import closed_lanes
 from experiments.world_setup.conflict import conflict_world
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import TRAFFIC_FILE, slow_leader, write_traffic
+from experiments.world_setup.tuned_driver import tuned_driver
 from sumo_nets.catalogue import Network
 
-SUMO_DRIVER = "sumo"  # the planner that is SUMO's own driver
+# SUMO's own driver by the name of its planner; scenarios lay their settings over it.
+SUMO_DRIVERS: Mapping[str, SumoDriverSettings] = MappingProxyType(
+    {
+        SUMO: SumoDriverSettings(),
+        SUMO_AS_SHIPPED: SumoDriverSettings(told=False),
+        SUMO_TUNED: tuned_driver(),
+        SUMO_SUBLANE: SumoDriverSettings(lateral_resolution=0.4),
+    }
+)
 
 
 def make_world(
@@ -42,7 +62,7 @@ def make_world(
 
 def _kinematic_world(scenario: Scenario, layout: Layout) -> World:
     """Make a world without a simulator."""
-    if scenario.planner.name == SUMO_DRIVER:
+    if scenario.planner.name in SELF_DRIVEN:
         problem = "is SUMO's own driver; allowed: any other planner in world kinematic"
         raise scenario.error(("planner",), problem)
     if scenario.conflict is not None:
@@ -64,7 +84,7 @@ def _sumo_world(
     route_file = write_traffic(scenario, layout, network, folder)
     settings = _sumo_settings(scenario, layout, network, route_file)
     settings = replace(settings, gui=gui)
-    if scenario.planner.name == SUMO_DRIVER:
+    if settings.driver is not None:
         return SumoDriverWorld(settings)
     return SumoWorld(settings)
 
@@ -85,11 +105,20 @@ def make_world_without_ego(
     return WithoutEgoWorld(settings)
 
 
+def sumo_driver(scenario: Scenario) -> SumoDriverSettings | None:
+    """Return the settings of SUMO's driver, None if a planner drives the ego."""
+    choice = scenario.planner
+    base = SUMO_DRIVERS.get(choice.name)
+    return None if base is None else replace(base, **choice.settings)
+
+
 def _sumo_settings(
     scenario: Scenario, layout: Layout, network: Network, route_file: Path
 ) -> SumoSettings:
     """Collect the settings of the SUMO world."""
     simulation = scenario.simulation
+    driver = sumo_driver(scenario)
+    told = driver is not None and driver.told
     return SumoSettings(
         net_file=network.net_file,
         route_file=route_file,
@@ -97,6 +126,10 @@ def _sumo_settings(
         road=layout.road,
         task=layout.task,
         leader=slow_leader(scenario.traffic),
+        closed=closed_lanes(scenario, layout, network, told=told),
+        driver=driver,
+        ghost=simulation.ghost,
+        lane_change_guard=simulation.lane_change_guard,
         step=simulation.step_s,
         seed=simulation.seed,
         warm_up=simulation.warmup_s,

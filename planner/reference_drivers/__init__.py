@@ -6,6 +6,9 @@ Sensitive Safety, and the fuzzy safety model. They only brake. Each is a frozen
 dataclass of its parameters with pure functions; arrays hold one number a conflict, so
 that a whole grid of conflicts is judged at once. As planners they drive in any scene.
 
+Apart from these, IDM with MOBIL (`idm_mobil`) drives as people usually do in traffic,
+lane changes included: a baseline for planners.
+
 Details that the sources leave open (how many steps the delay lasts, when braking ends,
 at which gap a driver has passed) follow the reading that comes closest to the counts of
 the published implementation of [Mattas2022]; they were chosen by that comparison, so
@@ -27,6 +30,7 @@ from planner.reference_drivers.braking_planner import BrakingPlanner
 from planner.reference_drivers.careful_human import CarefulHuman
 from planner.reference_drivers.driver import DriverState, ReferenceDriver
 from planner.reference_drivers.fuzzy_safety import FuzzySafety
+from planner.reference_drivers.idm_mobil import IdmMobilPlanner, IdmMobilSettings
 from planner.reference_drivers.regulation_157 import Regulation157
 from planner.reference_drivers.rss import ResponsibilitySensitiveSafety
 from planner.reference_drivers.situation import ConflictState
@@ -37,6 +41,8 @@ __all__ = [
     "ConflictState",
     "DriverState",
     "FuzzySafety",
+    "IdmMobilPlanner",
+    "IdmMobilSettings",
     "ReferenceDriver",
     "Regulation157",
     "ResponsibilitySensitiveSafety",

@@ -16,6 +16,7 @@ NAMES = [
     "intersection",
     "lane_change",
     "lane_change_curved",
+    "lane_change_end",
     "lane_change_three",
     "straight",
     "u_shaped",

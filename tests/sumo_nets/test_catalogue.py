@@ -94,7 +94,8 @@ def test_roads_for_lane_changes_are_one_way(name):
     net = sumolib.net.readNet(str(record.net_file))
     lanes = 3 if "three" in name else 2
     for edge in net.getEdges():
-        assert [lane.getWidth() for lane in edge.getLanes()] == [3.5] * lanes
+        ended = name == "lane_change_end" and edge.getID() == "own2"
+        assert [lane.getWidth() for lane in edge.getLanes()] == [3.5] * (lanes - ended)
         assert edge.getSpeed() == 16.67
     length = sum(net.getEdge(edge).getLength() for edge in record.route)
     assert length > 1700.0

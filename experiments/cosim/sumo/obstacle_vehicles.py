@@ -1,4 +1,4 @@
-"""Static obstacles as SUMO's traffic has to see them: frozen vehicles in its lanes.
+"""Static obstacles as SUMO's traffic has to see them: stopped vehicles in its lanes.
 
 SUMO blocks only the lane that a vehicle's front bumper is in, and measures its length
 along that lane, whatever its heading. So every lane in which a car would touch the
@@ -24,6 +24,8 @@ ID_PREFIX = "static@"  # no demand file names its vehicles like this
 SUMO_TYPE = "DEFAULT_VEHTYPE"  # exists in every simulation
 MOVE_ANYWHERE = 6  # moveToXY: exact position, any route, any lane permission
 NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
+INSIDE_JUNCTION = ":"  # how the names of edges there begin
+FOR_EVER = 1e7  # duration of a stop: longer than any simulation [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +82,9 @@ def blocked_stretches(
     )  # (n_near, n_across)
     touched = near[np.any(gap <= SAMPLING / 2.0, axis=1)]
     runs = np.split(touched, np.flatnonzero(np.diff(touched) > 1) + 1)
-    return [(float(stations[r[0]]), float(stations[r[-1]])) for r in runs if r.size]
+    # A body that ends where the lane does touches it without standing in it.
+    inside = [r for r in runs if r.size > 1 or (r.size and 0 < r[0] < n - 1)]
+    return [(float(stations[r[0]]), float(stations[r[-1]])) for r in inside]
 
 
 def distance(
@@ -99,10 +103,14 @@ def distance(
 def place(sumo: Libsumo, placed: Sequence[Twin], route_id: str) -> frozenset[str]:
     """Add the twins to the simulation, where they stand until its end.
 
+    SUMO's drivers treat a vehicle that has *stopped* as a closed lane, which they leave
+    in time; behind one that merely has no speed they queue. Inside junctions vehicles
+    cannot stop: there the speed is held at 0.
+
     Args:
         sumo: The running libsumo module.
         placed: The twins.
-        route_id: Any route; SUMO replaces it by the twin's own edge.
+        route_id: Any route, for those inside junctions.
 
     Returns:
         The ids of the vehicles made.
@@ -110,21 +118,47 @@ def place(sumo: Libsumo, placed: Sequence[Twin], route_id: str) -> frozenset[str
     Raises:
         libsumo.TraCIException: If SUMO refuses; the session wraps it.
     """
-    vehicles = sumo.vehicle
     for number, twin in enumerate(placed):
         name = f"{ID_PREFIX}{number}"
-        vehicles.add(name, route_id, typeID=SUMO_TYPE, departSpeed="0")
-        vehicles.setLength(name, twin.length)
-        vehicles.setWidth(name, TRAFFIC_WIDTH)
-        vehicles.setMinGap(name, 0.0)
-        vehicles.setSpeedMode(name, NO_CHECKS)
-        vehicles.setLaneChangeMode(name, 0)
-        vehicles.setSpeed(name, 0.0)
-        x, y, heading = twin.lane.at(twin.front)
-        angle = frames.angle_from_heading(heading)
-        edge, index = twin.lane.edge, twin.lane.index
-        vehicles.moveToXY(name, edge, index, x, y, angle, MOVE_ANYWHERE)
+        if twin.lane.edge.startswith(INSIDE_JUNCTION):
+            _hold(sumo, name, twin, route_id)
+        else:
+            _stop(sumo, name, twin)
     return frozenset(f"{ID_PREFIX}{number}" for number in range(len(placed)))
+
+
+def _add(sumo: Libsumo, name: str, twin: Twin, route_id: str) -> None:
+    """Add a twin that SUMO does not move; it has no place yet."""
+    vehicles = sumo.vehicle
+    vehicles.add(name, route_id, typeID=SUMO_TYPE, departSpeed="0")
+    vehicles.setLength(name, twin.length)
+    vehicles.setWidth(name, TRAFFIC_WIDTH)
+    vehicles.setMinGap(name, 0.0)
+    vehicles.setSpeedMode(name, NO_CHECKS)
+    vehicles.setLaneChangeMode(name, 0)
+
+
+def _stop(sumo: Libsumo, name: str, twin: Twin) -> None:
+    """Make a twin that has stopped at its place."""
+    edge, index = twin.lane.edge, twin.lane.index
+    route = f"route@{name}"
+    sumo.route.add(route, [edge])
+    _add(sumo, name, twin, route)
+    # SUMO may count a lane longer or shorter than it is drawn.
+    length = float(sumo.lane.getLength(twin.lane.id))
+    position = min(twin.front * length / twin.lane.length, length)
+    sumo.vehicle.moveTo(name, twin.lane.id, position)
+    sumo.vehicle.setStop(name, edge, position, index, FOR_EVER)
+
+
+def _hold(sumo: Libsumo, name: str, twin: Twin, route_id: str) -> None:
+    """Make a twin whose speed is held at 0."""
+    _add(sumo, name, twin, route_id)
+    sumo.vehicle.setSpeed(name, 0.0)
+    x, y, heading = twin.lane.at(twin.front)
+    angle = frames.angle_from_heading(heading)
+    edge, index = twin.lane.edge, twin.lane.index
+    sumo.vehicle.moveToXY(name, edge, index, x, y, angle, MOVE_ANYWHERE)
 
 
 def _near(obstacles: Obstacles, lane: Lane) -> list[int]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from experiments.cosim.road import EgoTask, Road
+from experiments.cosim.sumo.driver_settings import SumoDriverSettings
 
 EGO_TYPE = "ego"  # vehicle type in the route file
 BEGIN = 0.0  # of the demand [s]
@@ -22,6 +23,15 @@ class SlowLeader:
     speed: float  # [m/s]
 
 
+@dataclass(frozen=True, slots=True)
+class ClosedLanes:
+    """How SUMO's traffic sees the obstacles, and which whole lanes they close."""
+
+    lanes: tuple[str, ...] = ()  # ids; of no more than the obstacles' stretch
+    disallowed: bool = False  # to the traffic; SUMO's driver is told apart from that
+    twins: bool = True  # the obstacles stand in the lanes as stopped vehicles
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SumoSettings:
     """All that a SUMO world is made of."""
@@ -32,6 +42,10 @@ class SumoSettings:
     road: Road  # along that route
     task: EgoTask
     leader: SlowLeader | None = None
+    closed: ClosedLanes = ClosedLanes()
+    driver: SumoDriverSettings | None = None  # SUMO's in the ego's place
+    ghost: bool = True  # followers see an ego that reaches over a lane line
+    lane_change_guard: bool = True  # no lane change into an ego abreast
     step: float = 0.1  # [s]
     seed: int = 42
     warm_up: float = 60.0  # of traffic alone before the ego asks to enter [s]
@@ -53,7 +67,11 @@ def command_line(settings: SumoSettings) -> list[str]:
     command += ["--collision.action", "warn"]
     command += ["--collision.mingap-factor", "0"]
     command += ["--collision.check-junctions", "true"]
-    command += ["--lanechange.duration", repr(LANE_CHANGE_DURATION)]
+    resolution = 0.0 if settings.driver is None else settings.driver.lateral_resolution
+    if resolution > 0.0:
+        command += ["--lateral-resolution", repr(float(resolution))]
+    else:
+        command += ["--lanechange.duration", repr(LANE_CHANGE_DURATION)]
     if settings.gui:
         # No delay of SUMO's: it would hold for the warm-up too.
         command += ["--start", "--quit-on-end", "--delay", "0"]

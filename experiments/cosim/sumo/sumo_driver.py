@@ -1,7 +1,8 @@
 """SUMO's own driver in the ego's place: the baseline for paired comparison.
 
-The same vehicle enters the same traffic; SUMO's car-following and lane-change model
-(Krauss, LC2013) drive it. What is planned is not driven.
+The same vehicle with the same limits enters the same traffic; SUMO's car-following and
+lane-change model (Krauss with LC2013, or with its sublane model SL2015) drive it. What
+is planned is not driven. It is told of a closure from the same distance as a planner.
 """
 
 import math
@@ -10,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.cosim.sumo import frames
+from experiments.cosim.sumo.closed_lanes import NOT_TOLD, TOLD, close_to_told_ego
+from experiments.cosim.sumo.driver_settings import SumoDriverSettings
 from experiments.cosim.sumo.ego_entry import EGO_ID
 from experiments.cosim.sumo.ghost_vehicle import NO_LIMIT
 from experiments.cosim.sumo.libsumo_api import Libsumo
@@ -27,6 +30,7 @@ class SumoDriverWorld(SumoWorld):
 
     _wish = math.nan  # the highest speed that SUMO's driver was told [m/s]
     _s: float | None = None  # where the ego was last [m]
+    _told = False  # of the closure
 
     def advance(self, ego: CartesianState) -> CartesianState:
         """Let SUMO move all vehicles, the ego too.
@@ -43,6 +47,7 @@ class SumoDriverWorld(SumoWorld):
         sumo = self._running()
         with sumo_errors(sumo, "driving the ego"):
             self._keep_limit(sumo, ego)
+            self._tell(sumo)
             sumo.simulationStep()
             if EGO_ID not in sumo.vehicle.getIDList():
                 raise SimulationError("SUMO has taken the ego off the road")
@@ -71,6 +76,21 @@ class SumoDriverWorld(SumoWorld):
             sumo.vehicle.setMaxSpeed(EGO_ID, wish)
             self._wish = wish
 
+    def _tell(self, sumo: Libsumo) -> None:
+        """Tell the driver of a closure once it is near enough to be known."""
+        closure, s = self.road.closure, self._s
+        if self._told or closure is None or s is None or not self._hears:
+            return
+        if closure.is_known(s + self._settings.task.vehicle.front_reach):
+            sumo.vehicle.setVehicleClass(EGO_ID, TOLD)
+            self._told = True
+
+    @property
+    def _hears(self) -> bool:
+        """Whether there are closed lanes of which the driver is told."""
+        driver = self._settings.driver
+        return driver is not None and driver.told and bool(self._settings.closed.lanes)
+
     def _take_over(self, sumo: Libsumo) -> None:
         """Keep SUMO's driver, with the ego's limits and target speed.
 
@@ -83,6 +103,13 @@ class SumoDriverWorld(SumoWorld):
         sumo.vehicle.setMaxSpeed(EGO_ID, wish)
         self._wish = wish
         sumo.vehicle.setSpeedFactor(EGO_ID, NO_LIMIT)
+        driver = self._settings.driver or SumoDriverSettings()
+        for name, value in driver.parameters.items():
+            key = f"laneChangeModel.{name}"
+            sumo.vehicle.setParameter(EGO_ID, key, repr(float(value)))
+        if self._hears:
+            close_to_told_ego(sumo, self._settings.closed.lanes)
+            sumo.vehicle.setVehicleClass(EGO_ID, NOT_TOLD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +136,7 @@ class NoOpPlanner:
         return PlanResult(PlanStatus.OK, trajectory, memory)
 
 
-def no_op() -> NoOpPlanner:
-    """Make the planner of a `SumoDriverWorld`."""
+def no_op(settings: SumoDriverSettings | None = None) -> NoOpPlanner:
+    """Make the planner of a `SumoDriverWorld`, where the settings act."""
+    del settings
     return NoOpPlanner()

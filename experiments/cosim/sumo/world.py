@@ -15,6 +15,7 @@ from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.road import Road
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo import obstacle_vehicles as obstacles
+from experiments.cosim.sumo.closed_lanes import close_to_traffic
 from experiments.cosim.sumo.ego_entry import (
     EGO_ID,
     EGO_ROUTE,
@@ -113,8 +114,10 @@ class SumoWorld:
         edge = entering[0].edge
         with sumo_errors(sumo, "reading the lanes"):
             strips = route_strips(sumo, settings.route[edge:])
-            self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, EGO_TYPE, strips)
-        self._guard = LaneChangeGuard(sumo)
+            if settings.ghost:
+                self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, EGO_TYPE, strips)
+        if settings.lane_change_guard:
+            self._guard = LaneChangeGuard(sumo)
         ego = self._at_start(speed)
         self._ego_front = frames.front_from_rear_axle(ego, self._vehicle)[:2]
         return ego
@@ -255,8 +258,10 @@ class SumoWorld:
 
     def _place_obstacles(self, sumo: Libsumo) -> frozenset[str]:
         """Make the obstacles visible to SUMO's traffic; return the names they get."""
-        static = self.road.obstacles
-        if not static.ids:
+        static, closed = self.road.obstacles, self._settings.closed
+        if closed.disallowed:
+            close_to_traffic(sumo, closed.lanes)
+        if not static.ids or not closed.twins:
             return frozenset()
         found = obstacles.twins(static, all_lanes(sumo))
         return obstacles.place(sumo, found, EGO_ROUTE)

@@ -1,0 +1,431 @@
+"""IDM and MOBIL: the usual model of a human driver on a road of lanes.
+
+The Intelligent Driver Model gives the acceleration behind a leader, MOBIL the decision
+to change lanes from the accelerations that everyone concerned would have before and
+after. Both are models of points in lanes; here they drive the same vehicle under the
+same limits as every planner, along a smooth path into the lane that MOBIL has chosen.
+
+What stands in a lane, and where a lane ends, is a leader that has stopped; a driver
+waits `waiting_room` before it, where the way into the next lane is still open.
+
+Sources:
+    [Treiber2000] M. Treiber, A. Hennecke, D. Helbing, Congested traffic states in
+        empirical observations and microscopic simulations. Physical Review E 62 (2000).
+    [Kesting2007] A. Kesting, M. Treiber, D. Helbing, General lane-changing model MOBIL
+        for car-following models. Transportation Research Record 1999 (2007).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.bodies import bodies_of
+from planner.errors import OutsidePathDomainError
+from planner.fallback import braking_on_arc
+from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.numerics import polynomials
+from planner.reference_path.frenet import frenet_to_cartesian
+from planner.scene import Scene
+from planner.scene_checks import invalid
+from planner.states import BoolArray, FloatArray, FrenetStates, Trajectory
+
+HORIZON = 5.0  # of the trajectories [s]
+MARKED = 0.5  # a lane narrower than this is none [m]
+SETTLED = 0.1  # as near to its lane's centre a change is over [m]
+TOUCHING = 0.1  # a gap below this counts as this, so that braking stays finite [m]
+LANE_END_STEP = 2.0  # at which the lane ahead is looked at [m]
+LANE_END_REACH = 600.0  # as far [m]
+NARROW = 2.5  # a lane narrower than this ends for a car [m]
+SIDE_ROOM = 0.3  # what is passed nearer than this is in the way [m]
+SETTLE_TIME = 3.0  # in which a driver beside the lane's centre returns to it [s]
+LEAST_REST = 5.0  # of a change, so that its end is not jerked [m]
+BRAKING_JUDGED = 9.0  # harder braking counts as this when lanes are compared [m/s²]
+BEND_REACH = 80.0  # bends are looked at this far ahead [m]
+BEND_STEP = 2.0  # [m]
+BEND_SHARE = 0.75  # of the lateral acceleration that is used in them [-]
+
+
+@dataclass(frozen=True, slots=True)
+class IdmMobilSettings:
+    """Parameters of both models.
+
+    Raises:
+        ValueError: If one is out of range.
+    """
+
+    headway: float = 1.2  # T [s]
+    standstill_gap: float = 2.0  # s0 [m]
+    acceleration: float = 1.5  # a [m/s²]
+    deceleration: float = 2.0  # b, comfortable [m/s²]
+    exponent: float = 4.0  # delta [-]
+    politeness: float = 0.2  # p: weight of the others' accelerations [-]
+    threshold: float = 0.1  # advantage that is worth a change [m/s²]
+    safe_braking: float = 4.0  # hardest that the new follower may have to brake [m/s²]
+    change_time: float = 4.0  # in which a change is driven [s]
+    change_length: float = 14.0  # and over at least this [m]
+    waiting_room: float = 14.0  # kept to the end of the lane while waiting [m]
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        for name in self.__slots__:
+            least_open = name not in ("politeness", "threshold", "waiting_room")
+            value = getattr(self, name)
+            if not (0.0 < value < 1e3 if least_open else 0.0 <= value < 1e3):
+                bound = "above 0" if least_open else "at least 0"
+                raise ValueError(f"{name} must be {bound} and below 1000")
+
+
+@dataclass(frozen=True, slots=True)
+class DriverMemory:
+    """The lane that the driver keeps or changes to."""
+
+    lane: int
+    end: float | None = None  # s where a change is over; None while keeping a lane [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Road:
+    """Everybody on the road now, in the frame of the path; arrays are (n,)."""
+
+    ids: tuple[str, ...]
+    s: FloatArray  # centre [m]
+    l: FloatArray
+    half_length: FloatArray  # along the road [m]
+    half_width: FloatArray
+    speed: FloatArray  # along the road, at least 0 [m/s]
+    static: BoolArray
+
+
+@dataclass(frozen=True, slots=True)
+class _Ahead:
+    """The leader of a vehicle: gap from bumper to bumper, and speed."""
+
+    gap: float = math.inf  # [m]
+    speed: float = 0.0  # [m/s]
+    id: str | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IdmMobilPlanner:
+    """Follow by IDM, change lanes by MOBIL; `plan` is pure."""
+
+    settings: IdmMobilSettings
+
+    def plan(self, scene: Scene, memory: object) -> PlanResult:
+        """Plan one cycle; see `planner.interface.Planner`."""
+        reason = invalid(scene)
+        if reason is not None:
+            stats = PlanStats(reason=reason)
+            return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
+        road = _road(scene)
+        last = memory if isinstance(memory, DriverMemory) else None
+        wish = _wished_speed(scene, self.settings.deceleration)
+        choice = _Choice(self, scene, road, wish)
+        kept, why = choice.lane(last)
+        leader = choice.leader(kept)
+        trajectory = self._drive(scene, kept, wish, leader)
+        if trajectory is None:
+            braking = scene.vehicle.limits.emergency_deceleration
+            trajectory = braking_on_arc(scene.ego, braking, scene.step, HORIZON)
+            stats = PlanStats(reason="no way in the road's frame", candidates=1)
+            return PlanResult(PlanStatus.EMERGENCY_BRAKING, trajectory, kept, stats)
+        stats = PlanStats(candidates=1, survivors=1, blocker=leader.id, explanation=why)
+        return PlanResult(PlanStatus.OK, trajectory, kept, stats)
+
+    def idm(self, speed: float, wish: float, gap: float, leader_speed: float) -> float:
+        """Return the acceleration behind a leader [m/s²]; [Treiber2000] eq. 2, 3.
+
+        Args:
+            speed: Own [m/s].
+            wish: Speed on a free road [m/s].
+            gap: From bumper to bumper, inf without a leader [m].
+            leader_speed: [m/s].
+        """
+        p = self.settings
+        free: float = 1.0 - (speed / max(wish, 0.1)) ** p.exponent
+        if math.isinf(gap):
+            return p.acceleration * free
+        braking = 2.0 * math.sqrt(p.acceleration * p.deceleration)
+        dynamic = speed * p.headway + speed * (speed - leader_speed) / braking
+        desired = p.standstill_gap + max(dynamic, 0.0)
+        interaction: float = (desired / max(gap, TOUCHING)) ** 2
+        return p.acceleration * (free - interaction)
+
+    def _drive(
+        self, scene: Scene, kept: DriverMemory, wish: float, leader: _Ahead
+    ) -> Trajectory | None:
+        """Follow a leader that keeps its speed, on the way into the lane.
+
+        None where the road's frame does not reach.
+        """
+        ego, limits = scene.ego_frenet, scene.vehicle.limits
+        n = max(round(HORIZON / scene.step), 1) + 1
+        t = scene.step * np.arange(n, dtype=np.float64)
+        s, s_dot, s_ddot = (np.empty(n) for _ in range(3))
+        place, speed, gap = ego.s, max(ego.s_dot, 0.0), leader.gap
+        for k in range(n):
+            rate = self.idm(speed, wish, gap, leader.speed)
+            rate = min(rate, limits.max_acceleration)
+            rate = max(rate, -limits.emergency_deceleration, -speed / scene.step)
+            s[k], s_dot[k], s_ddot[k] = place, speed, rate
+            driven = scene.step * (speed + 0.5 * scene.step * rate)
+            place, speed = place + driven, max(speed + scene.step * rate, 0.0)
+            gap += scene.step * leader.speed - driven
+        l, slope, bend = _way(scene, kept, self.settings.change_length, s)
+        states = FrenetStates(
+            s,
+            s_dot,
+            s_ddot,
+            l,
+            slope * s_dot,
+            bend * s_dot**2 + slope * s_ddot,
+            slope,
+            bend,
+        )
+        try:
+            plane = frenet_to_cartesian(scene.path, states)
+        except OutsidePathDomainError:
+            return None
+        return Trajectory(
+            t,
+            plane.x,
+            plane.y,
+            plane.heading,
+            plane.curvature,
+            plane.speed,
+            plane.acceleration,
+            s,
+            l,
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Choice:
+    """The choice of a lane in one cycle."""
+
+    driver: IdmMobilPlanner
+    scene: Scene
+    road: _Road
+    wish: float  # speed on a free road [m/s]
+
+    def lane(self, last: DriverMemory | None) -> tuple[DriverMemory, str]:
+        """Return the lane to keep or to change to, and why."""
+        scene, settings = self.scene, self.driver.settings
+        ego = scene.ego_frenet
+        own = _lane_at(scene, ego.l)
+        if own < 0:
+            return DriverMemory(-1), "no marked lanes"
+        if last is not None and last.end is not None and last.lane >= 0:
+            settled = abs(_centre(scene, last.lane) - ego.l) < SETTLED
+            if ego.s < last.end or not settled:
+                return last, "changes lanes"
+        best, gain = None, settings.threshold
+        for lane in (own + 1, own - 1):
+            incentive = self.incentive(own, lane)
+            if incentive is not None and incentive > gain:
+                best, gain = lane, incentive
+        if best is None:
+            return DriverMemory(own), "keeps its lane"
+        length = max(scene.ego.speed * settings.change_time, settings.change_length)
+        return DriverMemory(best, ego.s + length), f"gains {gain:.2f} m/s²"
+
+    def incentive(self, own: int, lane: int) -> float | None:
+        """Return the advantage of another lane; None if there is none or it is unsafe.
+
+        [Kesting2007] eq. 2 and 4: neither the new follower nor the ego may have to
+        brake harder than `safe_braking`; the ego's acceleration counts, and those of
+        both followers weighted by `politeness`.
+        """
+        scene, road, settings = self.scene, self.road, self.driver.settings
+        centres, widths = scene.lanes.at(scene.ego_frenet.s)
+        if not 0 <= lane < centres.size or widths[lane] <= MARKED:
+            return None
+        new = _in_lane(scene, road, lane)
+        if np.any(new & _beside(scene, road, settings.standstill_gap)):
+            return None
+        there, here = self._ahead(lane), self._ahead(own)
+        own_after = self._follow(there)
+        before, after = self._follower(new, there)
+        if min(after, own_after) < -settings.safe_braking:
+            return None
+        relieved, held_up = self._follower(_in_lane(scene, road, own), here)
+        others = (after - before) + (relieved - held_up)
+        return own_after - self._follow(here) + settings.politeness * others
+
+    def leader(self, kept: DriverMemory) -> _Ahead:
+        """Return the leader to mind on the way into, or along, the kept lane."""
+        scene, road = self.scene, self.road
+        if kept.lane < 0:
+            offset = np.full(road.s.size, scene.ego_frenet.l)
+            return self._nearest(_on_way(scene, road, offset), math.inf, 0.0)
+        if kept.end is None:
+            return self._ahead(kept.lane)
+        touching = road.s - road.half_length - scene.vehicle.front_reach
+        length = self.driver.settings.change_length
+        offset, _, _ = _way(scene, kept, length, touching)
+        on_way = self._nearest(_on_way(scene, road, offset), math.inf, 0.0)
+        return min(on_way, self._ahead(kept.lane), key=self._follow)
+
+    def _ahead(self, lane: int) -> _Ahead:
+        """Return the leader in a lane; its end is one that stands."""
+        there = _in_lane(self.scene, self.road, lane)
+        room = self.driver.settings.waiting_room
+        return self._nearest(there, _lane_end(self.scene, lane), room)
+
+    def _nearest(self, there: BoolArray, end: float, room: float) -> _Ahead:
+        """Return the leader that is braked for most.
+
+        Args:
+            there: Bodies that may be leaders.
+            end: Of the lane, inf if it goes on [m].
+            room: Kept to the end of the lane and to bodies that never move [m].
+        """
+        scene, road = self.scene, self.road
+        ego, vehicle = scene.ego_frenet, scene.vehicle
+        front, stand = ego.s + vehicle.front_reach, self.driver.settings.standstill_gap
+        found = [_Ahead(line - front + stand) for line in scene.stop_lines]
+        if math.isfinite(end):
+            found.append(_Ahead(max(end - front - room, TOUCHING)))
+        gaps = road.s - road.half_length - front
+        gaps = np.where(road.static, np.maximum(gaps - room, TOUCHING), gaps)
+        ahead = there & (road.s > ego.s + vehicle.centre_offset)
+        found += [
+            _Ahead(float(gaps[k]), float(road.speed[k]), road.ids[k])
+            for k in np.flatnonzero(ahead)
+        ]
+        return min(found, key=self._follow, default=_Ahead())
+
+    def _follow(self, leader: _Ahead) -> float:
+        """Return the ego's acceleration behind a leader, within limits [m/s²]."""
+        speed = max(self.scene.ego.speed, 0.0)
+        rate = self.driver.idm(speed, self.wish, leader.gap, leader.speed)
+        return max(rate, -BRAKING_JUDGED)
+
+    def _follower(self, there: BoolArray, leader: _Ahead) -> tuple[float, float]:
+        """Return a follower's acceleration (without the ego, behind the ego) [m/s²].
+
+        The follower is the nearest moving body behind the ego among `there`; it is
+        taken for a driver like this one at its own speed. (0, 0) without one.
+        """
+        scene, road, driver = self.scene, self.road, self.driver
+        ego, vehicle = scene.ego_frenet, scene.vehicle
+        behind = there & ~road.static & (road.s < ego.s + vehicle.centre_offset)
+        if not behind.any():
+            return 0.0, 0.0
+        k = int(np.argmax(np.where(behind, road.s, -np.inf)))
+        speed = float(road.speed[k])
+        wish = max(self.wish, speed)
+        gap = ego.s - vehicle.rear_overhang - float(road.s[k] + road.half_length[k])
+        without = gap + vehicle.length + leader.gap
+        rates = (
+            driver.idm(speed, wish, without, leader.speed),
+            driver.idm(speed, wish, gap, max(ego.s_dot, 0.0)),
+        )
+        return max(rates[0], -BRAKING_JUDGED), max(rates[1], -BRAKING_JUDGED)
+
+
+def _road(scene: Scene) -> _Road:
+    """Collect obstacles and vehicles in the frame of the path, obstacles first."""
+    table = bodies_of(scene, 1).table
+    s, l = table.s[:, 0], table.l[:, 0]
+    fixed, moving = scene.obstacles, scene.vehicles
+    heading = np.concatenate([fixed.heading, moving.heading])
+    turned = heading - scene.path.at(np.where(np.isfinite(s), s, 0.0)).heading
+    cos, sin = np.abs(np.cos(turned)), np.abs(np.sin(turned))
+    half_length, half_width, radius = table.extents.T
+    return _Road(
+        (*fixed.ids, *moving.ids),
+        s,
+        l,
+        half_length * cos + half_width * sin + radius,
+        half_length * sin + half_width * cos + radius,
+        np.maximum(table.speed * np.cos(turned), 0.0),
+        np.arange(s.size) < table.n_static,
+    )
+
+
+def _wished_speed(scene: Scene, braking: float) -> float:
+    """Return the speed on a free road: the target, less before sharp bends [m/s]."""
+    ahead = scene.ego_frenet.s + np.arange(0.0, BEND_REACH, BEND_STEP)
+    ahead = ahead[ahead <= scene.path.length]
+    bend = np.abs(scene.path.at(ahead).curvature) if ahead.size else np.zeros(0)
+    most = BEND_SHARE * scene.vehicle.limits.max_lateral_acceleration
+    square = most / np.maximum(bend, 1e-6) + 2.0 * braking * (ahead - ahead[:1])
+    return float(min(scene.target_speed, np.sqrt(square.min(initial=np.inf))))
+
+
+def _lane_at(scene: Scene, l: float) -> int:
+    """Return the lane nearest to an offset, -1 without lanes."""
+    centres, widths = scene.lanes.at(scene.ego_frenet.s)
+    there = widths > MARKED
+    if not there.any():
+        return -1
+    return int(np.argmin(np.where(there, np.abs(centres - l), np.inf)))
+
+
+def _centre(scene: Scene, lane: int) -> float:
+    """Return the offset of a lane's centre here [m]."""
+    return float(scene.lanes.at(scene.ego_frenet.s)[0][lane])
+
+
+def _lane_end(scene: Scene, lane: int) -> float:
+    """Find where a lane ends ahead [m]; inf if it goes on."""
+    here = scene.ego_frenet.s
+    s = here + np.arange(0.0, LANE_END_REACH, LANE_END_STEP)
+    width = np.interp(s, scene.lanes.s, scene.lanes.width[lane])
+    gone = np.flatnonzero(width < NARROW)
+    return float(s[max(gone[0] - 1, 0)]) if gone.size else math.inf
+
+
+def _in_lane(scene: Scene, road: _Road, lane: int) -> BoolArray:
+    """Mark the bodies that reach into a lane as far as the ego needs it."""
+    lanes = scene.lanes
+    centre = np.interp(road.s, lanes.s, lanes.centre[lane])
+    reach = road.half_width + scene.vehicle.width / 2.0
+    return np.asarray(np.abs(road.l - centre) < reach)
+
+
+def _on_way(scene: Scene, road: _Road, offset: FloatArray) -> BoolArray:
+    """Mark the bodies that the ego touches at its offset where it reaches them."""
+    reach = road.half_width + scene.vehicle.width / 2.0 + SIDE_ROOM
+    return np.asarray(np.abs(road.l - offset) < reach)
+
+
+def _beside(scene: Scene, road: _Road, gap: float) -> BoolArray:
+    """Mark the bodies alongside the ego, or nearer than `gap` to that."""
+    ego, vehicle = scene.ego_frenet, scene.vehicle
+    rear, front = ego.s - vehicle.rear_overhang, ego.s + vehicle.front_reach
+    behind = road.s + road.half_length < rear - gap
+    ahead = road.s - road.half_length > front + gap
+    return np.asarray(~behind & ~ahead)
+
+
+def _way(
+    scene: Scene, kept: DriverMemory, least: float, s: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return (l, l', l'') of the way into the lane at arc lengths, (n,) each.
+
+    A quintic from where the ego is; the lane's centre from its end on, and behind.
+    """
+    ego = scene.ego_frenet
+    if kept.lane < 0:
+        flat = np.zeros(s.size)
+        return np.full(s.size, ego.l), flat, flat
+    lanes = scene.lanes
+    least = max(least, SETTLE_TIME * max(ego.s_dot, 0.0))
+    length = least if kept.end is None else max(kept.end - ego.s, LEAST_REST)
+    end = ego.s + length
+    target = float(np.interp(end, lanes.s, lanes.centre[kept.lane]))
+    c = polynomials.quintic(
+        (ego.l, ego.l_prime, ego.l_second), (target, 0.0, 0.0), length
+    )
+    inside = np.clip(s - ego.s, 0.0, length)
+    l, slope, bend = (polynomials.evaluate(c, inside, k) for k in range(3))
+    past = s - ego.s > length
+    return l, np.where(past, 0.0, slope), np.where(past, 0.0, bend)
+
+
+def idm_mobil(settings: IdmMobilSettings | None = None) -> IdmMobilPlanner:
+    """Make the planner."""
+    return IdmMobilPlanner(settings or IdmMobilSettings())
