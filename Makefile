@@ -48,8 +48,9 @@ thesis-docs: thesis ## The same, and put numbers and document into docs
 results: $(DEV_STAMP) ## Run the published sweeps into runs/results, or go on, for hours: ARGS="--seeds 20"
 	@$(BIN)/rearview evidence $(ARGS)
 
-results-docs: results ## The same, and put numbers and document into docs
+results-docs: results ## The same, put numbers and document into docs and their summary into README.md
 	@cp runs/results/results.json runs/results/results.md docs/
+	@$(BIN)/python -m experiments.evidence.quote README.md docs/results.json
 
 r157: $(DEV_STAMP) ## Draw the picture of UN Regulation 157 into runs/r157, or go on: ARGS="--kind all --full"
 	@$(BIN)/rearview r157 $(ARGS)

@@ -40,7 +40,8 @@ def test_keys_of_a_planner_are_its_own(tmp_path):
             "first: 100000",
             "first: 998",
             "small.yaml:7: seeds: has 998, of the development range 0-999 that "
-            "planners are tuned on; allowed in a published sweep: others, such as 100000-199999",
+            "planners are tuned on; allowed in a published sweep: others, such as "
+            "100000-199999",
         ),
         ("{first: 100000, count: 2}", "[5000, 7]", "seeds: has 7, of the development"),
         ("primary: [travel_time_s, collided]", "primary: []", "claim.primary"),
