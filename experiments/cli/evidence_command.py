@@ -27,7 +27,7 @@ def evidence(
     ] = None,
     *,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Two seeds of one road; a few minutes.")
+        bool, typer.Option("--quick", help="One seed of one road; about a minute.")
     ] = False,
     seeds: Annotated[
         int | None,

@@ -9,6 +9,7 @@ from experiments.comparison.compare import Line
 from experiments.comparison.inference import rule_of_three
 from experiments.comparison.location import Interval
 from experiments.errors import ConfigError, ResultsError
+from experiments.metrics.catalogue import METRICS, RATES
 
 HEADER = (
     "metric",
@@ -73,6 +74,13 @@ def _shown(lines: Sequence[Line]) -> list[int]:
         for number, name in enumerate(HEADER)
         if name not in _ONLY_IF_FILLED or any(row[number] for row in rows)
     ]
+
+
+def named(metric: str) -> str:
+    """Return the label of a rate or column, with its unit."""
+    column, _, more = metric.partition(", ")
+    label = column if column in RATES else METRICS[column].label_with_unit
+    return f"{label}, {more}" if more else label
 
 
 def export(lines: Sequence[Line], path: Path) -> None:

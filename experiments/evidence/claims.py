@@ -9,15 +9,14 @@ from typing import Any
 from experiments.comparison.compare import PENALISED, Line, compare
 from experiments.comparison.question import claimed
 from experiments.comparison.results import LABEL, Row, rows
-from experiments.comparison.table import cells, header
+from experiments.comparison.table import cells, header, named
 from experiments.config.sweep import Sweep
 from experiments.errors import ResultsError
 from experiments.evidence.published_sweeps import PublishedSweep
 from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS, RATES
 from experiments.metrics.metric import Better
-from experiments.storage.provenance import code_hash
-from experiments.sweep.folder import load_sweep_copy
+from experiments.sweep.folder import code_of, load_sweep_copy
 
 Data = dict[str, Any]
 _LEFT_OUT = ("metric", "effect", "seeds")  # of the tables of the document
@@ -51,7 +50,7 @@ def claim_data(published: PublishedSweep, folder: Path) -> Data:
         "seeds_of_the_file": published.asked_seeds,
         "runs": len(found),
         "runs_of_the_file": published.asked_runs,
-        "code": code_hash(),
+        "code": code_of(folder),
         "statuses": dict(Counter(str(row[columns.STATUS]) for row in found)),
         "level": LEVEL,
         "tests": sum(line.p_holm is not None for line in lines),
@@ -116,13 +115,6 @@ def better(metric: str) -> Better:
     """Return the direction in which a rate or column improves."""
     column = RATES.get(metric, metric).partition(",")[0]
     return METRICS[column].better
-
-
-def named(metric: str) -> str:
-    """Return the label of a rate or column, with its unit."""
-    column, _, more = metric.partition(", ")
-    label = column if column in RATES else METRICS[column].label_with_unit
-    return f"{label}, {more}" if more else label
 
 
 def _table(lines: Sequence[Line]) -> Data:

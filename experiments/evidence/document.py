@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from experiments.evidence.claims import named
+from experiments.comparison.table import named
 
 Data = Mapping[str, Any]
 
@@ -85,7 +85,7 @@ def _effort(numbers: Data) -> str:
     """Say how much was run, and whether that is all."""
     words = []
     if numbers["quick"]:
-        words.append("Computed with `--quick`: two seeds of one road, no evidence.")
+        words.append("Computed with `--quick`: one seed of one road, no evidence.")
     words += [
         f"**Reduced:** of `{claim['name']}` {claim['runs']} of "
         f"{claim['runs_of_the_file']} runs were made, with {claim['seeds']['count']} "

@@ -11,7 +11,7 @@ from experiments.config.yaml_reader import Document
 from experiments.errors import ConfigError
 
 Kept = TypeVar("Kept")
-QUICK_SEEDS = 2
+QUICK_SEEDS = 1
 SCENARIO = "scenario"  # beside the axes, a key of `--only`
 
 
@@ -21,7 +21,7 @@ class Reduction:
 
     seeds: int | None = None  # the first ones only
     only: tuple[str, ...] = ()  # KEY=VALUE of an axis, or scenario=NAME
-    quick: bool = False  # two seeds of the first scenario and the first values
+    quick: bool = False  # one seed of the first scenario and the first values
 
 
 @dataclass(frozen=True, slots=True, eq=False)

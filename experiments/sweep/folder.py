@@ -198,6 +198,12 @@ def load_sweep_copy(folder: Path) -> Sweep:
         raise ResultsError(f"{path}: cannot be read: {words}") from error
 
 
+def code_of(folder: Path) -> dict[str, str]:
+    """Read which code the runs are of: its hash, users' planners, libraries."""
+    path = folder / _CODE
+    return checked(CodeFile, read_json(path), path).code
+
+
 def remove_unfinished(folder: Path) -> None:
     """Remove unfinished run folders of dead processes.
 

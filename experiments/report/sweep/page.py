@@ -10,12 +10,11 @@ import yaml
 
 from experiments.comparison.compare import Line, Question, compare
 from experiments.comparison.results import LABEL, RUN_ID, Row, axis_columns, rows
-from experiments.comparison.table import cells, header
+from experiments.comparison.table import cells, header, named
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.config.sweep import Sweep
 from experiments.errors import ResultsError
 from experiments.metrics import columns
-from experiments.metrics.catalogue import METRICS, RATES
 from experiments.metrics.computation import TO_MS
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.page import save_run_page
@@ -126,15 +125,10 @@ def _comparison(lines: Sequence[Line]) -> list[tuple[str, ...]]:
     written = []
     before = None
     for line, texts in zip(lines, cells(lines), strict=True):
-        name = "" if line.metric == before else _named(line.metric)
+        name = "" if line.metric == before else named(line.metric)
         written.append((name, *texts[1:]))
         before = line.metric
     return written
-
-
-def _named(metric: str) -> str:
-    """Return the label of a metric or rate."""
-    return metric if metric in RATES else METRICS[metric].label_with_unit
 
 
 def _places(folder: Path, beside: Path, found: Sequence[Row]) -> list[str]:
