@@ -110,8 +110,9 @@ def compare(rows: Sequence[Row], question: Question) -> list[Line]:
             for label in [baseline, *(name for name in labels if name != baseline)]:
                 lines += _lines(metric, label, cell, question)
     applies = {line.metric for line in lines if line.value is not None}
-    kept = [line for line in lines if line.metric in applies or question.metrics]
     family = question.family
+    asked = question.metrics if family is None else family
+    kept = [x for x in lines if x.metric in applies or x.metric in (asked or ())]
     return _corrected(kept, None if family is None else {*family, *_penalised(family)})
 
 
