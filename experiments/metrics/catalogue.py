@@ -14,6 +14,7 @@ from experiments.metrics import (
     columns,
     comfort,
     computation,
+    cut_in,
     efficiency,
     exposure,
     followers,
@@ -528,6 +529,87 @@ _WITHOUT_EGO = (
         better=LOWER,
     ),
 )
+_CAUSAL = (
+    Metric(
+        column=columns.CUT_IN_DECELERATION,
+        label="cut-in: max follower deceleration",
+        compute=lambda e: cut_in.max_deceleration(e.trace),
+        formula="hardest braking of the follower in the lane that the ego changes to, "
+        "from its body's first step over the line to 5 s after it is wholly in that "
+        "lane, at least 0; null without a change or a follower",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.CUT_IN_ADDED,
+        label="cut-in: added deceleration vs. no-ego run",
+        compute=lambda e: cut_in.added_deceleration(e.trace, e.vehicles_without_ego),
+        formula="the same less the hardest braking of that vehicle on that stretch "
+        "without the ego, at least 0; null without `simulation.without_ego`",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.PLACEBO_DELAY_MEAN,
+        label="placebo: mean delay",
+        compute=lambda e: without_ego.mean_delay(e.costs_placebo),
+        formula="mean delay of the same vehicles behind between two runs without the "
+        "ego that differ in SUMO's random numbers from the ego's entry on: chance; "
+        "null, like the next two, without `simulation.placebo`",
+        unit="s",
+        digits=2,
+    ),
+    Metric(
+        column=columns.PLACEBO_SPEED_LOSS,
+        label="placebo: max speed loss",
+        compute=lambda e: without_ego.max_speed_loss(e.costs_placebo),
+        formula="the same of the largest speed loss",
+        unit="m/s",
+        digits=2,
+    ),
+    Metric(
+        column=columns.PLACEBO_DECELERATION,
+        label="placebo: added deceleration",
+        compute=lambda e: without_ego.max_added_deceleration(e.costs_placebo),
+        formula="the same of the largest added deceleration",
+        unit="m/s²",
+        digits=2,
+    ),
+    Metric(
+        column=columns.AHEAD_COMPARED,
+        label="vehicles far ahead compared",
+        compute=lambda e: without_ego.n_compared(e.costs_ahead),
+        formula="vehicles always at least 50 m ahead of the ego, which it cannot "
+        "influence, compared with the run without it; null, like the next three, "
+        "without `simulation.without_ego`",
+    ),
+    Metric(
+        column=columns.AHEAD_DELAY_MEAN,
+        label="far ahead: mean delay",
+        compute=lambda e: without_ego.mean_delay(e.costs_ahead),
+        formula="mean delay of these vehicles: chance",
+        unit="s",
+        digits=2,
+    ),
+    Metric(
+        column=columns.AHEAD_SPEED_LOSS,
+        label="far ahead: max speed loss",
+        compute=lambda e: without_ego.max_speed_loss(e.costs_ahead),
+        formula="largest speed loss of these vehicles",
+        unit="m/s",
+        digits=2,
+    ),
+    Metric(
+        column=columns.AHEAD_DECELERATION,
+        label="far ahead: added deceleration",
+        compute=lambda e: without_ego.max_added_deceleration(e.costs_ahead),
+        formula="largest added deceleration of these vehicles",
+        unit="m/s²",
+        digits=2,
+    ),
+)
 
 METRICS: Final[Mapping[str, Metric]] = {
     metric.column: metric
@@ -540,6 +622,7 @@ METRICS: Final[Mapping[str, Metric]] = {
         *_FOLLOWERS,
         *_LANE_CHANGE,
         *_WITHOUT_EGO,
+        *_CAUSAL,
     )
 }
 ALL_COLUMNS: Final = tuple(METRICS)

@@ -16,18 +16,25 @@ from experiments.storage.run_files import METRICS as METRICS_FILE
 from experiments.trace.schema import Table, Trace
 
 
-def metric_row(trace: Trace, without_ego: Table | None = None) -> dict[str, Cell]:
+def metric_row(
+    trace: Trace,
+    without_ego: Table | None = None,
+    placebo: Table | None = None,
+    other_placebo: Table | None = None,
+) -> dict[str, Cell]:
     """Compute all metrics of an episode.
 
     Args:
         trace: The recorded episode, with any number of steps.
         without_ego: The vehicles of the same seed without the ego, if that was run.
+        placebo: The same with other random numbers.
+        other_placebo: And with others again.
 
     Returns:
         Column name to value, in the order of the results; None where a metric does
         not apply.
     """
-    episode = MeasuredEpisode(trace, without_ego)
+    episode = MeasuredEpisode(trace, without_ego, (placebo, other_placebo))
     self_driven = trace.fact("planner") in SELF_DRIVEN
     return {
         column: None

@@ -71,6 +71,8 @@ class ManoeuvreSettings:
     tight_room: float = 7.0  # from which a stand still leads past a blockage [m]
     reaction: float = 0.6  # of the driver behind, for RSS [s]
     rear_braking: float = 4.5  # of the driver behind, for RSS [m/s²]
+    rss_gate: bool = True  # whether a gap must be safe by RSS before it is entered
+    consistent: bool = True  # whether a change, once begun, goes on on its path
 
 
 @dataclass(frozen=True, slots=True)
