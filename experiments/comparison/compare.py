@@ -10,12 +10,13 @@ from experiments.comparison import location
 from experiments.comparison.location import Interval
 from experiments.comparison.pairing import (
     Cell,
+    RunsOfSeeds,
     SeedMeans,
     Value,
     arrivals,
     cells,
     paired,
-    sample,
+    seed_means,
 )
 from experiments.comparison.results import Row
 from experiments.config.validation_errors import unknown_name
@@ -32,7 +33,9 @@ from experiments.metrics.metric import CellKind
 
 PENALISED: Final = f"{columns.TRAVEL_TIME}, penalised"
 PENALTY_FACTOR = 2.0  # of the longest travel time of a cell, without a given penalty
-PLACEBO: Final = "placebo_"  # of the columns of two runs without the ego
+CAUSAL: Final = ("behind_", "cut_in_")  # columns of the cost to others
+PLACEBO: Final = "placebo_"  # the same of two runs without the ego
+AHEAD: Final = "ahead_"  # the same of vehicles far ahead, which the ego cannot reach
 
 
 class Center(StrEnum):
@@ -58,6 +61,7 @@ class Line:
     pairs: int = 0  # seeds in common with the baseline
     difference: Interval | None = None  # from the baseline
     placebo: Interval | None = None  # the same figure of two runs without an ego
+    ahead: Interval | None = None  # the same figure of vehicles far ahead
     effect: float | None = None
     test: str = ""
     p_value: float | None = None
@@ -167,9 +171,13 @@ def _line(
 ) -> Line:
     """Compare one planner in one metric and cell; says why where it cannot."""
     own = cell.groups.get(label, {})
-    found = sample(own, value)
+    found = seed_means(own, value)
     line = _alone(Line(metric, label, found.count, None, cell.name), found, question)
-    line = replace(line, placebo=_placebo(metric, label, cell, question))
+    line = replace(
+        line,
+        placebo=_placebo(PLACEBO, metric, own, question),
+        ahead=_placebo(AHEAD, metric, own, question),
+    )
     if label == question.baseline:
         return line
     baseline = cell.groups.get(question.baseline, {})
@@ -208,13 +216,14 @@ def _is_rate(metric: str) -> bool:
 
 
 def _placebo(
-    metric: str, label: str, cell: Cell, question: Question
+    prefix: str, metric: str, own: RunsOfSeeds, question: Question
 ) -> Interval | None:
-    """Return the same figure between two runs without the ego, if it was measured."""
-    column = PLACEBO + metric
-    if column not in METRICS:
+    """Return the same figure where the ego can have no effect, if it was measured."""
+    bare = next((metric.removeprefix(p) for p in CAUSAL if metric.startswith(p)), "")
+    column = prefix + bare
+    if not bare or column not in METRICS:
         return None
-    found = sample(cell.groups.get(label, {}), lambda row: row[column])
+    found = seed_means(own, lambda row: row.get(column))
     if not found.count:
         return None
     return _LOCATE[question.center](found.values).interval

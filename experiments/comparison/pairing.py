@@ -78,7 +78,7 @@ def splitting_columns(rows: Sequence[Row]) -> list[str]:
     return found
 
 
-def sample(runs: RunsOfSeeds, value: Value) -> SeedMeans:
+def seed_means(runs: RunsOfSeeds, value: Value) -> SeedMeans:
     """Average a metric over the runs of each seed; seeds without a value are out."""
     found = []
     for of_seed in runs.values():

@@ -22,13 +22,14 @@ HEADER = (
     "difference",
     "95 % interval of it",
     "placebo",
+    "far ahead",
     "effect",
     "p",
     "p (Holm)",
     "seeds",
     "note",
 )
-_ONLY_IF_FILLED = ("where", "placebo", "note")
+_ONLY_IF_FILLED = ("where", "placebo", "far ahead", "note")
 SMALL_P = 0.001
 _CSV_HEADER = (
     "metric",
@@ -45,6 +46,9 @@ _CSV_HEADER = (
     "placebo",
     "placebo_low",
     "placebo_high",
+    "far_ahead",
+    "far_ahead_low",
+    "far_ahead_high",
     "effect",
     "test",
     "p",
@@ -115,6 +119,7 @@ def as_csv(lines: Sequence[Line]) -> str:
                 line.pairs,
                 *_ends(line.difference),
                 *_ends(line.placebo),
+                *_ends(line.ahead),
                 *(
                     "" if value is None else value
                     for value in (
@@ -177,7 +182,7 @@ def _alignment(lines: Sequence[Line]) -> str:
 
 def _cells(line: Line) -> tuple[str, ...]:
     """Format one line, in the order of `HEADER`."""
-    rate, other, placebo = line.rate, line.difference, line.placebo
+    rate, other = line.rate, line.difference
     return (
         line.metric,
         line.where,
@@ -188,7 +193,10 @@ def _cells(line: Line) -> tuple[str, ...]:
         "" if line.difference is None and not line.note else str(line.pairs),
         _number(other.value, rate=rate) if other else "",
         _interval(other, rate=rate) if other else "",
-        _with_interval(placebo, rate=rate) if placebo else "",
+        *(
+            _with_interval(one, rate=rate) if one else ""
+            for one in (line.placebo, line.ahead)
+        ),
         "" if line.effect is None else f"{line.effect:.2f}",
         "" if line.p_value is None else _p(line.p_value),
         "" if line.p_holm is None else _p(line.p_holm),

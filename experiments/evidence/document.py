@@ -19,8 +19,9 @@ READING = """## How to read the tables
 All planners drive the same seeds. *value* is the mean over the seeds, or the share of
 runs; *difference* is that from the baseline, over the *pairs* of seeds that both have a
 value for, and what shares a seed is averaged first. *placebo* is the same figure of two
-runs **without** an ego: what SUMO's random numbers alone make of it. A figure of the
-cost to others that is not clearly above its placebo shows nothing.
+runs **without** an ego: what SUMO's random numbers alone make of it; *far ahead* is
+that of vehicles which the ego cannot reach. A figure of the cost to others that is not
+clearly above both shows nothing.
 
 *p* and the interval beside it come from the same tests: of means, Student's t and the
 studentised bootstrap, the larger p and the wider interval; of shares, Tango's score and

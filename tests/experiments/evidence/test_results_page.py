@@ -75,7 +75,7 @@ def test_tables_are_formatted_from_the_raw_lines(numbers):
 
 
 def read_line(data: dict) -> Line:
-    intervals = ("value", "difference", "placebo")
+    intervals = ("value", "difference", "placebo", "ahead")
     read = {
         key: Interval(
             of["value"],
