@@ -1,5 +1,6 @@
 """The published figures that need no sweep: simulated statistics, obstacle layouts."""
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, Final
@@ -8,13 +9,16 @@ import numpy as np
 
 from experiments.comparison import calibration
 from experiments.sweep.processes import Work
+from experiments.thesis.dense.layouts import HALF_WIDTH, LENGTH, random_layout
 from experiments.thesis.dense.methods import (
+    METHODS,
     SIDES,
     SIDES_PRINTED,
     Measured,
-    measure_random,
+    measured,
     share_better,
 )
+from planner.dense.field import straight_field
 
 Data = dict[str, Any]
 LAYOUTS: Final = 400  # random ones a row
@@ -96,10 +100,10 @@ def obstacle_layouts(work: Work, *, quick: bool) -> Data:
     """Compare the methods of `dense` on random layouts."""
     count = QUICK_LAYOUTS if quick else LAYOUTS
     asked = [(n, same) for n in range(1, 5) for same in (True, False)]
-    measured = work.map("layouts", partial(_layouts, count=count), asked)
+    rows = work.map("layouts", partial(_layouts, count=count), asked)
     named = {
         f"{n} {'same' if same else 'different'}": found
-        for (n, same), found in zip(asked, measured, strict=True)
+        for (n, same), found in zip(asked, rows, strict=True)
     }
     return {
         "layouts": count,
@@ -112,9 +116,15 @@ def obstacle_layouts(work: Work, *, quick: bool) -> Data:
 
 
 def _layouts(asked: tuple[int, bool], count: int) -> dict[str, list[Measured]]:
-    """Measure the layouts of one row, in a worker process."""
+    """Measure the layouts of one row, untimed, in a worker process."""
     n, same_size = asked
-    return measure_random(n, range(count), same_size=same_size)
+    found: dict[str, list[Measured]] = {name: [] for name in METHODS}
+    for seed in range(count):
+        obstacles = random_layout(n, seed=seed, same_size=same_size)
+        field = straight_field(obstacles, HALF_WIDTH, LENGTH)
+        for name, method in METHODS.items():
+            found[name].append(measured(name, method(field), math.nan))
+    return found
 
 
 def _paths_table(named: Mapping[str, Mapping[str, Sequence[Measured]]]) -> Data:
