@@ -53,8 +53,9 @@ def _headline(claim: Data) -> Iterator[str]:
     """Yield the summary of one claim."""
     seeds = claim["seeds"]
     yield (
-        f"**{claim['name']}**, {claim['runs']} runs, seeds {seeds['first']} to "
-        f"{seeds['last']}: in how many roads and densities a planner is better than, "
+        f"**{claim['name']}**, {claim['runs']} of {claim['runs_of_the_file']} runs, "
+        f"seeds {seeds['first']} to {seeds['last']}: in how many roads and "
+        "densities a planner is better than, "
         f"worse than, or not told apart from `{claim['baseline']}` (p (Holm) ≤ "
         f"{claim['level']}, {claim['tests']} tests):"
     )
