@@ -24,6 +24,7 @@ from experiments.cli import (
     compare_runs_command,
     compile_command,
     events_command,
+    evidence_command,
     r157_command,
     replan_command,
     report_commands,
@@ -212,6 +213,7 @@ results_commands.add_to(app)
 compare_runs_command.add_to(app)
 r157_command.add_to(app)
 thesis_command.add_to(app)
+evidence_command.add_to(app)
 compile_command.add_to(app)
 
 

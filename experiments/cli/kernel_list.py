@@ -38,7 +38,7 @@ DRIVES = {
     ],
     "lane_change": [
         ("lane_change", "lane_change"),
-        ("lane_change_curved", "lane_change_thesis"),
+        ("lane_change_curved", "lane_change_area"),
         ("lane_change_three", "lane_change_dp"),
         ("straight", "lane_change"),
     ],

@@ -82,6 +82,16 @@ class Simulation(Strict):
         description="world sumo: also drive the same seed without the ego, to measure "
         "its cost to the vehicles behind",
     )
+    placebo: bool = Field(
+        default=False,
+        description="with without_ego: run that twice more, each with other random "
+        "numbers of SUMO from the ego's entry on, to see what is chance",
+    )
+    repetition: Annotated[int, Field(ge=0, le=1_000_000)] = Field(
+        default=0,
+        description="world sumo: the same demand and obstacles with other random "
+        "numbers of SUMO; 0: those of the seed",
+    )
 
 
 class Scenario(Strict):
@@ -158,6 +168,9 @@ class Scenario(Strict):
         if not sumo and self.simulation.without_ego:
             problem = "is for world sumo, where vehicles react; allowed: false"
             raise mismatch("simulation.without_ego", problem)
+        if self.simulation.placebo and not self.simulation.without_ego:
+            problem = "needs without_ego; allowed: false, or without_ego = true"
+            raise mismatch("simulation.placebo", problem)
         beyond = self.beyond(self.road.length) if self.road else None
         if beyond is not None:
             raise mismatch(dotted(beyond[0]), beyond[1])

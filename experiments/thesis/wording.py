@@ -28,6 +28,9 @@ def verdict(claim: Data) -> str:
         words = f"does not hold in any of {trials} (0 to {number(share['high'])} %)"
     elif claim["verdict"] == "holds":
         words = f"holds in all {trials} ({interval})"
+    elif claim["verdict"] == "mostly does not hold":
+        words = f"mostly does not hold: in {number(share['percent'])} % of {trials} "
+        words += f"({interval})"
     else:
         words = f"holds in {number(share['percent'])} % of {trials} ({interval})"
     return words + picked(claim)
