@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from experiments.r157.summary import KindStudy
 
 OUT = Path("runs/r157")
+NO_PLANNER = "none"
 OUR_PLANNERS = ("cruise", "lane_change")
 
 
@@ -42,7 +43,8 @@ def r157(
     planner: Annotated[
         list[str] | None,
         typer.Option(
-            help="Registered planner, or module:factory; several are allowed."
+            help="Registered planner, or module:factory; several are allowed. none: "
+            "the reference drivers alone."
         ),
     ] = None,
     kind: Annotated[KindName, typer.Option(help="Kind of conflict.")] = KindName.CUT_IN,
@@ -71,7 +73,8 @@ def r157(
         from experiments.sweep.processes import in_processes
 
         require_matplotlib("r157")
-        planners = list(dict.fromkeys(planner or OUR_PLANNERS))
+        names = list(dict.fromkeys(planner or OUR_PLANNERS))
+        planners = [] if names == [NO_PLANNER] else names
         for name in planners:
             check_planner(name)
         make_folder(out)

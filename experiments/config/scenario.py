@@ -137,7 +137,8 @@ class Scenario(Strict):
     )
     conflict: Conflict | None = Field(
         default=None,
-        description="world kinematic, on a straight road of three lanes",
+        description="world kinematic: on a straight road of three lanes; world sumo: "
+        "among traffic, which reacts to its vehicles",
     )
     planner: Annotated[
         PlannerChoice,
@@ -182,10 +183,10 @@ class Scenario(Strict):
         if self.conflict is None:
             return self
         if self.road is None:
-            raise mismatch("conflict", "is not for world sumo; allowed: traffic")
-        if any(segment[0] != "line" for segment in self.road.segments):
+            self._fits_conflict_in_traffic(self.conflict)
+        elif any(segment[0] != "line" for segment in self.road.segments):
             raise mismatch("road.segments", "allowed with a conflict: lines")
-        if self.road.lanes is None or self.road.lanes.count != N_LANES:
+        elif self.road.lanes is None or self.road.lanes.count != N_LANES:
             problem = f"allowed with a conflict: {{count: {N_LANES}}}"
             raise mismatch("road.lanes", problem)
         if self.vehicles:
@@ -195,6 +196,21 @@ class Scenario(Strict):
         if self.simulation.step_s != STEP_S:
             raise mismatch("simulation.step_s", f"allowed with a conflict: {STEP_S}")
         return self
+
+    def _fits_conflict_in_traffic(self, conflict: Conflict) -> None:
+        """Reject what a conflict in world sumo cannot be with."""
+        if conflict.follower:
+            problem = "is for world kinematic; traffic follows in world sumo"
+            raise mismatch("conflict.follower", problem)
+        if self.ego.depart_speed_mps == "max":
+            problem = "allowed with a conflict in world sumo: a number"
+            raise mismatch("ego.depart_speed_mps", problem)
+        if self.traffic is not None and self.traffic.slow_leader is not None:
+            problem = "is beside conflict; allowed: one of them"
+            raise mismatch("traffic.slow_leader", problem)
+        if self.simulation.without_ego:
+            problem = "allowed with a conflict: false"
+            raise mismatch("simulation.without_ego", problem)
 
     def beyond(self, length: float) -> tuple[KeyPath, str] | None:
         """Find a goal, obstacle or vehicle that is not on the road.

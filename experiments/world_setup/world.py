@@ -15,6 +15,7 @@ from experiments.config.self_driven import (
     SUMO_TUNED,
 )
 from experiments.cosim.kinematic_world import KinematicWorld, ScriptedVehicle
+from experiments.cosim.sumo.conflict_world import SumoConflictWorld
 from experiments.cosim.sumo.driver_settings import SumoDriverSettings
 from experiments.cosim.sumo.settings import BEGIN, SumoSettings
 from experiments.cosim.sumo.sumo_driver import SumoDriverWorld
@@ -22,7 +23,7 @@ from experiments.cosim.sumo.without_ego import WithoutEgoWorld
 from experiments.cosim.sumo.world import SumoWorld
 from experiments.cosim.world import World
 from experiments.world_setup.closures import closed_lanes
-from experiments.world_setup.conflict import conflict_world
+from experiments.world_setup.conflict import conflict_world, scripted_motions
 from experiments.world_setup.demand_files import checked_demand, taken_vehicle
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import TRAFFIC_FILE, slow_leader, write_traffic
@@ -90,9 +91,14 @@ def _sumo_world(
     route_file = write_traffic(scenario, layout, network, folder)
     settings = _sumo_settings(scenario, layout, network, route_file)
     settings = replace(settings, gui=gui)
-    if settings.driver is not None:
-        return SumoDriverWorld(settings)
-    return SumoWorld(settings)
+    driven_by_sumo = settings.driver is not None
+    if scenario.conflict is not None:
+        if driven_by_sumo:
+            problem = "is SUMO's own driver; allowed with a conflict: any other planner"
+            raise scenario.error(("planner",), problem)
+        motions = scripted_motions(scenario, scenario.conflict, layout)
+        return SumoConflictWorld(settings, motions)
+    return SumoDriverWorld(settings) if driven_by_sumo else SumoWorld(settings)
 
 
 def make_world_without_ego(
