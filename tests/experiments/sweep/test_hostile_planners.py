@@ -30,7 +30,7 @@ scenarios: [empty_road.yaml]
 planners: ["hostile_planner:make"]
 axes: {{grid: {{planner.settings.action: [{actions}]}}}}
 seeds: [1]
-timeout_s: 10
+timeout_s: 20
 memory_mb: 900
 retries: 0
 """
