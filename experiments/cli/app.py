@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from experiments.cli import (
+    before_run_commands,
     compare_runs_command,
     compile_command,
     events_command,
@@ -131,6 +132,9 @@ def _with_verbose(command: Callable[..., None]) -> Callable[..., None]:
     parameters = [*own.parameters.values(), verbose]
     logged.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
     return logged
+
+
+before_run_commands.add_to(app)
 
 
 @app.command()
