@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+from numpy.typing import NDArray
 
 from experiments.metrics.pairs import Neighbours, neighbours
 from experiments.trace.schema import Trace
@@ -86,29 +87,24 @@ def min_time_headway(trace: Trace) -> float | None:
     from the front bumper to that part of the footprint over the ego's speed, at 1 m/s
     and above. None without a leader.
     """
-    headways = time_headways(neighbours(trace))
-    leads = np.isfinite(headways)
-    return float(headways[leads].min()) if leads.any() else None
+    pairs = neighbours(trace)
+    gap, leads = leader_gaps(pairs)
+    leads &= pairs.ego_speed >= MIN_HEADWAY_SPEED
+    if not leads.any():
+        return None
+    return float((gap[leads] / pairs.ego_speed[leads]).min())
 
 
-def time_headways(pairs: Neighbours) -> FloatArray:
-    """Compute the time headway of each pair as above; inf unless it is a leader.
+def leader_gaps(pairs: Neighbours) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return the gap to each vehicle [m], and whether it is a leader, (n_pairs,) each.
 
-    Returns:
-        (n_pairs,) [s].
+    See `min_time_headway`; a gap is at least 0.
     """
     front = pairs.ego_length / 2.0 * np.cos(pairs.ego_heading)
     rear = pairs.ds - pairs.length / 2.0 * np.cos(pairs.heading)
     gap = _corridor_entry(pairs) - front
-    leads = (
-        (rear >= front)
-        & (np.cos(pairs.heading) > 0.0)
-        & (gap <= LEADER_RANGE)
-        & (pairs.ego_speed >= MIN_HEADWAY_SPEED)
-    )
-    headways = np.full(gap.size, np.inf)
-    headways[leads] = np.maximum(gap[leads], 0.0) / pairs.ego_speed[leads]
-    return headways
+    leads = (rear >= front) & (np.cos(pairs.heading) > 0.0) & (gap <= LEADER_RANGE)
+    return np.maximum(gap, 0.0), np.asarray(leads)
 
 
 def _corridor_entry(pairs: Neighbours) -> FloatArray:
