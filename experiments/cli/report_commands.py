@@ -46,7 +46,12 @@ def report(
         ),
     ] = False,
 ) -> None:
-    """Write the self-contained HTML page of a run or a sweep."""
+    """Write the self-contained HTML page of a run or a sweep.
+
+    Example: rearview report sweeps/smoke --runs
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.run.page import is_run, save_run_page
@@ -123,7 +128,12 @@ def video(
         float, typer.Option(help="Playback speed relative to real time.")
     ] = 1.0,
 ) -> None:
-    """Film a run in top view: road, vehicles, ego and plan."""
+    """Film a run in top view: road, vehicles, ego and plan.
+
+    Example: rearview video runs/some -o run.gif --speed 4
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.figures.video import save_film

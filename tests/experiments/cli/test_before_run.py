@@ -1,15 +1,20 @@
 """`rearview net`, `check` and `new`: networks, scenarios and skeletons before a run."""
 
+import os
 import re
+import shlex
+import subprocess
 import sys
 
 import pytest
+import typer.main
 
 from experiments.cli.app import app
 from experiments.config.scenario_file import load_scenario
 from experiments.config.sweep_file import load_sweep
 from experiments.episode.preview import preview
 from experiments.sweep.plan import Plan
+from tests.docs.documents import parse
 
 
 def called(capsys, *arguments):
@@ -111,3 +116,33 @@ def test_the_planner_of_the_skeleton_drives(tmp_path, capsys, monkeypatch):
         sys.modules.pop("own_skeleton", None)
     assert code == 0, "arrived"
     assert len(list(tmp_path.glob("runs/*/report.html"))) == 1
+
+
+@pytest.mark.parametrize("name", sorted(typer.main.get_command(app).commands))
+def test_every_command_shows_an_example_that_parses_and_its_statuses(name, capsys):
+    code, out, _ = called(capsys, name, "--help")
+    words = " ".join(out.split())
+    assert code == 0
+    assert "Exit status: " in words
+    (found,) = re.findall(r"Examples?: (.*?)(?: Exit status:)", words)
+    for example in found.split("; "):
+        arguments = shlex.split(example)
+        assert arguments[:2] == ["rearview", name]
+        parse(arguments[1:])
+
+
+def test_the_shell_is_told_the_commands():
+    environment = {
+        **os.environ,
+        "_REARVIEW_COMPLETE": "complete_bash",
+        "COMP_WORDS": "rearview comp",
+        "COMP_CWORD": "1",
+    }
+    done = subprocess.run(
+        [sys.executable, "-m", "experiments"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.split() == ["compare", "compare-runs", "compile"]
