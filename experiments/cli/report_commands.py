@@ -1,5 +1,6 @@
 """`rearview report | figure | video`: pages, figures and films of runs and sweeps."""
 
+import math
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -127,10 +128,22 @@ def video(
     speed: Annotated[
         float, typer.Option(help="Playback speed relative to real time.")
     ] = 1.0,
+    begin: Annotated[
+        float, typer.Option("--from", metavar="SECONDS", help="Where it begins.")
+    ] = 0.0,
+    end: Annotated[
+        float,
+        typer.Option(
+            "--to",
+            metavar="SECONDS",
+            help="Where it ends.  [the end]",
+            show_default=False,
+        ),
+    ] = math.inf,
 ) -> None:
     """Film a run in top view: road, vehicles, ego and plan.
 
-    Example: rearview video runs/some -o run.gif --speed 4
+    Example: rearview video runs/some -o run.gif --from 30 --to 42
 
     Exit status: 0 done, 2 bad input.
     """
@@ -138,7 +151,7 @@ def video(
         from experiments.episode.newest_run import newest_run
         from experiments.report.figures.video import save_film
 
-        film = save_film(run_folder or newest_run(), output, speed)
+        film = save_film(run_folder or newest_run(), output, speed, (begin, end))
         sys.stdout.write(f"{film}\n")
 
 
