@@ -60,7 +60,12 @@ def r157(
     out: Annotated[Path, typer.Option(help="Output folder.")] = OUT,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
 ) -> None:
-    """Compare planners with the reference drivers of UN Regulation 157."""
+    """Compare planners with the reference drivers of UN Regulation 157.
+
+    Example: rearview r157 --planner cruise
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         from experiments.cosim.conflicts import LateralProfile
         from experiments.r157.document import write_study

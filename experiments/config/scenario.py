@@ -205,7 +205,7 @@ class Scenario(Strict):
         if self.ego.depart_speed_mps == "max":
             problem = "allowed with a conflict in world sumo: a number"
             raise mismatch("ego.depart_speed_mps", problem)
-        if self.traffic is not None and self.traffic.slow_leader is not None:
+        if isinstance(self.traffic, Traffic) and self.traffic.slow_leader is not None:
             problem = "is beside conflict; allowed: one of them"
             raise mismatch("traffic.slow_leader", problem)
         if self.simulation.without_ego:

@@ -57,7 +57,7 @@ def thesis_page(numbers: Data, pictures: Mapping[int, Sequence[Data]]) -> str:
         "timing": [table for one in timed for table in one["tables"]],
         "number": wording.number,
     }
-    return render("thesis.html.j2", (), None, facts)
+    return render("thesis.html.j2", ("thesis.js",), None, facts)
 
 
 def _claims(claims: Sequence[Data]) -> list[dict[str, str]]:
@@ -69,6 +69,7 @@ def _claims(claims: Sequence[Data]) -> list[dict[str, str]]:
             "published": wording.pairs(claim["published"]),
             "measured": wording.measured(claim),
             "verdict": wording.verdict(claim),
+            "kind": str(claim["verdict"]),
             "mark": MARKS.get(claim["verdict"], ""),
             "reason": wording.reason(claim),
         }

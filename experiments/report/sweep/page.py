@@ -77,7 +77,8 @@ def sweep_page(folder: Path, beside: Path) -> str:
     places = _places(folder, beside, found)
     data = None
     if found:
-        data = sweep_data(found, axes, places, _deadlines(folder, found))
+        order = [planner.shown for planner in sweep.variants]
+        data = sweep_data(found, axes, places, _deadlines(folder, found), order)
     facts = _words(folder, sweep, found)
     facts["failures"] = failure_kinds(found, axes, places)
     return render("sweep.html.j2", _SCRIPTS, data, facts)
@@ -106,8 +107,9 @@ def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
             ["rearview", "compare", place, "--baseline", baseline or "PLANNER"]
         ),
         "rerun_command": shlex.join(["rearview", "rerun", place]),
+        "overlay_command": shlex.join(["rearview", "compare-runs", place]),
         "asked": yaml.safe_dump(
-            sweep.model_dump(mode="json", exclude_none=True), sort_keys=False
+            sweep.model_dump(mode="json", exclude_defaults=True), sort_keys=False
         ),
     }
 
