@@ -12,7 +12,7 @@ PACKAGES := planner sumo_nets experiments
 SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collected packages'
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs r157 r157-docs test test-slow cov docs lint fmt type imports bench nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs r157 r157-docs test test-slow cov docs lint fmt type imports bench nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -44,6 +44,13 @@ thesis: $(DEV_STAMP) ## Recompute the thesis into runs/thesis, or go on with it:
 
 thesis-docs: thesis ## The same, and put numbers and document into docs
 	@cp runs/thesis/thesis.json runs/thesis/thesis.md docs/
+
+results: $(DEV_STAMP) ## Run the published sweeps into runs/results, or go on, for hours: ARGS="--seeds 20"
+	@$(BIN)/rearview evidence $(ARGS)
+
+results-docs: results ## The same, put numbers and document into docs and their summary into README.md
+	@cp runs/results/results.json runs/results/results.md docs/
+	@$(BIN)/python -m experiments.evidence.quote README.md docs/results.json
 
 r157: $(DEV_STAMP) ## Draw the picture of UN Regulation 157 into runs/r157, or go on: ARGS="--kind all --full"
 	@$(BIN)/rearview r157 $(ARGS)

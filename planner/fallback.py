@@ -6,7 +6,7 @@ the least impact.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -92,11 +92,14 @@ def _least_harm(
         contact: Returns the first contact of a trajectory.
         horizon: Of the trajectories [s].
     """
-    evading = evasions(scene, horizon)
-    for margin in (EASY_GAP, HARD_GAP):
-        for trajectory in evading:
-            if contact(trajectory, margin) is None:
-                return PlanStatus.EVASION, trajectory
+    evading = []
+    for trajectory in evasions(scene, horizon):
+        if contact(trajectory, EASY_GAP) is None:
+            return PlanStatus.EVASION, trajectory
+        evading.append(trajectory)
+    for trajectory in evading:
+        if contact(trajectory, HARD_GAP) is None:
+            return PlanStatus.EVASION, trajectory
     ways = [(PlanStatus.EMERGENCY_BRAKING, stop) for stop in braking]
     ways += [(PlanStatus.EVASION, trajectory) for trajectory in evading]
 
@@ -229,8 +232,8 @@ def braking_on_arc(
     )
 
 
-def evasions(scene: Scene, horizon: float) -> list[Trajectory]:
-    """Return manoeuvres that stay in the lane, the mildest first.
+def evasions(scene: Scene, horizon: float) -> Iterator[Trajectory]:
+    """Yield manoeuvres that stay in the lane, the mildest first.
 
     The speed is held for `HOLD_TIME`, or braked down within the limits, or with the
     emergency deceleration; the ego stays at its offset or moves to where its body is
@@ -249,13 +252,11 @@ def evasions(scene: Scene, horizon: float) -> list[Trajectory]:
     speeds = [(HOLD_TIME, limits.max_deceleration)] if may_hold else []
     speeds += [(0.0, limits.max_deceleration), (0.0, limits.emergency_deceleration)]
     length = max(MIN_PATH_LENGTH, EVASION_TIME * max(ego.s_dot, 0.0))
-    found = []
     for offset in _offsets_in_lane(scene):
         for hold, deceleration in speeds:
             way = _motion_along(scene, offset, (hold, deceleration), length, horizon)
             if way is not None and _is_drivable(scene, way):
-                found.append(way)
-    return found
+                yield way
 
 
 def _is_drivable(scene: Scene, trajectory: Trajectory) -> bool:

@@ -21,9 +21,11 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from experiments.cli import (
+    before_run_commands,
     compare_runs_command,
     compile_command,
     events_command,
+    evidence_command,
     r157_command,
     replan_command,
     report_commands,
@@ -56,7 +58,6 @@ _UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 app = typer.Typer(
     help="Run trajectory planners in closed loop with SUMO traffic.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
@@ -131,6 +132,9 @@ def _with_verbose(command: Callable[..., None]) -> Callable[..., None]:
     return logged
 
 
+before_run_commands.add_to(app)
+
+
 @app.command()
 @_with_verbose
 def run(
@@ -160,7 +164,12 @@ def run(
         "runs"
     ),
 ) -> None:
-    """Run one episode and write its run folder."""
+    """Run one episode and write its run folder.
+
+    Example: rearview run lane_change --seed 4 --set traffic.density=dense
+
+    Exit status: 0 the ego arrived, 1 any other outcome, 2 bad input.
+    """
     with report_user_errors():
         from experiments.config.scenario_file import load_scenario
 
@@ -189,7 +198,12 @@ def run(
 
 @app.command("list")
 def list_() -> None:
-    """List scenarios, networks, sweeps and planners."""
+    """List scenarios, networks, sweeps and planners.
+
+    Example: rearview list
+
+    Exit status: 0 done.
+    """
     with report_user_errors():
         from experiments.config.scenario_file import load_scenario, scenario_names
         from experiments.config.sweep_file import load_sweep, sweep_names
@@ -212,6 +226,7 @@ results_commands.add_to(app)
 compare_runs_command.add_to(app)
 r157_command.add_to(app)
 thesis_command.add_to(app)
+evidence_command.add_to(app)
 compile_command.add_to(app)
 
 
@@ -222,7 +237,12 @@ def schema(
         bool, typer.Option("--sweep", help="For sweep files instead of scenarios.")
     ] = False,
 ) -> None:
-    """Print the JSON Schema of scenario or sweep files, for editors."""
+    """Print the JSON Schema of scenario or sweep files, for editors.
+
+    Example: rearview schema --sweep
+
+    Exit status: 0 done.
+    """
     from experiments.config.scenario_file import schema_text
     from experiments.config.sweep_file import sweep_schema
 

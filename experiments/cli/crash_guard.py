@@ -71,21 +71,42 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
 
 def _supervise(parent: int, episode: Callable[[], int], writing: int) -> NoReturn:
     """Run the episode in a child, and end as it ends."""
-    adopt_orphans()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the episode gets it too
+    try:
+        adopt_orphans()
+        # the episode gets SIGINT as well; SIGTERM waits until it can be passed on
+        on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
+        supervisor = os.getpid()
+        process = os.fork()
+        if process == 0:
+            signal.signal(signal.SIGINT, on_interrupt)
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
+            end_with_parent(supervisor)
+            os.write(writing, _PROCESS.pack(os.getpid()))
+            status = _status(episode)
+            os.write(writing, b"ended")
+            os._exit(status)
+        os.close(writing)
+        _end_all_with(parent, process)
+        _, state = os.waitpid(process, 0)
+        if not os.WIFSIGNALED(state):
+            os._exit(os.WEXITSTATUS(state))
+        number = os.WTERMSIG(state)
+        with suppress(OSError):  # SIGKILL has no handler
+            signal.signal(number, signal.SIG_DFL)
+        os.kill(supervisor, number)
+    except BaseException:  # noqa: BLE001, this copy of the command ends here
+        sys.excepthook(*sys.exc_info())
+    finally:
+        os._exit(INTERNAL_ERROR)
+
+
+def _end_all_with(parent: int, process: int) -> None:
+    """Kill everything below if the parent dies; pass its SIGTERM on to a process."""
     own = os.getpid()
-    process = os.fork()
-    if process == 0:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        end_with_parent(own)
-        os.write(writing, _PROCESS.pack(os.getpid()))
-        status = _status(episode)
-        os.write(writing, b"ended")
-        os._exit(status)
-    os.close(writing)
 
     def on_sigterm(*_: object) -> None:
-        if os.getppid() != parent:  # it was killed
+        if os.getppid() != parent:
             kill_all(lambda: children(own))
             os._exit(TERMINATED)
         with suppress(ProcessLookupError):
@@ -93,13 +114,7 @@ def _supervise(parent: int, episode: Callable[[], int], writing: int) -> NoRetur
 
     signal.signal(signal.SIGTERM, on_sigterm)
     end_with_parent(parent, signal.SIGTERM)
-    _, state = os.waitpid(process, 0)
-    if os.WIFSIGNALED(state):
-        number = os.WTERMSIG(state)
-        with suppress(OSError):  # SIGKILL has no handler
-            signal.signal(number, signal.SIG_DFL)
-        os.kill(own, number)
-    os._exit(os.waitstatus_to_exitcode(state) % 256)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
 
 
 def _outcome(child: int, reading: int, crashed: Callable[[int, str], int]) -> int:

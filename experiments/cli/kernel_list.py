@@ -38,9 +38,10 @@ DRIVES = {
     ],
     "lane_change": [
         ("lane_change", "lane_change"),
-        ("lane_change_curved", "lane_change_thesis"),
+        ("lane_change_curved", "lane_change_area"),
         ("lane_change_three", "lane_change_dp"),
         ("straight", "lane_change"),
+        ("cut_in", "lane_change"),  # with fallbacks
     ],
 }
 Signature = list[Any]  # function as module:name, then its arguments, as JSON

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from experiments.r157.summary import KindStudy
 
 OUT = Path("runs/r157")
+NO_PLANNER = "none"
 OUR_PLANNERS = ("cruise", "lane_change")
 
 
@@ -42,7 +43,8 @@ def r157(
     planner: Annotated[
         list[str] | None,
         typer.Option(
-            help="Registered planner, or module:factory; several are allowed."
+            help="Registered planner, or module:factory; several are allowed. none: "
+            "the reference drivers alone."
         ),
     ] = None,
     kind: Annotated[KindName, typer.Option(help="Kind of conflict.")] = KindName.CUT_IN,
@@ -58,7 +60,12 @@ def r157(
     out: Annotated[Path, typer.Option(help="Output folder.")] = OUT,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
 ) -> None:
-    """Compare planners with the reference drivers of UN Regulation 157."""
+    """Compare planners with the reference drivers of UN Regulation 157.
+
+    Example: rearview r157 --planner cruise
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         from experiments.cosim.conflicts import LateralProfile
         from experiments.r157.document import write_study
@@ -71,7 +78,8 @@ def r157(
         from experiments.sweep.processes import in_processes
 
         require_matplotlib("r157")
-        planners = list(dict.fromkeys(planner or OUR_PLANNERS))
+        names = list(dict.fromkeys(planner or OUR_PLANNERS))
+        planners = [] if names == [NO_PLANNER] else names
         for name in planners:
             check_planner(name)
         make_folder(out)

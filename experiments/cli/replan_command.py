@@ -26,6 +26,8 @@ def replan(
 ) -> None:
     """Plan a recorded step again, and print whether the plan is the same.
 
+    Example: rearview replan runs/some --step 120
+
     Exit status: 0 the same plan, 1 another one, 2 bad input.
     """
     with report_user_errors():

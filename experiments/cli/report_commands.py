@@ -1,5 +1,6 @@
 """`rearview report | figure | video`: pages, figures and films of runs and sweeps."""
 
+import math
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -46,7 +47,12 @@ def report(
         ),
     ] = False,
 ) -> None:
-    """Write the self-contained HTML page of a run or a sweep."""
+    """Write the self-contained HTML page of a run or a sweep.
+
+    Example: rearview report sweeps/smoke --runs
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.run.page import is_run, save_run_page
@@ -122,13 +128,30 @@ def video(
     speed: Annotated[
         float, typer.Option(help="Playback speed relative to real time.")
     ] = 1.0,
+    begin: Annotated[
+        float, typer.Option("--from", metavar="SECONDS", help="Where it begins.")
+    ] = 0.0,
+    end: Annotated[
+        float,
+        typer.Option(
+            "--to",
+            metavar="SECONDS",
+            help="Where it ends.  [the end]",
+            show_default=False,
+        ),
+    ] = math.inf,
 ) -> None:
-    """Film a run in top view: road, vehicles, ego and plan."""
+    """Film a run in top view: road, vehicles, ego and plan.
+
+    Example: rearview video runs/some -o run.gif --from 30 --to 42
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         from experiments.episode.newest_run import newest_run
         from experiments.report.figures.video import save_film
 
-        film = save_film(run_folder or newest_run(), output, speed)
+        film = save_film(run_folder or newest_run(), output, speed, (begin, end))
         sys.stdout.write(f"{film}\n")
 
 

@@ -13,7 +13,7 @@ import typer
 from experiments.cli.user_errors import report_user_errors
 
 if TYPE_CHECKING:
-    from experiments.comparison.results import Row
+    pass
 
 
 class Format(StrEnum):
@@ -24,6 +24,7 @@ class Format(StrEnum):
     JSON = "json"
 
 
+AT_ONCE = "none"  # of --by: no cells
 _SUMMARY = """
 SELECT scenario, label, count(*) AS runs,
   count(*) FILTER (arrived) AS arrived,
@@ -56,7 +57,12 @@ def results(
         Format, typer.Option("--format", help="Output format.")
     ] = Format.TABLE,
 ) -> None:
-    """Print the results of a sweep, by default a summary."""
+    """Print the results of a sweep, by default a summary.
+
+    Example: rearview results sweeps/smoke --sql "SELECT seed, status FROM runs"
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         from experiments.comparison import results as found
         from experiments.sweep.folder import require_sweep
@@ -73,25 +79,34 @@ def compare(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
     *,
     baseline: Annotated[
-        str, typer.Option(help="Planner that the others are compared with.")
-    ],
+        str | None,
+        typer.Option(
+            help="Planner that the others are compared with.  [of the sweep's claim]"
+        ),
+    ] = None,
     where: Annotated[
         str | None,
         typer.Option(metavar="SQL", help="Condition on runs: scenario = 'curved'"),
     ] = None,
     metric: Annotated[
         list[str] | None,
-        typer.Option(help="Metric or rate; may be repeated.  [the usual ones]"),
+        typer.Option(
+            help="Metric or rate; may be repeated.  [the claim's and the usual ones]"
+        ),
+    ] = None,
+    by: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="Compare within its values; none: over all runs at once.  "
+            "[scenario and axes]",
+        ),
     ] = None,
     median: Annotated[
         bool, typer.Option("--median", help="Compare medians instead of means.")
     ] = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="A .csv, .md or .tex file.")
-    ] = None,
-    planner: Annotated[
-        list[str] | None,
-        typer.Option(help="Planner to compare; may be repeated.  [all]"),
     ] = None,
     caption: Annotated[
         str, typer.Option(help="Of a .tex file, which becomes a whole table.")
@@ -104,47 +119,22 @@ def compare(
     Exit status: 0 done, 2 bad input.
     """
     with report_user_errors():
-        import numpy as np
-
+        from experiments.comparison.compare import Center
         from experiments.comparison.compare import compare as compared
+        from experiments.comparison.question import question_of
         from experiments.comparison.results import ALL_RUNS, rows
-        from experiments.comparison.table import HEADER, cells, export
+        from experiments.comparison.table import cells, export, header
 
         condition = f" WHERE {where}" if where else ""
         found = rows(folder, f"{ALL_RUNS}{condition}", "--where")
-        lines = compared(
-            of_planners(found, planner, baseline),
-            baseline,
-            metric,
-            np.median if median else np.mean,
-        )
+        center = Center.MEDIAN if median else Center.MEAN
+        split = () if by == [AT_ONCE] else by
+        lines = compared(found, question_of(folder, baseline, metric, split, center))
         if output is None:
-            _print(HEADER, cells(lines), Format.TABLE)
+            _print(header(lines), cells(lines), Format.TABLE)
         else:
             export(lines, output, caption)
             sys.stdout.write(f"{output}\n")
-
-
-def of_planners(
-    rows: Sequence["Row"], planners: Sequence[str] | None, baseline: str
-) -> Sequence["Row"]:
-    """Keep the rows of some planners and of the baseline.
-
-    Raises:
-        ConfigError: If there is no such planner.
-    """
-    from experiments.config.validation_errors import unknown_name
-    from experiments.errors import ConfigError
-
-    if not planners:
-        return rows
-    labels = {str(row["label"] or row["planner"]) for row in rows}
-    for name in planners:
-        if name not in labels:
-            hint = unknown_name(name, sorted(labels))
-            raise ConfigError(f"--planner {name}: no such planner; {hint}")
-    kept = {baseline, *planners}
-    return [row for row in rows if str(row["label"] or row["planner"]) in kept]
 
 
 def _print(names: Sequence[str], rows: Sequence[Sequence[Any]], form: Format) -> None:

@@ -59,7 +59,13 @@ def sweep(
     ] = False,
     allow_planner: AllowPlanner = None,
 ) -> None:
-    """Execute the missing runs of a sweep and collect the results."""
+    """Execute the missing runs of a sweep and collect the results.
+
+    Example: rearview sweep smoke --dry-run
+
+    Exit status: 0 all runs were executed, whatever their outcome, 2 bad input,
+    130 Ctrl-C.
+    """
     with report_user_errors():
         from experiments.cli.sweep_session import SweepSession
         from experiments.config.sweep_file import load_sweep
@@ -91,7 +97,12 @@ def rerun(
         bool, typer.Option("--open", help="Open the new folder in the file manager.")
     ] = False,
 ) -> None:
-    """Repeat one run of a sweep and compare the traces."""
+    """Repeat one run of a sweep and compare the traces.
+
+    Example: rearview rerun sweeps/smoke 3fa9
+
+    Exit status: 0 the same trace, 1 another one, 2 bad input.
+    """
     with report_user_errors():
         from experiments.sweep.rerun import repeat
 
@@ -122,7 +133,12 @@ def cluster(
         ),
     ] = "127.0.0.1:0",
 ) -> None:
-    """Run a dask scheduler with workers on this machine until Ctrl-C."""
+    """Run a dask scheduler with workers on this machine until Ctrl-C.
+
+    Example: rearview cluster --workers 2
+
+    Exit status: 130 Ctrl-C, 2 bad input.
+    """
     with report_user_errors():
         from experiments.sweep.executors.cluster import local_cluster
         from experiments.sweep.executors.local import cores

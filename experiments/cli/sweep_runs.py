@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
+from experiments.cli.report_commands import write_page
 from experiments.comparison.results import (
     ALL_RUNS,
     LABEL,
@@ -85,7 +86,9 @@ def with_traces(
             found.append(kept[0])
             continue
         sys.stderr.write(f"repeating {own.name} with its trace\n")
-        found.append(repeat(folder, own.name, allow_planners).folder)
+        repeated = repeat(folder, own.name, allow_planners).folder
+        write_page(repeated)
+        found.append(repeated)
     return found
 
 

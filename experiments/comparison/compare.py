@@ -1,155 +1,314 @@
-"""Comparison of planners with a baseline on common seeds."""
+"""Comparison of planners with a baseline on common seeds, cell by cell."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
-
-import numpy as np
+from enum import StrEnum
+from typing import Any, Final
 
 from experiments.comparison import inference as st
-from experiments.comparison.results import LABEL, Row, axis_columns
+from experiments.comparison import location
+from experiments.comparison.location import Interval
+from experiments.comparison.pairing import (
+    Cell,
+    RunsOfSeeds,
+    SeedMeans,
+    Value,
+    arrivals,
+    cells,
+    paired,
+    seed_means,
+)
+from experiments.comparison.results import Row
 from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError
 from experiments.metrics import columns
-from experiments.metrics.catalogue import ALL_COLUMNS, MEANS, RATES
+from experiments.metrics.catalogue import (
+    ALL_COLUMNS,
+    MEANS,
+    METRICS,
+    RATES,
+    TIMING_COLUMNS,
+)
+from experiments.metrics.metric import CellKind
 
-Statistic = Callable[..., float]
+PENALISED: Final = f"{columns.TRAVEL_TIME}, penalised"
+PENALTY_FACTOR = 2.0  # of the longest travel time of a cell, without a given penalty
+CAUSAL: Final = ("behind_", "cut_in_")  # columns of the cost to others
+PLACEBO: Final = "placebo_"  # the same of two runs without the ego
+AHEAD: Final = "ahead_"  # the same of vehicles far ahead, which the ego cannot reach
+
+
+class Center(StrEnum):
+    """What a quantity is summarised by."""
+
+    MEAN = "mean"
+    MEDIAN = "median"
+
+
+_LOCATE = {Center.MEAN: location.mean, Center.MEDIAN: location.median}
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One metric of one planner, compared with the baseline."""
+    """One metric of one planner in one cell, compared with the baseline."""
 
     metric: str
     label: str
-    runs: int  # in which the metric applies
-    value: st.Interval
-    pairs: int = 0  # with the baseline
-    difference: st.Interval | None = None  # from the baseline
+    runs: int  # seeds in which the metric applies
+    value: Interval | None  # None if it applies to no run
+    where: str = ""  # the cell
+    events: int | None = None  # seeds with the event of a rate
+    pairs: int = 0  # seeds in common with the baseline
+    difference: Interval | None = None  # from the baseline
+    placebo: Interval | None = None  # the same figure of two runs without an ego
+    ahead: Interval | None = None  # the same figure of vehicles far ahead
     effect: float | None = None
     test: str = ""
     p_value: float | None = None
-    p_holm: float | None = None
+    p_holm: float | None = None  # None if the metric is not in the family
     seeds_needed: int | None = None  # for a power of 0.8
     rate: bool = False  # a share of runs, not a mean
+    note: str = ""
 
 
-def compare(
-    rows: Sequence[Row],
-    baseline: str,
-    metrics: Sequence[str] | None = None,
-    statistic: Statistic = np.mean,
-) -> list[Line]:
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What is compared, and how."""
+
+    baseline: str
+    metrics: Sequence[str] | None = None  # rates or columns; the usual ones if None
+    family: Collection[str] | None = None  # metrics corrected together; all if None
+    by: Sequence[str] | None = None  # columns that make cells; () pools all runs
+    center: Center = Center.MEAN
+    penalty: float | None = None  # travel time of a run that does not arrive [s]
+
+
+def compare(rows: Sequence[Row], question: Question) -> list[Line]:
     """Compare every planner with the baseline.
 
     Args:
         rows: Of a sweep's results.
-        baseline: Label of a planner.
-        metrics: Names of rates or columns with numbers; the usual ones if None.
-        statistic: `numpy.mean` or `numpy.median`.
+        question: What is compared.
 
     Returns:
-        Lines by metric, the baseline's first. The p values of all lines are corrected
-        together.
+        Lines by metric, then by cell, the baseline's first. The p values of the family
+        are corrected together, over all cells. Wall-clock columns, and pairs without
+        any difference, are in no family.
 
     Raises:
-        ConfigError: If there is no such planner or metric.
+        ConfigError: If there is no such planner, metric or axis.
     """
     if not rows:
         raise ConfigError("there are no runs to compare")
-    groups = _by_label(rows)
-    if baseline not in groups:
+    found = cells(rows, question.by)
+    labels = sorted({label for cell in found for label in cell.groups})
+    baseline = question.baseline
+    if baseline not in labels:
         raise ConfigError(
-            f"--baseline {baseline}: no such planner; "
-            f"{unknown_name(baseline, sorted(groups))}"
+            f"--baseline {baseline}: no such planner; {unknown_name(baseline, labels)}"
         )
-    labels = [baseline, *sorted(label for label in groups if label != baseline)]
     lines: list[Line] = []
-    for metric in metrics or (*RATES, *MEANS):
+    for metric in question.metrics or (*RATES, *MEANS):
         _check_metric(metric, rows)
-        for label in labels:
-            other = groups[baseline] if label != baseline else None
-            line = _line(metric, label, groups[label], other, statistic)
-            lines += [line] if line is not None else []
-    return _corrected(lines)
+        for cell in found:
+            for label in [baseline, *(name for name in labels if name != baseline)]:
+                lines += _lines(metric, label, cell, question)
+    applies = {line.metric for line in lines if line.value is not None}
+    family = question.family
+    asked = question.metrics if family is None else family
+    kept = [x for x in lines if x.metric in applies or x.metric in (asked or ())]
+    return _corrected(kept, None if family is None else {*family, *_penalised(family)})
+
+
+def _penalised(family: Collection[str]) -> tuple[str, ...]:
+    """Return what stands for the travel time where not all arrive."""
+    return (PENALISED,) if columns.TRAVEL_TIME in family else ()
+
+
+def _lines(metric: str, label: str, cell: Cell, question: Question) -> Iterator[Line]:
+    """Compare one planner in one metric and cell."""
+    line = _line(metric, label, cell, question, lambda row: _value(metric, row))
+    if metric != columns.TRAVEL_TIME or not _some_lost(label, cell, question):
+        yield line
+        return
+    # on the pairs in which both arrived the planner that gives up looks fast: the
+    # penalised travel time takes its place in the family
+    yield replace(line, p_value=None, test="")
+    penalty = question.penalty or _longest(cell) * PENALTY_FACTOR
+    if penalty > 0.0:
+        instead = _line(
+            PENALISED, label, cell, question, lambda row: _value(metric, row) or penalty
+        )
+        words = f"{penalty:.4g} s where the ego did not arrive"
+        yield replace(instead, note=_joined(instead.note, words))
+
+
+def _some_lost(label: str, cell: Cell, question: Question) -> bool:
+    """Check whether an ego of either planner did not arrive."""
+    own = cell.groups.get(label, {})
+    other = cell.groups.get(question.baseline, {})
+    return any(
+        not row[columns.ARRIVED]
+        for runs in (own, other)
+        for of_seed in runs.values()
+        for row in of_seed.values()
+    )
+
+
+def _longest(cell: Cell) -> float:
+    """Return the longest travel time of any planner in a cell [s]; 0 without one."""
+    times = [
+        float(row[columns.TRAVEL_TIME] or 0.0)
+        for runs in cell.groups.values()
+        for of_seed in runs.values()
+        for row in of_seed.values()
+    ]
+    return max(times, default=0.0)
 
 
 def _line(
-    metric: str,
-    label: str,
-    own: Mapping[tuple[str, ...], Row],
-    baseline: Mapping[tuple[str, ...], Row] | None,
-    statistic: Statistic,
-) -> Line | None:
-    """Compare one planner in one metric; None if it applies to no run."""
-    values = {key: _value(metric, row) for key, row in own.items()}
-    known = {key: value for key, value in values.items() if value is not None}
-    if not known:
+    metric: str, label: str, cell: Cell, question: Question, value: Value
+) -> Line:
+    """Compare one planner in one metric and cell; says why where it cannot."""
+    own = cell.groups.get(label, {})
+    found = seed_means(own, value)
+    line = _alone(Line(metric, label, found.count, None, cell.name), found, question)
+    line = replace(
+        line,
+        placebo=_placebo(PLACEBO, metric, own, question),
+        ahead=_placebo(AHEAD, metric, own, question),
+    )
+    if label == question.baseline:
+        return line
+    baseline = cell.groups.get(question.baseline, {})
+    lost = _arrival_note(question.baseline, arrivals(baseline, own))
+    first, second = paired(baseline, own, value)
+    if not first.count:
+        why = f"no pairs with {question.baseline}"
+        return replace(line, note=_joined(line.note, lost or why))
+    line = replace(line, note=_joined(line.note, lost), pairs=first.count)
+    if first.flags and second.flags:
+        line = _with_rates(line, first, second)
+    else:
+        line = _with_difference(line, first, second, question.center)
+    if metric in TIMING_COLUMNS:
+        words = "measures the machine: not tested"
+        line = replace(line, p_value=None, test="", note=_joined(line.note, words))
+    return line
+
+
+def _alone(line: Line, found: SeedMeans, question: Question) -> Line:
+    """Add the value of a planner itself."""
+    if not found.count:
+        return replace(line, note="applies to no run")
+    if not found.flags:
+        value = _LOCATE[question.center](found.values).interval
+        return replace(line, value=value, rate=_is_rate(line.metric))
+    events = int(found.values.sum())
+    value = st.wilson(events, found.count)
+    return replace(line, value=value, events=events, rate=True)
+
+
+def _is_rate(metric: str) -> bool:
+    """Check whether a metric is a share of runs."""
+    kind = METRICS[metric].kind if metric in METRICS else None
+    return metric in RATES or kind is CellKind.FLAG
+
+
+def _placebo(
+    prefix: str, metric: str, own: RunsOfSeeds, question: Question
+) -> Interval | None:
+    """Return the same figure where the ego can have no effect, if it was measured."""
+    bare = next((metric.removeprefix(p) for p in CAUSAL if metric.startswith(p)), "")
+    column = prefix + bare
+    if not bare or column not in METRICS:
         return None
-    data = list(known.values())
-    rate = all(isinstance(value, bool) for value in data)
-    value = st.wilson(sum(data), len(data)) if rate else st.bootstrap(data, statistic)
-    line = Line(metric, label, len(data), value, rate=rate)
-    if baseline is None:
-        return line
-    there = {key: _value(metric, row) for key, row in baseline.items()}
-    common = [key for key in known if there.get(key) is not None]
-    if not common:
-        return line
-    first: list[Any] = [there[key] for key in common]
-    second: list[Any] = [known[key] for key in common]
-    if rate:
-        return _with_rates(line, first, second)
-    return _with_difference(line, st.paired_difference(first, second, statistic))
+    found = seed_means(own, lambda row: row.get(column))
+    if not found.count:
+        return None
+    return _LOCATE[question.center](found.values).interval
 
 
-def _with_rates(line: Line, first: list[Any], second: list[Any]) -> Line:
+def _arrival_note(baseline: str, counts: tuple[int, int, int]) -> str:
+    """Say whether a planner, or the baseline, arrives less often than the other."""
+    there, here, runs = counts
+    if runs and not there:
+        return f"{baseline} never arrives ({there} of {runs})"
+    if runs and not here:
+        return f"never arrives ({here} of {runs})"
+    if here < there:
+        return f"arrives less often: {here} of {runs}, {baseline} {there}"
+    if there < here:
+        return f"{baseline} arrives less often: {there} of {runs}, here {here}"
+    return ""
+
+
+def _with_rates(line: Line, first: SeedMeans, second: SeedMeans) -> Line:
     """Add the paired comparison of a rate."""
-    found = st.paired_rates(first, second)
+    found = st.paired_rates(
+        [bool(v) for v in first.values], [bool(v) for v in second.values]
+    )
     gained, lost = found.only_second / found.pairs, found.only_first / found.pairs
     needed = st.seeds_for_rates(gained, lost) if gained != lost else None
+    same = "no pair differs: not tested" if found.p_value is None else ""
     return replace(
         line,
-        pairs=found.pairs,
         difference=found.difference,
-        test="McNemar",
+        test="" if found.p_value is None else "score and McNemar",
         p_value=found.p_value,
         seeds_needed=needed,
+        note=_joined(line.note, same),
     )
 
 
-def _with_difference(line: Line, found: st.PairedDifference) -> Line:
+def _with_difference(
+    line: Line, first: SeedMeans, second: SeedMeans, center: Center
+) -> Line:
     """Add the paired comparison of a quantity."""
+    apart = second.values - first.values
+    found = _LOCATE[center](apart)
+    spread = float(apart.std(ddof=1)) if apart.size > 1 else 0.0
+    effect = float(apart.mean()) / spread if spread > 0.0 else None
+    words = ""
+    if found.p_value is None:
+        few = apart.size < location.LEAST_VALUES
+        words = (
+            f"fewer than {location.LEAST_VALUES} seeds" if few else "all pairs equal"
+        )
+        words += ": not tested"
+    name = "t and bootstrap" if center is Center.MEAN else "sign"
     return replace(
         line,
-        pairs=found.pairs,
-        difference=found.center,
-        effect=found.effect,
-        test="Wilcoxon",
+        difference=found.interval,
+        effect=effect,
+        test=name if found.p_value is not None else "",
         p_value=found.p_value,
-        seeds_needed=st.seeds_for_difference(found.effect) if found.effect else None,
+        seeds_needed=st.seeds_for_difference(effect) if effect else None,
+        note=_joined(line.note, words),
     )
 
 
-def _corrected(lines: Sequence[Line]) -> list[Line]:
-    """Correct all p values together (Holm)."""
-    tested = [line.p_value for line in lines if line.p_value is not None]
-    corrected = iter(st.holm(tested))
-    return [
-        line if line.p_value is None else replace(line, p_holm=next(corrected))
+def _joined(*words: str) -> str:
+    """Join the notes of a line."""
+    return "; ".join(word for word in words if word)
+
+
+def _corrected(lines: Sequence[Line], family: Collection[str] | None) -> list[Line]:
+    """Correct the p values of a family together (Holm)."""
+    inside = [
+        line.p_value is not None and (family is None or line.metric in family)
         for line in lines
     ]
-
-
-def _by_label(rows: Sequence[Row]) -> dict[str, dict[tuple[str, ...], Row]]:
-    """Group rows by planner, then by the key of a pair."""
-    axes = axis_columns(list(rows[0]))
-    groups: dict[str, dict[tuple[str, ...], Row]] = {}
-    for row in rows:
-        names = (columns.SCENARIO, columns.SEED, *axes)
-        key = tuple(str(row[name]) for name in names)
-        groups.setdefault(row[LABEL] or row[columns.PLANNER], {})[key] = row
-    return groups
+    tested = [
+        float(line.p_value or 0.0)
+        for line, one in zip(lines, inside, strict=True)
+        if one
+    ]
+    corrected = iter(st.holm(tested))
+    return [
+        replace(line, p_holm=next(corrected)) if one else line
+        for line, one in zip(lines, inside, strict=True)
+    ]
 
 
 def _check_metric(metric: str, rows: Sequence[Row]) -> None:

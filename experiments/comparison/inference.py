@@ -1,58 +1,24 @@
-"""Statistical inference: intervals, paired tests, required numbers of seeds.
+"""Statistical inference about rates, families of tests, required numbers of seeds.
 
-Rates, means, paired differences; on scipy where it has the method. Pairs are runs of
-two planners in the same scenario with the same seed.
+Means and medians are in `experiments.comparison.location`.
 
-Sources: Wilson, JASA 22 (1927) 209. Wilcoxon, Biometrics Bulletin 1 (1945) 80. McNemar,
-Psychometrika 12 (1947) 153. Pratt, JASA 54 (1959) 655. Holm, Scand. J. Statist. 6
-(1979) 65. Connor, Biometrics 43 (1987) 207. Efron, JASA 82 (1987) 171. Tango, Statist.
-Med. 17 (1998) 891. Hodges and Lehmann, Ann. Math. Statist. 27 (1956) 324.
+Sources: Wilson, JASA 22 (1927) 209. McNemar, Psychometrika 12 (1947) 153. Holm, Scand.
+J. Statist. 6 (1979) 65. Hanley and Lippman-Hand, JAMA 249 (1983) 1743. Connor,
+Biometrics 43 (1987) 207. Tango, Statist. Med. 17 (1998) 891.
 """
 
 import math
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy import optimize, stats
 
-from planner.states import FloatArray
+from experiments.comparison.location import CONFIDENCE, Interval
 
-CONFIDENCE = 0.95
-RESAMPLES = 9999
-SEED = 0  # of the resampling: the same runs give the same interval
-# Relative efficiency of Wilcoxon's signed ranks against the t test on normal
-# differences, 3 / pi (Hodges and Lehmann 1956): it needs correspondingly more pairs.
-WILCOXON_EFFICIENCY = 3.0 / math.pi
 LEAST_PAIRS = 2
 # From here on the normal approximation of the power is accurate to about 0.1 %.
 MANY_PAIRS = 10_000
-# From here on the percentile interval: BCa needs n² numbers for a correction of order
-# 1 / sqrt(n).
-MANY = 5000
-BATCH = 10_000_000  # numbers resampled at a time: 80 MB
-
-
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """An estimate and the interval that covers the true value."""
-
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True, slots=True)
-class PairedDifference:
-    """Difference of a quantity between two planners on common seeds."""
-
-    pairs: int
-    center: Interval  # mean or median of the differences, second minus first
-    effect: float | None  # Cohen's d of paired differences; None without any spread
-    p_value: float  # Wilcoxon's signed ranks, two-sided; 1 if all pairs are equal
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +29,7 @@ class PairedRates:
     difference: Interval  # second minus first
     only_first: int  # pairs in which the event occurred for the first only
     only_second: int
-    p_value: float  # McNemar, exact, two-sided
+    p_value: float | None  # two-sided; None if no pair differs
 
 
 def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
@@ -82,67 +48,12 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Inter
     return Interval(successes / trials, float(interval.low), float(interval.high))
 
 
-def bootstrap(
-    values: ArrayLike,
-    statistic: Callable[..., float] = np.mean,
-    confidence: float = CONFIDENCE,
-) -> Interval:
-    """Estimate a mean or median with a bootstrap interval, BCa (Efron 1987).
+def rule_of_three(trials: int, confidence: float = CONFIDENCE) -> float:
+    """Return the largest rate that n trials without an event leave likely.
 
-    Where BCa is not defined (a statistic that does not change when one value is left
-    out) or there are very many values, the percentile interval stands in.
-
-    Args:
-        values: At least one, finite.
-        statistic: `numpy.mean` or `numpy.median`.
-        confidence: Of the interval.
-
-    Returns:
-        The estimate and its interval.
+    1 - (1 - confidence)^(1 / n), about 3 / n (Hanley and Lippman-Hand 1983).
     """
-    data = np.asarray(values, dtype=np.float64)
-    value = float(statistic(data))
-    if data.size < LEAST_PAIRS or np.ptp(data) == 0.0:
-        return Interval(value, value, value) if data.size > 1 else _unknown(value)
-    methods: tuple[Literal["BCa", "percentile"], ...] = ("BCa", "percentile")
-    for method in methods if data.size < MANY else methods[1:]:
-        with np.errstate(all="ignore"):
-            low, high = _resampled(data, statistic, confidence, method)
-        if math.isfinite(low) and math.isfinite(high):
-            return Interval(value, low, high)
-    return _unknown(value)
-
-
-def paired_difference(
-    first: ArrayLike,
-    second: ArrayLike,
-    statistic: Callable[..., float] = np.mean,
-    confidence: float = CONFIDENCE,
-) -> PairedDifference:
-    """Compare a quantity on common seeds.
-
-    Args:
-        first: Of the baseline, one value a seed.
-        second: Of the other planner, in the same order.
-        statistic: `numpy.mean` or `numpy.median`, of the differences.
-        confidence: Of the interval.
-
-    Returns:
-        That of the differences with bootstrap interval, effect size, Wilcoxon test
-        (Wilcoxon 1945, zeros kept by Pratt 1959).
-    """
-    difference = np.asarray(second, np.float64) - np.asarray(first, np.float64)
-    spread = float(difference.std(ddof=1)) if difference.size > 1 else 0.0
-    center = bootstrap(difference, statistic, confidence)
-    effect = float(difference.mean()) / spread if spread > 0.0 else None
-    return PairedDifference(difference.size, center, effect, wilcoxon(difference))
-
-
-def wilcoxon(difference: FloatArray) -> float:
-    """Test whether differences are symmetric about 0; the two-sided p."""
-    if not difference.any():
-        return 1.0
-    return float(stats.wilcoxon(difference, zero_method="pratt").pvalue)
+    return float(-np.expm1(np.log1p(-confidence) / trials))
 
 
 def paired_rates(
@@ -156,18 +67,28 @@ def paired_rates(
         confidence: Of the interval.
 
     Returns:
-        Difference of the rates with its interval (Tango 1998), McNemar's exact test.
+        Difference of the rates. It is 0 unless both Tango's score test and McNemar's
+        exact test say otherwise: p is the larger of the two, and the interval is
+        Tango's (1998), stretched to 0 where only the exact test holds it possible. The
+        score test alone rejects up to 5.5 % of equal rates.
     """
     pairs = list(zip(first, second, strict=True))
     only_first = sum(1 for a, b in pairs if a and not b)
     only_second = sum(1 for a, b in pairs if b and not a)
-    return PairedRates(
-        len(pairs),
-        tango(only_second, only_first, len(pairs), confidence),
-        only_first,
-        only_second,
-        mcnemar(only_first, only_second),
-    )
+    found = tango(only_second, only_first, len(pairs), confidence)
+    p_value = None
+    if only_first + only_second:
+        p_value = rates_p(only_first, only_second)
+        if p_value > 1.0 - confidence:
+            low, high = min(found.low, 0.0), max(found.high, 0.0)
+            found = Interval(found.value, low, high)
+    return PairedRates(len(pairs), found, only_first, only_second, p_value)
+
+
+def rates_p(only_first: int, only_second: int) -> float:
+    """Return the larger p value of the score test and of McNemar's exact test."""
+    apart = abs(only_first - only_second) / math.sqrt(only_first + only_second)
+    return max(2.0 * float(stats.norm.sf(apart)), mcnemar(only_first, only_second))
 
 
 def mcnemar(only_first: int, only_second: int) -> float:
@@ -229,15 +150,14 @@ def seeds_for_difference(effect: float, power: float = 0.8, level: float = 0.05)
         level: Of the two-sided test.
 
     Returns:
-        The least number of pairs for the paired t test (noncentral t), enlarged by
-        the efficiency of Wilcoxon's test.
+        The least number of pairs for the paired t test (noncentral t).
     """
     z = float(stats.norm.ppf(1.0 - level / 2.0) + stats.norm.ppf(power))
     normal = math.floor((z / effect) ** 2)  # a little too small
     pairs = max(LEAST_PAIRS, normal)
     while pairs < MANY_PAIRS and _power_of_t(abs(effect), pairs, level) < power:
         pairs += 1
-    return math.ceil(pairs / WILCOXON_EFFICIENCY)
+    return pairs
 
 
 def seeds_for_rates(
@@ -252,7 +172,7 @@ def seeds_for_rates(
         level: Of the two-sided test.
 
     Returns:
-        Pairs for McNemar's test (Connor 1987).
+        Pairs for McNemar's test without correction (Connor 1987).
     """
     both = rate_gained + rate_lost
     difference = abs(rate_gained - rate_lost)
@@ -260,32 +180,6 @@ def seeds_for_rates(
     z_power = float(stats.norm.ppf(power))
     root = z_level * math.sqrt(both) + z_power * math.sqrt(both - difference**2)
     return math.ceil((root / difference) ** 2)
-
-
-def _resampled(
-    data: FloatArray,
-    statistic: Callable[..., float],
-    confidence: float,
-    method: Literal["BCa", "percentile"],
-) -> tuple[float, float]:
-    """Return the ends of a bootstrap interval; NaN where it is undefined."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a degenerate BCa warns and gives nan
-        result = stats.bootstrap(
-            [data],
-            statistic,
-            n_resamples=RESAMPLES,
-            batch=max(1, BATCH // data.size),
-            confidence_level=confidence,
-            method=method,
-            rng=np.random.default_rng(SEED),
-        )
-    return float(result.confidence_interval.low), float(result.confidence_interval.high)
-
-
-def _unknown(value: float) -> Interval:
-    """Return the unbounded interval of a single value."""
-    return Interval(value, -math.inf, math.inf)
 
 
 def _crossing(

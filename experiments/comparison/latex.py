@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 from experiments.comparison.compare import Line
-from experiments.comparison.inference import Interval
+from experiments.comparison.location import Interval
 from experiments.metrics.catalogue import METRICS, RATES
 
 SMALL_P = 0.001
@@ -39,16 +39,19 @@ def as_latex(lines: Sequence[Line], caption: str = "") -> str:
     """
     body: list[str] = []
     before = None
+    cells = any(line.where for line in lines)
     for line in lines:
         if before not in (None, line.metric):
             body.append(r"\addlinespace")
         name = "" if before == line.metric else escaped(_name(line.metric))
-        body.append(" & ".join((name, *_cells(line))) + r" \\")
+        where = (escaped(line.where),) if cells else ()
+        body.append(" & ".join((name, *where, *_cells(line))) + r" \\")
         before = line.metric
     table = [
-        r"\begin{tabular}{llrrrr}",
+        rf"\begin{{tabular}}{{l{'l' * cells}lrrrrr}}",
         r"\toprule",
-        r"metric & planner & runs & value [95\,\%] & difference [95\,\%] & $p$ \\",
+        rf"metric & {'where & ' * cells}planner & runs & value [95\,\%] & pairs & "
+        r"difference [95\,\%] & $p$ \\",
         r"\midrule",
         *body,
         r"\bottomrule",
@@ -72,9 +75,12 @@ def escaped(text: str) -> str:
 
 def _name(metric: str) -> str:
     """Return the words of a metric or rate, with its unit."""
-    if metric in RATES:
-        return f"{metric} [%]"
-    return METRICS[metric].label_with_unit if metric in METRICS else metric
+    column, _, more = metric.partition(", ")
+    if column in RATES:
+        name = f"{column} [%]"
+    else:
+        name = METRICS[column].label_with_unit if column in METRICS else column
+    return f"{name}, {more}" if more else name
 
 
 def _cells(line: Line) -> tuple[str, ...]:
@@ -86,6 +92,7 @@ def _cells(line: Line) -> tuple[str, ...]:
         escaped(line.label),
         str(line.runs),
         _with_interval(line.value, scale, digits),
+        "" if line.difference is None else str(line.pairs),
         _with_interval(line.difference, scale, digits, sign="+"),
         "" if p is None else f"$<{SMALL_P:g}$" if p < SMALL_P else f"{p:.3f}",
     )
@@ -93,8 +100,9 @@ def _cells(line: Line) -> tuple[str, ...]:
 
 def _digits(metric: str) -> int:
     """Return the digits of a mean."""
+    column = metric.partition(", ")[0]
     return (
-        METRICS[metric].digits + MORE_DIGITS if metric in METRICS else MORE_DIGITS + 1
+        METRICS[column].digits + MORE_DIGITS if column in METRICS else MORE_DIGITS + 1
     )
 
 

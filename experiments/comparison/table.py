@@ -2,30 +2,39 @@
 
 import csv
 import io
-import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from experiments.comparison.compare import Line
-from experiments.comparison.inference import Interval
+from experiments.comparison.inference import rule_of_three
 from experiments.comparison.latex import as_latex
+from experiments.comparison.location import Interval
 from experiments.errors import ConfigError, ResultsError
+from experiments.metrics.catalogue import METRICS, RATES
 
 HEADER = (
     "metric",
+    "where",
     "planner",
     "runs",
     "value",
     "95 % interval",
+    "pairs",
     "difference",
-    "95 % interval",
+    "95 % interval of it",
+    "placebo",
+    "far ahead",
     "effect",
+    "p",
     "p (Holm)",
     "seeds",
+    "note",
 )
+_ONLY_IF_FILLED = ("where", "placebo", "far ahead", "note")
 SMALL_P = 0.001
 _CSV_HEADER = (
     "metric",
+    "where",
     "planner",
     "runs",
     "value",
@@ -35,17 +44,47 @@ _CSV_HEADER = (
     "difference",
     "difference_low",
     "difference_high",
+    "placebo",
+    "placebo_low",
+    "placebo_high",
+    "far_ahead",
+    "far_ahead_low",
+    "far_ahead_high",
     "effect",
     "test",
     "p",
     "p_holm",
     "seeds_needed",
+    "note",
 )
 
 
+def header(lines: Sequence[Line]) -> tuple[str, ...]:
+    """Return the names of the columns of `cells`."""
+    return tuple(HEADER[number] for number in _shown(lines))
+
+
 def cells(lines: Sequence[Line]) -> list[tuple[str, ...]]:
-    """Format the lines of a comparison."""
-    return [_cells(line) for line in lines]
+    """Format the lines of a comparison; a column that would be empty is left out."""
+    kept = _shown(lines)
+    return [tuple(row[number] for number in kept) for row in map(_cells, lines)]
+
+
+def _shown(lines: Sequence[Line]) -> list[int]:
+    """Return the numbers of the columns that are shown."""
+    rows = [_cells(line) for line in lines]
+    return [
+        number
+        for number, name in enumerate(HEADER)
+        if name not in _ONLY_IF_FILLED or any(row[number] for row in rows)
+    ]
+
+
+def named(metric: str) -> str:
+    """Return the label of a rate or column, with its unit."""
+    column, _, more = metric.partition(", ")
+    label = column if column in RATES else METRICS[column].label_with_unit
+    return f"{label}, {more}" if more else label
 
 
 def export(lines: Sequence[Line], path: Path, caption: str = "") -> None:
@@ -78,15 +117,17 @@ def as_csv(lines: Sequence[Line]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(_CSV_HEADER)
     for line in lines:
-        other = line.difference
         writer.writerow(
             (
                 line.metric,
+                line.where,
                 line.label,
                 line.runs,
                 *_ends(line.value),
                 line.pairs,
-                *(_ends(other) if other else ("", "", "")),
+                *_ends(line.difference),
+                *_ends(line.placebo),
+                *_ends(line.ahead),
                 *(
                     "" if value is None else value
                     for value in (
@@ -95,6 +136,7 @@ def as_csv(lines: Sequence[Line]) -> str:
                         line.p_value,
                         line.p_holm,
                         line.seeds_needed,
+                        line.note,
                     )
                 ),
             )
@@ -104,7 +146,8 @@ def as_csv(lines: Sequence[Line]) -> str:
 
 def as_markdown(lines: Sequence[Line]) -> str:
     """Write a comparison as a Markdown table."""
-    rows = [HEADER, tuple("---" for _ in HEADER), *cells(lines)]
+    names = header(lines)
+    rows = [names, tuple("---" for _ in names), *cells(lines)]
     return "".join("| " + " | ".join(row) + " |\n" for row in rows)
 
 
@@ -115,21 +158,49 @@ EXPORTS: dict[str, Callable[[Sequence[Line]], str]] = {
 }
 
 
+def _alignment(lines: Sequence[Line]) -> str:
+    """Return the columns of the LaTeX table: words to the left, numbers right."""
+    words = {"metric", "where", "planner", "note"}
+    return "".join("l" if name in words else "r" for name in header(lines))
+
+
 def _cells(line: Line) -> tuple[str, ...]:
-    """Format one line."""
+    """Format one line, in the order of `HEADER`."""
     rate, other = line.rate, line.difference
     return (
         line.metric,
+        line.where,
         line.label,
         str(line.runs),
-        _number(line.value.value, rate=rate),
-        _interval(line.value, rate=rate),
+        _number(line.value.value, rate=rate) if line.value else "",
+        _own_interval(line),
+        "" if line.difference is None and not line.note else str(line.pairs),
         _number(other.value, rate=rate) if other else "",
         _interval(other, rate=rate) if other else "",
+        *(
+            _with_interval(one, rate=rate) if one else ""
+            for one in (line.placebo, line.ahead)
+        ),
         "" if line.effect is None else f"{line.effect:.2f}",
+        "" if line.p_value is None else _p(line.p_value),
         "" if line.p_holm is None else _p(line.p_holm),
         "" if line.seeds_needed is None else str(line.seeds_needed),
+        line.note,
     )
+
+
+def _own_interval(line: Line) -> str:
+    """Format the interval of a planner's own value; of no event the rule of three."""
+    if line.value is None:
+        return ""
+    if line.events == 0:
+        return f"below {100.0 * rule_of_three(line.runs):.1f} % (rule of three)"
+    return _interval(line.value, rate=line.rate)
+
+
+def _with_interval(interval: Interval, *, rate: bool) -> str:
+    """Format a value and its interval in one cell."""
+    return f"{_number(interval.value, rate=rate)} {_interval(interval, rate=rate)}"
 
 
 def _number(value: float, *, rate: bool) -> str:
@@ -139,7 +210,7 @@ def _number(value: float, *, rate: bool) -> str:
 
 def _interval(interval: Interval, *, rate: bool) -> str:
     """Format the ends of an interval."""
-    if not (math.isfinite(interval.low) and math.isfinite(interval.high)):
+    if not interval.known:
         return "unknown"
     if rate:
         return f"[{100.0 * interval.low:.1f}, {100.0 * interval.high:.1f}] %"
@@ -151,6 +222,8 @@ def _p(value: float) -> str:
     return f"< {SMALL_P:g}" if value < SMALL_P else f"{value:.3f}"
 
 
-def _ends(interval: Interval) -> tuple[float, float, float]:
-    """Return the estimate and the ends of its interval."""
+def _ends(interval: Interval | None) -> tuple[float | str, ...]:
+    """Return the estimate and the ends of its interval, as cells."""
+    if interval is None:
+        return "", "", ""
     return interval.value, interval.low, interval.high

@@ -11,26 +11,30 @@ def hint_at_sweep(name: str, data: Any = None) -> str | None:
     """Return a hint if what was given as a scenario is a sweep.
 
     Args:
-        name: As given: a shipped name or a file.
-        data: Content of the file, if it is one.
+        name: As given: a file, or a name that no shipped scenario has.
+        data: Content of the file, if there is one.
     """
-    keys = data if isinstance(data, dict) else {}
-    is_sweep = {"scenarios", "seeds"} & keys.keys() and "ego" not in keys
-    if is_sweep or _is_shipped(name, _SWEEPS, _SCENARIOS):
-        return f"is a sweep; did you mean rearview sweep {name}?"
-    return None
+    if data is None:
+        is_sweep = _is_shipped(name, _SWEEPS)
+    else:
+        is_sweep = bool({"scenarios", "seeds"} & _keys(data)) and "ego" not in data
+    return f"is a sweep; did you mean rearview sweep {name}?" if is_sweep else None
 
 
 def hint_at_scenario(name: str, data: Any = None) -> str | None:
     """Return a hint if what was given as a sweep is a scenario, see above."""
-    keys = data if isinstance(data, dict) else {}
-    is_scenario = "ego" in keys and "scenarios" not in keys
-    if is_scenario or _is_shipped(name, _SCENARIOS, _SWEEPS):
-        return f"is a scenario; did you mean rearview run {name}?"
-    return None
+    if data is None:
+        is_scenario = _is_shipped(name, _SCENARIOS)
+    else:
+        is_scenario = "ego" in _keys(data) and "scenarios" not in data
+    return f"is a scenario; did you mean rearview run {name}?" if is_scenario else None
 
 
-def _is_shipped(name: str, folder: Path, other: Path) -> bool:
-    """Check for a shipped file of a plain name that is not one in the other folder."""
-    there, elsewhere = ((each / f"{name}.yaml").is_file() for each in (folder, other))
-    return name.isidentifier() and there and not elsewhere
+def _keys(data: Any) -> set[Any]:
+    """Return the keys of a file's content, none if it has none."""
+    return set(data) if isinstance(data, dict) else set()
+
+
+def _is_shipped(name: str, folder: Path) -> bool:
+    """Check for a shipped file of a plain name."""
+    return name.isidentifier() and (folder / f"{name}.yaml").is_file()

@@ -82,6 +82,16 @@ class Simulation(Strict):
         description="world sumo: also drive the same seed without the ego, to measure "
         "its cost to the vehicles behind",
     )
+    placebo: bool = Field(
+        default=False,
+        description="with without_ego: run that twice more, each with other random "
+        "numbers of SUMO from the ego's entry on, to see what is chance",
+    )
+    repetition: Annotated[int, Field(ge=0, le=1_000_000)] = Field(
+        default=0,
+        description="world sumo: the same demand and obstacles with other random "
+        "numbers of SUMO; 0: those of the seed",
+    )
 
 
 class Scenario(Strict):
@@ -127,7 +137,8 @@ class Scenario(Strict):
     )
     conflict: Conflict | None = Field(
         default=None,
-        description="world kinematic, on a straight road of three lanes",
+        description="world kinematic: on a straight road of three lanes; world sumo: "
+        "among traffic, which reacts to its vehicles",
     )
     planner: Annotated[
         PlannerChoice,
@@ -158,6 +169,9 @@ class Scenario(Strict):
         if not sumo and self.simulation.without_ego:
             problem = "is for world sumo, where vehicles react; allowed: false"
             raise mismatch("simulation.without_ego", problem)
+        if self.simulation.placebo and not self.simulation.without_ego:
+            problem = "needs without_ego; allowed: false, or without_ego = true"
+            raise mismatch("simulation.placebo", problem)
         beyond = self.beyond(self.road.length) if self.road else None
         if beyond is not None:
             raise mismatch(dotted(beyond[0]), beyond[1])
@@ -169,10 +183,10 @@ class Scenario(Strict):
         if self.conflict is None:
             return self
         if self.road is None:
-            raise mismatch("conflict", "is not for world sumo; allowed: traffic")
-        if any(segment[0] != "line" for segment in self.road.segments):
+            self._fits_conflict_in_traffic(self.conflict)
+        elif any(segment[0] != "line" for segment in self.road.segments):
             raise mismatch("road.segments", "allowed with a conflict: lines")
-        if self.road.lanes is None or self.road.lanes.count != N_LANES:
+        elif self.road.lanes is None or self.road.lanes.count != N_LANES:
             problem = f"allowed with a conflict: {{count: {N_LANES}}}"
             raise mismatch("road.lanes", problem)
         if self.vehicles:
@@ -182,6 +196,21 @@ class Scenario(Strict):
         if self.simulation.step_s != STEP_S:
             raise mismatch("simulation.step_s", f"allowed with a conflict: {STEP_S}")
         return self
+
+    def _fits_conflict_in_traffic(self, conflict: Conflict) -> None:
+        """Reject what a conflict in world sumo cannot be with."""
+        if conflict.follower:
+            problem = "is for world kinematic; traffic follows in world sumo"
+            raise mismatch("conflict.follower", problem)
+        if self.ego.depart_speed_mps == "max":
+            problem = "allowed with a conflict in world sumo: a number"
+            raise mismatch("ego.depart_speed_mps", problem)
+        if isinstance(self.traffic, Traffic) and self.traffic.slow_leader is not None:
+            problem = "is beside conflict; allowed: one of them"
+            raise mismatch("traffic.slow_leader", problem)
+        if self.simulation.without_ego:
+            problem = "allowed with a conflict: false"
+            raise mismatch("simulation.without_ego", problem)
 
     def beyond(self, length: float) -> tuple[KeyPath, str] | None:
         """Find a goal, obstacle or vehicle that is not on the road.

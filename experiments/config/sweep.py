@@ -12,6 +12,8 @@ from experiments.config.axes import MAX_SEED, Axes, Value, axis_points
 from experiments.config.base import Strict, as_section, mismatch
 
 MOST_VARIANTS = 256  # of one planner: each is a planner of its own in every table
+DEVELOPMENT_SEEDS = range(1000)  # planners are tuned on these
+PUBLISHED_SEEDS = range(100_000, 200_000)  # of the shipped sweeps that are published
 
 
 class KeepTraces(StrEnum):
@@ -33,6 +35,10 @@ class SweptPlanner(Strict):
     axes: Axes = Field(
         default=Axes(),
         description="settings that are varied, of this planner alone: speed.headway",
+    )
+    set: dict[str, Value] = Field(
+        default_factory=dict,
+        description="values of scenario keys in the runs of this planner only",
     )
     label: str | None = Field(
         default=None,
@@ -91,6 +97,27 @@ class SeedRange(Strict):
 Seed = Annotated[int, Field(ge=0, le=MAX_SEED)]
 
 
+class SweepClaim(Strict):
+    """What a sweep is to decide, written down before it is run."""
+
+    baseline: str = Field(
+        min_length=1, description="label of the planner that the others are set against"
+    )
+    primary: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
+        description="rates and columns that the claim is about; their p values are "
+        "corrected together, over all scenarios and axes"
+    )
+    penalty_s: Annotated[float, Field(gt=0.0, le=86_400.0)] | None = Field(
+        default=None,
+        description="travel time counted for a run that does not arrive; default: "
+        "twice the longest of the cell",
+    )
+    published: bool = Field(
+        default=False,
+        description="figures are published: no seed of the development range 0-999",
+    )
+
+
 class Sweep(Strict):
     """Many runs: scenarios x planners x axes x seeds."""
 
@@ -117,6 +144,7 @@ class Sweep(Strict):
         default_factory=dict, description="values of scenario keys in all runs"
     )
     axes: Axes = Axes()
+    claim: SweepClaim | None = None
     seeds: SeedRange | Annotated[tuple[Seed, ...], Field(min_length=1)]
     timeout_s: Annotated[float, Field(gt=0.0, le=86_400.0)] = Field(
         default=300.0, description="wall clock of one run"
@@ -175,6 +203,40 @@ class Sweep(Strict):
                 planner = planner.model_copy(update={"label": label})  # noqa: PLW2901
             found.append(planner.variants())
         return found
+
+    @model_validator(mode="after")
+    def _planner_keys_are_free(self) -> Self:
+        """Reject a key that both a planner and an axis set."""
+        axes = self.axes
+        ranges = axes.sample.ranges if axes.sample else {}
+        for index, planner in enumerate(self.planners):
+            for key in planner.set:
+                if any(key in of for of in (axes.grid, axes.zip, ranges)):
+                    problem = "is on an axis too; allowed: set or axes"
+                    raise mismatch(f"planners[{index}].set", f"{key}: {problem}")
+        return self
+
+    @model_validator(mode="after")
+    def _claim_fits(self) -> Self:
+        """Reject a baseline that is no planner, and tuned seeds under a publication."""
+        labels = [planner.shown for planner in self.variants]
+        if self.claim is None:
+            return self
+        if self.claim.baseline not in labels:
+            raise mismatch(
+                "claim.baseline",
+                f"is {self.claim.baseline}; allowed: {', '.join(labels)}",
+            )
+        tuned = [seed for seed in self.all_seeds if seed in DEVELOPMENT_SEEDS]
+        if self.claim.published and tuned:
+            raise mismatch(
+                "seeds",
+                f"has {tuned[0]}, of the development range {DEVELOPMENT_SEEDS[0]}-"
+                f"{DEVELOPMENT_SEEDS[-1]} that planners are tuned on; allowed in a "
+                f"published sweep: others, such as {PUBLISHED_SEEDS[0]}-"
+                f"{PUBLISHED_SEEDS[-1]}",
+            )
+        return self
 
     @property
     def all_seeds(self) -> range | tuple[int, ...]:

@@ -6,6 +6,7 @@ step, as there. A vehicle behind the ego may react to what happens.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,8 @@ from planner.states import BoolArray, CartesianState, FloatArray
 OTHER = "other"
 LEADER = "leader"  # that cuts out
 FOLLOWER = "follower"
+# id, s [m], l [m], speed [m/s], acceleration [m/s²], lateral speed [m/s], length, width
+VehicleRow = tuple[str, float, float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,6 +128,88 @@ def leader_motion(
     )
 
 
+class ScriptedTraffic:
+    """The scripted vehicles of a conflict on the ego's road, step by step.
+
+    Args:
+        road: The ego's, which starts in the middle of a lane.
+        task: Where the ego starts.
+        motions: Of the vehicles, from where the ego starts.
+    """
+
+    def __init__(
+        self, road: Road, task: EgoTask, motions: tuple[ScriptedMotion, ...]
+    ) -> None:
+        self._road, self._task, self._motions = road, task, motions
+        front = task.start.s + task.vehicle.front_reach
+        self._s = np.array([front + m.gap + 0.5 * m.length for m in motions])
+        self._row = 0
+
+    @property
+    def motions(self) -> tuple[ScriptedMotion, ...]:
+        """Motions of the vehicles."""
+        return self._motions
+
+    @property
+    def time(self) -> float:
+        """Time since the start [s]."""
+        return self._row * STEP_S
+
+    def advance(self) -> None:
+        """Move all of them one step on."""
+        for k, motion in enumerate(self._motions):
+            self._s[k] += float(_held(motion.speed, self._row)) * STEP_S
+        self._row += 1
+
+    def place(self, k: int) -> tuple[float, float, float]:
+        """Return arc length, offset [m] and speed [m/s] of vehicle `k`."""
+        motion = self._motions[k]
+        l, speed = _held(motion.l, self._row), _held(motion.speed, self._row)
+        return float(self._s[k]), self._task.start.l + float(l), float(speed)
+
+    def is_visible(self, k: int, ego_s: float) -> bool:
+        """Return whether a vehicle can be seen, or the ego has reached it.
+
+        Args:
+            k: Index of the vehicle.
+            ego_s: Arc length of the ego's rear axle [m].
+        """
+        motion = self._motions[k]
+        if _held(motion.visible, self._row):
+            return True
+        front = ego_s + self._task.vehicle.front_reach
+        return bool(front >= self._s[k] - 0.5 * motion.length)
+
+    def row(self, k: int) -> VehicleRow:
+        """Return id, s, l, speed, acceleration, lateral speed, length and width."""
+        motion, row = self._motions[k], self._row
+        s, l, speed = self.place(k)
+        before = float(_held(motion.speed, max(row - 1, 0)))
+        return (
+            motion.id,
+            s,
+            l,
+            speed,
+            (speed - before) / STEP_S,
+            float(_held(motion.lateral_speed, row)),
+            motion.length,
+            motion.width,
+        )
+
+    def users(self, rows: Sequence[VehicleRow]) -> RoadUsers:
+        """Return rows of vehicles in the plane; they head along the road."""
+        s = np.array([row[1] for row in rows], dtype=np.float64)
+        l = np.array([row[2] for row in rows], dtype=np.float64)
+        point = self._road.path.at(s)
+        table = np.empty((8, len(rows)))
+        table[0] = point.x - l * point.sin_heading
+        table[1] = point.y + l * point.cos_heading
+        table[2] = point.heading
+        for k in range(5):
+            table[3 + k] = [row[3 + k] for row in rows]
+        return RoadUsers.from_table(tuple(row[0] for row in rows), table)
+
+
 class ConflictWorld:
     """A straight road with scripted vehicles and maybe a follower; implements `World`.
 
@@ -144,11 +229,9 @@ class ConflictWorld:
         motions: tuple[ScriptedMotion, ...],
         follower: FollowerModel | None = None,
     ) -> None:
-        self._road, self._task, self._motions = road, task, motions
+        self._road, self._task = road, task
         self._follower = follower
-        front = task.start.s + task.vehicle.front_reach
-        self._s = np.array([front + m.gap + 0.5 * m.length for m in motions])
-        self._row = 0
+        self._script = ScriptedTraffic(road, task, motions)
         speed = task.start.speed
         self._speed = task.target_speed if speed is None else speed
         self._behind = self._follower_at_start()
@@ -171,32 +254,23 @@ class ConflictWorld:
 
     def observe(self) -> TrafficState:
         """Return the vehicles that can be seen."""
+        script, ego_s = self._script, self._ego_place()[0]
         rows = [
-            self._scripted(k) for k in range(len(self._motions)) if self._is_visible(k)
+            script.row(k)
+            for k in range(len(script.motions))
+            if script.is_visible(k, ego_s)
         ]
         if self._follower is not None:
             at, speed, acceleration = self._behind
             size = (self._follower.length, self._follower.width)
             rows.append((FOLLOWER, at, 0.0, speed, acceleration, 0.0, *size))
-        s = np.array([row[1] for row in rows], dtype=np.float64)
-        l = np.array([row[2] for row in rows], dtype=np.float64)
-        point = self._road.path.at(s)
-        table = np.empty((8, len(rows)))
-        table[0] = point.x - l * point.sin_heading
-        table[1] = point.y + l * point.cos_heading
-        table[2] = point.heading
-        for k in range(5):
-            table[3 + k] = [row[3 + k] for row in rows]
-        ids = tuple(row[0] for row in rows)
-        return TrafficState(self._row * STEP_S, RoadUsers.from_table(ids, table))
+        return TrafficState(script.time, script.users(rows))
 
     def advance(self, ego: CartesianState) -> CartesianState:
         """Move all vehicles one step on; the follower reacts to the step before."""
         if self._follower is not None:
             self._follow(self._follower)
-        for k, motion in enumerate(self._motions):
-            self._s[k] += float(_held(motion.speed, self._row)) * STEP_S
-        self._row += 1
+        self._script.advance()
         self._ego = ego
         return ego
 
@@ -205,35 +279,7 @@ class ConflictWorld:
 
     def place(self, k: int) -> tuple[float, float, float]:
         """Return arc length, offset [m] and speed [m/s] of scripted vehicle `k`."""
-        motion = self._motions[k]
-        l, speed = _held(motion.l, self._row), _held(motion.speed, self._row)
-        return float(self._s[k]), float(l), float(speed)
-
-    def _scripted(
-        self, k: int
-    ) -> tuple[str, float, float, float, float, float, float, float]:
-        """Return the row of a scripted vehicle."""
-        motion, row = self._motions[k], self._row
-        s, l, speed = self.place(k)
-        before = float(_held(motion.speed, max(row - 1, 0)))
-        return (
-            motion.id,
-            s,
-            l,
-            speed,
-            (speed - before) / STEP_S,
-            float(_held(motion.lateral_speed, row)),
-            motion.length,
-            motion.width,
-        )
-
-    def _is_visible(self, k: int) -> bool:
-        """Return whether a vehicle can be seen, or the ego has reached it."""
-        motion = self._motions[k]
-        if _held(motion.visible, self._row):
-            return True
-        front = self._ego_place()[0] + self._task.vehicle.front_reach
-        return bool(front >= self._s[k] - 0.5 * motion.length)
+        return self._script.place(k)
 
     def _ego_place(self) -> tuple[float, float]:
         """Return arc length and offset of the ego's rear axle [m]."""
@@ -258,7 +304,7 @@ class ConflictWorld:
         at, l = self._ego_place()
         vehicle = self._task.vehicle
         ahead = [(at - vehicle.rear_overhang, l, vehicle.width, self._ego.speed)]
-        for k, motion in enumerate(self._motions):
+        for k, motion in enumerate(self._script.motions):
             centre, offset, pace = self.place(k)
             ahead.append((centre - 0.5 * motion.length, offset, motion.width, pace))
         gap, closing = math.inf, 0.0

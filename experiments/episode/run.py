@@ -36,6 +36,7 @@ from planner.interface import Planner
 from planner.prediction import PREDICTORS
 
 WITHOUT_EGO_FILE = "vehicles_without_ego.parquet"
+PLACEBO_FILES = ("vehicles_placebo_1.parquet", "vehicles_placebo_2.parquet")
 
 
 def run_episode(
@@ -95,11 +96,17 @@ def run_episode(
             if log is not None:
                 write_candidates(log, folder)
                 write_graphs(recorder.graphs, folder)
-        without = vehicles_without_ego(scenario, layout, trace, world, folder)
-        if without is not None and options.keeps_trace(ending):
-            file = folder / WITHOUT_EGO_FILE
-            write_tables([(without, TABLES["vehicles"], file)])
-        return write_run(scenario, identity, ending, trace, place, without)
+        runs_without = []
+        files: list[tuple[int | None, str]]
+        files = [(None, WITHOUT_EGO_FILE), *enumerate(PLACEBO_FILES)]
+        for placebo, name in files:
+            table = vehicles_without_ego(
+                scenario, layout, trace, world, folder, placebo=placebo
+            )
+            if table is not None and options.keeps_trace(ending):
+                write_tables([(table, TABLES["vehicles"], folder / name)])
+            runs_without.append(table)
+        return write_run(scenario, identity, ending, trace, place, runs_without)
 
 
 def record_crash(scenario: Scenario, reason: str, out: Path = RUNS) -> Outcome:

@@ -1,7 +1,7 @@
 """The run folder of an episode: its name, and what is written into it."""
 
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -71,7 +71,7 @@ def write_run(
     ending: Ending,
     trace: Trace,
     output: RunOutput,
-    without_ego: Table | None = None,
+    runs_without_ego: Sequence[Table | None] = (),
 ) -> Outcome:
     """Compute the metrics of an episode and write its files.
 
@@ -81,13 +81,14 @@ def write_run(
         ending: How the episode ended.
         trace: Of the episode.
         output: The folder.
-        without_ego: Vehicles in the same traffic without the ego, if that was run.
+        runs_without_ego: Vehicles in the same traffic without the ego, and those of its
+            placebo, as far as they were run.
 
     Returns:
         The outcome.
     """
     limits = scenario.ego.vehicle.limits.to_planner()
-    row = metric_row(trace, without_ego, limits)
+    row = metric_row(trace, *runs_without_ego, limits=limits)
     hashed = trace_hash(trace)
     kept = output.options.keeps_trace(ending)
     if kept:

@@ -16,7 +16,13 @@ log = logging.getLogger(__name__)
 
 
 def vehicles_without_ego(
-    scenario: Scenario, layout: Layout, trace: Trace, world: World, folder: Path
+    scenario: Scenario,
+    layout: Layout,
+    trace: Trace,
+    world: World,
+    folder: Path,
+    *,
+    placebo: int | None = None,
 ) -> Table | None:
     """Run the same seed without the ego, if the scenario asks for it.
 
@@ -26,17 +32,21 @@ def vehicles_without_ego(
         trace: Of the episode; the vehicles that the ego has seen are reported.
         world: Of the episode, closed.
         folder: Where its route file is.
+        placebo: Which of the two placebos: other random numbers from the ego's entry
+            on.
 
     Returns:
         The vehicles at the moments of the trace. None if the scenario does not ask for
         it, the ego never entered, or the simulator fails where it did not with the ego.
     """
     n_steps = len(trace.steps["index"])
-    if not scenario.simulation.without_ego or n_steps == 0:
+    simulation = scenario.simulation
+    asked = simulation.without_ego if placebo is None else simulation.placebo
+    if not asked or n_steps == 0:
         return None
     if not isinstance(world, SumoWorld):
         return None
-    without_ego = make_world_without_ego(scenario, layout, folder)
+    without_ego = make_world_without_ego(scenario, layout, folder, placebo=placebo)
     ids = set(trace.vehicles["id"].tolist())
     try:
         moments = without_ego.drive(world.entry_steps, n_steps, ids)

@@ -14,12 +14,16 @@ from experiments.metrics import (
     columns,
     comfort,
     computation,
+    cut_in,
     efficiency,
+    exposure,
     followers,
     lane_change,
     limits,
+    plans,
     right_of_way,
     safety,
+    static_bodies,
     without_ego,
 )
 from experiments.metrics.computation import PlanningClock
@@ -181,6 +185,57 @@ _SAFETY = (
         digits=2,
         better=HIGHER,
         in_terminal=True,
+    ),
+    Metric(
+        column=columns.MIN_STATIC_TTC,
+        label="min TTC to obstacles",
+        compute=lambda e: static_bodies.min_static_time_to_collision(e.trace),
+        formula="smallest time to collision with any obstacle, in the same way; null "
+        "above 10 s",
+        unit="s",
+        digits=1,
+        better=HIGHER,
+    ),
+    Metric(
+        column=columns.TIME_EXPOSED_TTC,
+        label="time with TTC < 3 s",
+        compute=lambda e: exposure.time_exposed_ttc(e.trace),
+        formula="time exposed: steps in which the TTC to some vehicle is below 3 s, "
+        "times the step; null without vehicles",
+        unit="s",
+        digits=1,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.MAX_DRAC,
+        label="max DRAC",
+        compute=lambda e: exposure.max_drac(e.trace),
+        formula="largest deceleration rate to avoid a crash with a leader, (ṡ - ṡ of "
+        "the leader)² / (2 gap) while the gap closes; leader and gap as for the time "
+        "headway; null without leaders",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.MIN_PET,
+        label="min PET",
+        compute=lambda e: exposure.min_post_encroachment_time(e.trace),
+        formula="post-encroachment time: shortest time from when the ego or a vehicle "
+        "leaves a cell of 0.5 m of the road to when the other covers it; null above "
+        "5 s",
+        unit="s",
+        digits=1,
+        better=HIGHER,
+    ),
+    Metric(
+        column=columns.OFF_ROAD_PLANS,
+        label="plans off the road",
+        compute=lambda e: plans.off_road_plans(e.trace),
+        formula="plans in which the ego's body somewhere extends more than 1 cm beyond "
+        "the road edge, driven or not; null without plans",
+        better=LOWER,
+        of_planner=True,
     ),
     Metric(
         column=columns.OFF_ROAD_STEPS,
@@ -477,10 +532,10 @@ _LANE_CHANGE = (
         label="changed before blockage",
         kind=FLAG,
         compute=lambda e: lane_change.changed_before_blockage(e.trace),
-        formula="whether the ego was at least 2.5 m from its initial offset when its "
-        "front reached the blockage, the near end of the first obstacle ahead that "
-        "covers the ego's full width at that offset; false if the ego never reached "
-        "it; null without a blockage",
+        formula="whether the point of the ego's body nearest to the blockage was "
+        "beside it when the front reached it; the blockage is the first obstacle "
+        "ahead that covers the ego's full width at its initial offset; false if the "
+        "ego never reached it; null without a blockage",
         better=HIGHER,
     ),
 )
@@ -530,6 +585,87 @@ _WITHOUT_EGO = (
         better=LOWER,
     ),
 )
+_CAUSAL = (
+    Metric(
+        column=columns.CUT_IN_DECELERATION,
+        label="cut-in: max follower deceleration",
+        compute=lambda e: cut_in.max_deceleration(e.trace),
+        formula="hardest braking of the follower in the lane that the ego changes to, "
+        "from its body's first step over the line to 5 s after it is wholly in that "
+        "lane, at least 0; null without a change or a follower",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.CUT_IN_ADDED,
+        label="cut-in: added deceleration vs. no-ego run",
+        compute=lambda e: cut_in.added_deceleration(e.trace, e.vehicles_without_ego),
+        formula="the same less the hardest braking of that vehicle on that stretch "
+        "without the ego, at least 0; null without `simulation.without_ego`",
+        unit="m/s²",
+        digits=2,
+        better=LOWER,
+    ),
+    Metric(
+        column=columns.PLACEBO_DELAY_MEAN,
+        label="placebo: mean delay",
+        compute=lambda e: without_ego.mean_delay(e.costs_placebo),
+        formula="mean delay of the same vehicles behind between two runs without the "
+        "ego that differ in SUMO's random numbers from the ego's entry on: chance; "
+        "null, like the next two, without `simulation.placebo`",
+        unit="s",
+        digits=2,
+    ),
+    Metric(
+        column=columns.PLACEBO_SPEED_LOSS,
+        label="placebo: max speed loss",
+        compute=lambda e: without_ego.max_speed_loss(e.costs_placebo),
+        formula="the same of the largest speed loss",
+        unit="m/s",
+        digits=2,
+    ),
+    Metric(
+        column=columns.PLACEBO_DECELERATION,
+        label="placebo: added deceleration",
+        compute=lambda e: without_ego.max_added_deceleration(e.costs_placebo),
+        formula="the same of the largest added deceleration",
+        unit="m/s²",
+        digits=2,
+    ),
+    Metric(
+        column=columns.AHEAD_COMPARED,
+        label="vehicles far ahead compared",
+        compute=lambda e: without_ego.n_compared(e.costs_ahead),
+        formula="vehicles always at least 50 m ahead of the ego, which it cannot "
+        "influence, compared with the run without it; null, like the next three, "
+        "without `simulation.without_ego`",
+    ),
+    Metric(
+        column=columns.AHEAD_DELAY_MEAN,
+        label="far ahead: mean delay",
+        compute=lambda e: without_ego.mean_delay(e.costs_ahead),
+        formula="mean delay of these vehicles: chance",
+        unit="s",
+        digits=2,
+    ),
+    Metric(
+        column=columns.AHEAD_SPEED_LOSS,
+        label="far ahead: max speed loss",
+        compute=lambda e: without_ego.max_speed_loss(e.costs_ahead),
+        formula="largest speed loss of these vehicles",
+        unit="m/s",
+        digits=2,
+    ),
+    Metric(
+        column=columns.AHEAD_DECELERATION,
+        label="far ahead: added deceleration",
+        compute=lambda e: without_ego.max_added_deceleration(e.costs_ahead),
+        formula="largest added deceleration of these vehicles",
+        unit="m/s²",
+        digits=2,
+    ),
+)
 
 METRICS: Final[Mapping[str, Metric]] = {
     metric.column: metric
@@ -543,6 +679,7 @@ METRICS: Final[Mapping[str, Metric]] = {
         *_FOLLOWERS,
         *_LANE_CHANGE,
         *_WITHOUT_EGO,
+        *_CAUSAL,
     )
 }
 ALL_COLUMNS: Final = tuple(METRICS)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from experiments.metrics.pairs import obstacle_places
 from experiments.trace.schema import Trace
 from planner.states import FloatArray
 
@@ -30,20 +31,27 @@ def lane_change_done(trace: Trace) -> float | None:
 
 
 def changed_before_blockage(trace: Trace) -> bool | None:
-    """Check whether the ego was in another lane when its front reached the blockage.
+    """Check whether the ego's body was aside when its front reached the blockage.
 
-    Another lane is `CHANGED` or more from the initial offset. None if nothing closes
-    the initial lane; False if the ego never reached the blockage.
+    Aside means that the point of its rectangle nearest to the blocking body is beyond
+    that body's side. None if nothing closes the initial lane; False if the ego never
+    reached the blockage.
     """
-    wall = blockage(trace)
-    if wall is None:
+    found = _blocking_body(trace)
+    if found is None:
         return None
-    front = trace.steps["centre_s_m"] + float(trace.fact("length_m")) / 2.0
+    wall, centre, reach = found
+    length, width = (float(trace.fact(name)) for name in ("length_m", "width_m"))
+    steps = trace.steps
+    turned = np.ma.filled(steps["heading_error_rad"], 0.0)
+    along = (length * np.abs(np.cos(turned)) + width * np.abs(np.sin(turned))) / 2.0
+    front = steps["centre_s_m"] + along
     there = np.flatnonzero(np.ma.filled(front >= wall, False))  # noqa: FBT003
     if there.size == 0:
         return False
-    l = trace.steps["l_m"]
-    return bool(abs(l[there[0]] - l[0]) >= CHANGED)
+    k = int(there[0])
+    across = (length * abs(np.sin(turned[k])) + width * abs(np.cos(turned[k]))) / 2.0
+    return bool(abs(steps["centre_l_m"][k] - centre) - across >= reach)
 
 
 def first_change(trace: Trace) -> tuple[int, int] | None:
@@ -70,6 +78,12 @@ def blockage(trace: Trace) -> float | None:
     That is the near end of the first obstacle ahead that covers the ego's full width
     at the initial offset.
     """
+    found = _blocking_body(trace)
+    return None if found is None else found[0]
+
+
+def _blocking_body(trace: Trace) -> tuple[float, float, float] | None:
+    """Return (near end, offset, half extent across) of what closes the lane [m]."""
     ends = np.ma.filled(trace.steps["l_m"][:1], np.nan)
     if trace.obstacles["x_m"].size == 0 or not np.isfinite(ends).any():
         return None
@@ -77,25 +91,21 @@ def blockage(trace: Trace) -> float | None:
     s, l, along, across = _on_road(trace)
     closes = (l - across <= ends[0] - half) & (l + across >= ends[0] + half)
     ahead = closes & (s - along > float(trace.steps["centre_s_m"][0]))
-    return float((s - along)[ahead].min()) if ahead.any() else None
+    if not ahead.any():
+        return None
+    first = int(np.argmin(np.where(ahead, s - along, np.inf)))
+    return float((s - along)[first]), float(l[first]), float(across[first])
 
 
 def _on_road(trace: Trace) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return (s, l) of each obstacle and its half extents along and across the path."""
-    road, bodies = trace.road, trace.obstacles
-    dx = bodies["x_m"][:, None] - road["x_m"]
-    dy = bodies["y_m"][:, None] - road["y_m"]
-    near = np.argmin(np.hypot(dx, dy), axis=1)
-    rows = np.arange(near.size)
-    heading = road["heading_rad"][near]
-    cos, sin = np.cos(heading), np.sin(heading)
-    dx, dy = dx[rows, near], dy[rows, near]
-    turned = bodies["heading_rad"] - heading
+    bodies = trace.obstacles
+    s, l, turned = obstacle_places(trace)
     length, width = bodies["length_m"] / 2.0, bodies["width_m"] / 2.0
-    cos_turned, sin_turned = np.abs(np.cos(turned)), np.abs(np.sin(turned))
+    cos, sin = np.abs(np.cos(turned)), np.abs(np.sin(turned))
     return (
-        road["s_m"][near] + dx * cos + dy * sin,
-        dy * cos - dx * sin,
-        length * cos_turned + width * sin_turned + bodies["radius_m"],
-        length * sin_turned + width * cos_turned + bodies["radius_m"],
+        s,
+        l,
+        length * cos + width * sin + bodies["radius_m"],
+        length * sin + width * cos + bodies["radius_m"],
     )

@@ -20,6 +20,8 @@ class MeasuredEpisode:
     trace: Trace
     vehicles_without_ego: Table | None = None
     limits: VehicleLimits | None = None  # of the ego, if they are known
+    # two more without the ego, each with other random numbers from its entry on
+    placebos: tuple[Table | None, Table | None] = (None, None)
 
     @cached_property
     def costs_behind(self) -> list[without_ego.Cost] | None:
@@ -27,6 +29,21 @@ class MeasuredEpisode:
         if self.vehicles_without_ego is None:
             return None
         return without_ego.costs(self.trace, self.vehicles_without_ego)
+
+    @cached_property
+    def costs_ahead(self) -> list[without_ego.Cost] | None:
+        """Differences of vehicles far ahead; None without the second run."""
+        if self.vehicles_without_ego is None:
+            return None
+        return without_ego.costs_ahead(self.trace, self.vehicles_without_ego)
+
+    @cached_property
+    def costs_placebo(self) -> list[without_ego.Cost] | None:
+        """Differences between the two placebos; None without both."""
+        one, other = self.placebos
+        if one is None or other is None:
+            return None
+        return without_ego.costs(self.trace, one, other)
 
 
 class Better(StrEnum):

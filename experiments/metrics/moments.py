@@ -77,10 +77,12 @@ def _slowest_following(trace: Trace) -> int | None:
 def _least_headway(trace: Trace) -> int | None:
     """Find the step of `min_time_headway_s`."""
     pairs = neighbours(trace)
-    headways = safety.time_headways(pairs)
-    if headways.size == 0 or not np.isfinite(headways.min()):
+    gap, leads = safety.leader_gaps(pairs)
+    leads &= pairs.ego_speed >= safety.MIN_HEADWAY_SPEED
+    if not leads.any():
         return None
-    return _row_of(trace, int(pairs.index[headways.argmin()]))
+    headways = gap[leads] / pairs.ego_speed[leads]
+    return _row_of(trace, int(pairs.index[leads][headways.argmin()]))
 
 
 def _off_road(trace: Trace) -> int | None:

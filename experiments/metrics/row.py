@@ -20,6 +20,9 @@ from planner.vehicle import VehicleLimits
 def metric_row(
     trace: Trace,
     without_ego: Table | None = None,
+    placebo: Table | None = None,
+    other_placebo: Table | None = None,
+    *,
     limits: VehicleLimits | None = None,
 ) -> dict[str, Cell]:
     """Compute all metrics of an episode.
@@ -27,13 +30,15 @@ def metric_row(
     Args:
         trace: The recorded episode, with any number of steps.
         without_ego: The vehicles of the same seed without the ego, if that was run.
+        placebo: The same with other random numbers.
+        other_placebo: And with others again.
         limits: Of the ego, if they are known.
 
     Returns:
         Column name to value, in the order of the results; None where a metric does
         not apply.
     """
-    episode = MeasuredEpisode(trace, without_ego, limits)
+    episode = MeasuredEpisode(trace, without_ego, limits, (placebo, other_placebo))
     self_driven = trace.fact("planner") in SELF_DRIVEN
     return {
         column: None

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+from numpy.typing import NDArray
 
 from experiments.metrics.pairs import Neighbours, neighbours
 from experiments.trace.schema import Trace
@@ -72,7 +73,7 @@ def time_to_contact(pairs: Neighbours) -> FloatArray:
             ) + _half_extent(
                 pairs.ego_length, pairs.ego_width, pairs.ego_heading - normal
             )
-            enter, leave = _overlap_times(distance, rate, reach)
+            enter, leave = overlap_times(distance, rate, reach)
             begin, end = np.maximum(begin, enter), np.minimum(end, leave)
     return np.where(begin <= end, begin, np.inf)
 
@@ -97,18 +98,23 @@ def time_headways(pairs: Neighbours) -> FloatArray:
     Returns:
         (n_pairs,) [s].
     """
+    gap, leads = leader_gaps(pairs)
+    leads &= pairs.ego_speed >= MIN_HEADWAY_SPEED
+    headways = np.full(gap.size, np.inf)
+    headways[leads] = gap[leads] / pairs.ego_speed[leads]
+    return headways
+
+
+def leader_gaps(pairs: Neighbours) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return the gap to each vehicle [m], and whether it is a leader, (n_pairs,) each.
+
+    See `min_time_headway`; a gap is at least 0.
+    """
     front = pairs.ego_length / 2.0 * np.cos(pairs.ego_heading)
     rear = pairs.ds - pairs.length / 2.0 * np.cos(pairs.heading)
     gap = _corridor_entry(pairs) - front
-    leads = (
-        (rear >= front)
-        & (np.cos(pairs.heading) > 0.0)
-        & (gap <= LEADER_RANGE)
-        & (pairs.ego_speed >= MIN_HEADWAY_SPEED)
-    )
-    headways = np.full(gap.size, np.inf)
-    headways[leads] = np.maximum(gap[leads], 0.0) / pairs.ego_speed[leads]
-    return headways
+    leads = (rear >= front) & (np.cos(pairs.heading) > 0.0) & (gap <= LEADER_RANGE)
+    return np.maximum(gap, 0.0), np.asarray(leads)
 
 
 def _corridor_entry(pairs: Neighbours) -> FloatArray:
@@ -165,7 +171,7 @@ def _half_extent(
     return extent
 
 
-def _overlap_times(
+def overlap_times(
     distance: FloatArray, rate: FloatArray, reach: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Solve |distance + rate t| <= reach for t; (inf, -inf) if never."""

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.metrics.pairs import neighbours
 from experiments.trace.schema import Table, Trace
 from planner.states import FloatArray
 
 MIN_ADVANCE = 1e-6  # below this a vehicle stands [m]
+FAR_AHEAD = 50.0  # centre to centre; no vehicle reacts to one behind it [m]
 MIN_STRETCH = 1.0  # shortest stretch on which two drives are compared [m]
 
 
@@ -54,21 +56,40 @@ class Cost:
     added_deceleration: float  # >= 0 [m/s²]
 
 
-def costs(trace: Trace, without: Table) -> list[Cost]:
+def costs(trace: Trace, without: Table, other: Table | None = None) -> list[Cost]:
     """Compare the same-direction vehicles that were behind the ego when first observed.
 
     Args:
         trace: The episode.
         without: The vehicles of the same seed without the ego, in the format of the
             trace's own table, at the same times.
+        other: A second run without the ego, which takes the place of the episode: what
+            differs then is chance.
 
     Returns:
         One entry per vehicle; a vehicle whose two drives share no stretch of the road
         is left out.
     """
+    driven = trace.vehicles if other is None else other
+    return _compared(trace, _behind(trace), driven, without)
+
+
+def costs_ahead(trace: Trace, without: Table) -> list[Cost]:
+    """Compare the vehicles that the ego cannot have influenced: far ahead, always.
+
+    Those of its direction whose centre is at least `FAR_AHEAD` ahead in every step in
+    which both have a place on the path. What differs is chance.
+    """
+    return _compared(trace, _far_ahead(trace), trace.vehicles, without)
+
+
+def _compared(
+    trace: Trace, names: Iterator[str], driven: Table, without: Table
+) -> list[Cost]:
+    """Compare vehicles in two tables; see `costs`."""
     found = []
-    for name in _behind(trace):
-        pair = _drive(trace, trace.vehicles, name), _drive(trace, without, name)
+    for name in names:
+        pair = drive_of(trace, driven, name), drive_of(trace, without, name)
         if all(one.time.size > 1 for one in pair):
             cost = _cost(name, *pair)
             if cost is not None:
@@ -140,7 +161,17 @@ def _behind(trace: Trace) -> Iterator[str]:
         yield str(names[number])
 
 
-def _drive(trace: Trace, table: Table, name: str) -> VehicleDrive:
+def _far_ahead(trace: Trace) -> Iterator[str]:
+    """Yield the same-direction vehicles that are always far ahead of the ego."""
+    pairs = neighbours(trace)
+    names, inverse = np.unique(pairs.id.astype(str), return_inverse=True)
+    near = (pairs.ds < FAR_AHEAD) | (np.cos(pairs.heading) <= 0.0)
+    ever_near = np.bincount(inverse[near], minlength=names.size) > 0
+    for number in np.flatnonzero(~ever_near):
+        yield str(names[number])
+
+
+def drive_of(trace: Trace, table: Table, name: str) -> VehicleDrive:
     """Select one vehicle's rows until it leaves the ego's carriageway."""
     rows = np.flatnonzero(table["id"] == name)
     s, l = (np.ma.filled(table[key], np.nan)[rows] for key in ("s_m", "l_m"))

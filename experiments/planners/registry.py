@@ -57,10 +57,15 @@ PLANNERS: Mapping[str, RegisteredPlanner] = {
         "planner.lane_change:LaneChangeSettings",
         "chapter 6 in closed loop: B-spline path, s-T graph, every passing order",
     ),
+    "lane_change_area": RegisteredPlanner(
+        "planner.lane_change:area",
+        "planner.lane_change:LaneChangeSettings",
+        "the same with the passing order chosen by its area, as in the thesis",
+    ),
     "lane_change_thesis": RegisteredPlanner(
         "planner.lane_change:thesis",
         "planner.lane_change:LaneChangeSettings",
-        "the same with the passing order chosen by its area, as in the thesis",
+        "the same with speeds planned as chapter 6 is printed, faults included",
     ),
     "lane_change_dp": RegisteredPlanner(
         "planner.lane_change:conventional",

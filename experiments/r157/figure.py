@@ -40,13 +40,13 @@ DOTS: Final[dict[str, tuple[str, str, float]]] = {
     "kept its lane": (".", palette.MOMENTS[0], 1.2),
     "braked > 6 m/s²": ("v", palette.SECOND_CURVE, 1.8),
     "left its lane": ("+", palette.MOMENTS[2], 2.4),
-    "collided": ("x", palette.CURVE, 2.6),
+    "collided or failed": ("x", palette.MOMENTS[1], 3.2),
 }
 UNPREVENTABLE: Final = "#BDBDBD"
 LINES: Final[dict[str, tuple[str, Literal["-", "--", ":"]]]] = {
-    "regulation_157": (palette.MOMENTS[0], "-"),
-    "rss": (palette.MOMENTS[1], "--"),
-    "fuzzy_safety": (palette.MOMENTS[2], ":"),
+    "regulation_157": (palette.CURVE, "-"),
+    "rss": (palette.MOMENTS[3], "--"),
+    "fuzzy_safety": (palette.CURVE, ":"),
 }
 
 
@@ -120,15 +120,15 @@ def _draw_panel(axis: "Axes", result: PanelResult) -> None:
 
 
 def _draw_dots(axis: "Axes", run: PlannerPanel) -> None:
-    """Draw what a planner did in each cell, the worst that applies."""
+    """Draw what a planner did in each cell; it may both leave its lane and brake."""
     hit = run.collided | run.failed
     left = run.left_lane & ~hit
-    hard = run.braked_hard & ~hit & ~left
+    hard = run.braked_hard & ~hit
     shown = {
         "kept its lane": ~(hit | left | hard),
         "braked > 6 m/s²": hard,
         "left its lane": left,
-        "collided": hit,
+        "collided or failed": hit,
     }
     for name, cells in shown.items():
         marker, colour, size = DOTS[name]

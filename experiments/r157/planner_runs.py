@@ -7,6 +7,7 @@ as the conflict is over, so that thousands of them are cheap.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -17,17 +18,18 @@ from experiments.cosim.conflict_world import (
     FollowerModel,
     ScriptedMotion,
 )
-from experiments.cosim.conflicts import STEP_S, LateralProfile, Sizes
+from experiments.cosim.conflicts import STEP_S, Conflicts, LateralProfile, Sizes
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.loop import EpisodeOptions, run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.cosim.road import EgoTask, Road, Start
 from experiments.r157.drivers import drivers_of
-from experiments.r157.grids import ConflictPanel
+from experiments.r157.grids import ConflictKind, ConflictPanel
 from experiments.r157.simulate import ConflictEnd
 from planner.interface import Planner
 from planner.prediction import held_braking
+from planner.reference_drivers import ReferenceDriver
 from planner.reference_drivers.braking_planner import BrakingPlanner
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import line
@@ -81,7 +83,9 @@ def drive_cells(
     """
     # A reference driver keeps its own distance, all others the careful human's.
     model = planner.driver if isinstance(planner, BrakingPlanner) else None
-    conflicts = panel.conflicts(model, settings.sizes, settings.profile)
+    x, y = tuple(panel.x.tolist()), tuple(panel.y.tolist())
+    same = panel.kind, panel.ego_kmh, panel.other_kmh, x, y
+    conflicts = _conflicts(same, model, settings.sizes, settings.profile)
     speeds = panel.ego_speed()
     road = _road(settings.sizes, float(speeds.max()) * len(conflicts.other_speed))
     return [
@@ -94,6 +98,26 @@ def drive_cells(
         )
         for row in rows
     ]
+
+
+@lru_cache(maxsize=1)
+def _conflicts(
+    same: tuple[ConflictKind, int, int, tuple[float, ...], tuple[float, ...]],
+    model: ReferenceDriver | None,
+    sizes: Sizes,
+    profile: LateralProfile,
+) -> Conflicts:
+    """Build the conflicts of a panel once for all batches of it in a process.
+
+    Args:
+        same: The fields of the panel.
+        model: Whose distance to the leader is kept.
+        sizes: Of vehicles and lane.
+        profile: Of the lateral motion of a cut-in.
+    """
+    kind, ego_kmh, other_kmh, x, y = same
+    panel = ConflictPanel(kind, ego_kmh, other_kmh, np.array(x), np.array(y))
+    return panel.conflicts(model, sizes, profile)
 
 
 def reference_planner(panel: ConflictPanel, name: str) -> BrakingPlanner | None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from experiments.errors import ResultsError
 
 PARENTS = (Path("sweeps"), Path("runs"))  # where commands put results by default
+LIKE = 0.75  # from which two names are alike, 0 to 1
 _ASIDE = ".unfinished-{}-"  # with the process that fills it
 
 
@@ -97,7 +98,7 @@ def _folder_like(missing: Path) -> Path | None:
         there = [one.name for one in missing.parent.iterdir() if one.is_dir()]
     except OSError:
         return None
-    close = get_close_matches(missing.name, there, n=1)
+    close = get_close_matches(missing.name, there, n=1, cutoff=LIKE)
     return missing.with_name(close[0]) if close else None
 
 

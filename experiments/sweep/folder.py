@@ -180,6 +180,11 @@ def take(folder: Path, sweep: Sweep, code: Mapping[str, Any]) -> None:
     replace_json(code_file, {"sweep": sweep.name, "code": known})
 
 
+def has_sweep_copy(folder: Path) -> bool:
+    """Check whether the sweep file of the last call is there."""
+    return (folder / _SWEEP).is_file()
+
+
 def load_sweep_copy(folder: Path) -> Sweep:
     """Read the sweep file of the last call."""
     path = folder / _SWEEP
@@ -191,6 +196,12 @@ def load_sweep_copy(folder: Path) -> Sweep:
     except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
         words = short_text(" ".join(str(error).split()))
         raise ResultsError(f"{path}: cannot be read: {words}") from error
+
+
+def code_of(folder: Path) -> dict[str, str]:
+    """Read which code the runs are of: its hash, users' planners, libraries."""
+    path = folder / _CODE
+    return checked(CodeFile, read_json(path), path).code
 
 
 def remove_unfinished(folder: Path) -> None:

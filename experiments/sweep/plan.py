@@ -21,6 +21,7 @@ from experiments.config.yaml_reader import Document, KeyPath
 from experiments.episode.identity import run_hashes
 from experiments.errors import ConfigError
 from experiments.planners.registry import PLANNERS, make_planner
+from experiments.sweep.claim import check_claim
 from experiments.sweep.trial import make_apart
 from sumo_nets import catalogue
 from sumo_nets.errors import NetworkError
@@ -49,10 +50,19 @@ class Plan:
         self._places = document
         self._planners_place = document.where(("planners",))
         self._seeds_place = document.where(("seeds",))
+        check_claim(sweep, document)
         self._bases = [scenario_document(name) for name in sweep.scenarios]
         self._set = [
-            self._change("set", key, value) for key, value in sweep.set.items()
+            self._change(("set",), key, value) for key, value in sweep.set.items()
         ]
+
+        self._own = {
+            planner.shown: [
+                self._change(("planners", index, "set"), key, value)
+                for key, value in planner.set.items()
+            ]
+            for index, planner in enumerate(sweep.planners)
+        }
 
     def __len__(self) -> int:
         return self._sweep.count
@@ -98,7 +108,8 @@ class Plan:
             for key, value in planner.settings.items()
         ]
         changes += self._set
-        changes += [self._change("axes", key, value) for key, value in point.items()]
+        changes += self._own[planner.shown]
+        changes += [self._change(("axes",), key, value) for key, value in point.items()]
         changes.append((("simulation", "seed"), seed, self._seeds_place))
         scenario = check_scenario(changed(base, changes))
         if seed == self._sweep.all_seeds[0]:
@@ -129,10 +140,10 @@ class Plan:
         for section, keys in (("axes", point), ("set", self._sweep.set)):
             for written in keys:
                 if f"{key}.".startswith(f"{written}."):
-                    return self._where(section, written)
+                    return self._where((section,), written)
         return self._planners_place
 
-    def _change(self, section: str, key: str, value: Any) -> Change:
+    def _change(self, section: KeyPath, key: str, value: Any) -> Change:
         """Return the key of the scenario, its value, and where they were written."""
         where = self._where(section, key)
         path = parse_key(key)
@@ -144,17 +155,17 @@ class Plan:
             )
         return path, plain(value), where
 
-    def _where(self, section: str, key: str) -> str:
+    def _where(self, section: KeyPath, key: str) -> str:
         """Return the place where an axis was written."""
         paths: list[KeyPath] = [
-            (section, key),
-            *((section, kind, key) for kind in ("grid", "zip")),
-            (section, "sample", "ranges", key),
+            (*section, key),
+            *((*section, kind, key) for kind in ("grid", "zip")),
+            (*section, "sample", "ranges", key),
         ]
         for path in paths:
             if path in self._places.places:
                 return self._places.places[path]
-        return self._places.where((section,))
+        return self._places.where(section)
 
 
 def plain(value: Any) -> Any:

@@ -12,6 +12,7 @@ from enum import StrEnum
 from experiments.comparison.inference import wilson
 
 DIGITS = 4  # significant ones of every number that is reported
+FEW = 0.1  # share of trials up to which a claim mostly does not hold
 NOTHING = 1e-9  # what is smaller is rounding
 Number = float | int
 
@@ -21,6 +22,7 @@ class ClaimVerdict(StrEnum):
 
     HOLDS = "holds"
     PARTLY = "holds in part"
+    MOSTLY_FAILS = "mostly does not hold"
     FAILS = "does not hold"
     UNKNOWN = "not measured"
 
@@ -80,11 +82,10 @@ class Claim:
             return ClaimVerdict.HOLDS if self.picked else ClaimVerdict.FAILS
         if self.share.holds == 0:
             return ClaimVerdict.FAILS
-        return (
-            ClaimVerdict.HOLDS
-            if self.share.holds == self.share.of
-            else ClaimVerdict.PARTLY
-        )
+        if self.share.holds == self.share.of:
+            return ClaimVerdict.HOLDS
+        few = self.share.holds <= FEW * self.share.of
+        return ClaimVerdict.MOSTLY_FAILS if few else ClaimVerdict.PARTLY
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from experiments.thesis import wording
 from experiments.thesis.drawing import data_uri
 
 Data = Mapping[str, Any]
-MARKS = {"holds": "good", "does not hold": "bad"}
+MARKS = {"holds": "good", "mostly does not hold": "bad", "does not hold": "bad"}
 
 
 def save_thesis_page(
@@ -34,7 +34,7 @@ def thesis_page(numbers: Data, pictures: Mapping[int, Sequence[Data]]) -> str:
     timed = numbers["timing"]["chapters"]
     facts = {
         "quick": numbers["quick"],
-        "counts": wording.counts(chapters),
+        "counts": numbers["verdicts"],
         "slips": numbers["slips"],
         "chapters": [
             {
@@ -57,7 +57,7 @@ def thesis_page(numbers: Data, pictures: Mapping[int, Sequence[Data]]) -> str:
         "timing": [table for one in timed for table in one["tables"]],
         "number": wording.number,
     }
-    return render("thesis.html.j2", (), None, facts)
+    return render("thesis.html.j2", ("thesis.js",), None, facts)
 
 
 def _claims(claims: Sequence[Data]) -> list[dict[str, str]]:
@@ -69,6 +69,7 @@ def _claims(claims: Sequence[Data]) -> list[dict[str, str]]:
             "published": wording.pairs(claim["published"]),
             "measured": wording.measured(claim),
             "verdict": wording.verdict(claim),
+            "kind": str(claim["verdict"]),
             "mark": MARKS.get(claim["verdict"], ""),
             "reason": wording.reason(claim),
         }

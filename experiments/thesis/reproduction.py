@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.storage.atomic_folder import write_atomically
+from experiments.thesis import wording
 from experiments.thesis.chapters import Data
 from experiments.thesis.claims import printed
 from experiments.thesis.document import document
@@ -31,6 +32,7 @@ def numbers_of(chapters: Sequence[Data], *, quick: bool) -> Data:
     return {
         "quick": quick,
         "slips": slips,
+        "verdicts": wording.counts(list(chapters)),
         "chapters": [
             {key: value for key, value in chapter.items() if key not in APART}
             for chapter in chapters

@@ -12,9 +12,21 @@ def number(value: float | str) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
+# the last word of a name that is the unit of its number
+UNITS = {"percent": "%", "m": "m", "ms": "ms", "s": "s", "m/s": "m/s", "mps": "m/s"}
+
+
 def pairs(values: Mapping[str, float]) -> str:
-    """Write named numbers in one line; a dash for none."""
-    return "; ".join(f"{name} {number(v)}" for name, v in values.items()) or "-"
+    """Write named numbers in one line, with their units; a dash for none."""
+    return "; ".join(_phrase(name, v) for name, v in values.items()) or "-"
+
+
+def _phrase(name: str, value: float) -> str:
+    """Write one named number: `decline: 63.7 %` for `decline percent`."""
+    words, _, last = name.rpartition(" ")
+    if last in UNITS and words:
+        return f"{words}: {number(value)} {UNITS[last]}"
+    return f"{name}: {number(value)}"
 
 
 def verdict(claim: Data) -> str:
@@ -28,6 +40,9 @@ def verdict(claim: Data) -> str:
         words = f"does not hold in any of {trials} (0 to {number(share['high'])} %)"
     elif claim["verdict"] == "holds":
         words = f"holds in all {trials} ({interval})"
+    elif claim["verdict"] == "mostly does not hold":
+        words = f"mostly does not hold: in {number(share['percent'])} % of {trials} "
+        words += f"({interval})"
     else:
         words = f"holds in {number(share['percent'])} % of {trials} ({interval})"
     return words + picked(claim)

@@ -93,6 +93,13 @@ def map_around(path: ReferencePath, net_file: Path | None) -> RoadMap:
     return RoadMap(tuple(lanes), tuple(a for a in areas if _reaches_into(a, box)))
 
 
+def whole_map(net: Net) -> RoadMap:
+    """Collect all lanes and junctions of a network."""
+    outlines = [junction.outline for junction in net.junctions.values()]
+    areas = [freeze(outline) for outline in outlines if len(outline) >= MIN_CORNERS]
+    return RoadMap(tuple(_lanes(net)), tuple(areas))
+
+
 def write_map(road_map: RoadMap, folder: Path) -> None:
     """Write a map into a run folder."""
     content = {

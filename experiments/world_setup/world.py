@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
+from zlib import crc32
 
 from experiments.config import Scenario
 from experiments.config.self_driven import (
@@ -14,6 +15,7 @@ from experiments.config.self_driven import (
     SUMO_TUNED,
 )
 from experiments.cosim.kinematic_world import KinematicWorld, ScriptedVehicle
+from experiments.cosim.sumo.conflict_world import SumoConflictWorld
 from experiments.cosim.sumo.driver_settings import SumoDriverSettings
 from experiments.cosim.sumo.settings import BEGIN, SumoSettings
 from experiments.cosim.sumo.sumo_driver import SumoDriverWorld
@@ -21,7 +23,7 @@ from experiments.cosim.sumo.without_ego import WithoutEgoWorld
 from experiments.cosim.sumo.world import SumoWorld
 from experiments.cosim.world import World
 from experiments.world_setup.closures import closed_lanes
-from experiments.world_setup.conflict import conflict_world
+from experiments.world_setup.conflict import conflict_world, scripted_motions
 from experiments.world_setup.demand_files import checked_demand, taken_vehicle
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import TRAFFIC_FILE, slow_leader, write_traffic
@@ -29,6 +31,8 @@ from experiments.world_setup.tuned_driver import tuned_driver
 from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
+
+FIRST_PLACEBO = 1_000_001  # repetition that no scenario can have
 
 # SUMO's own driver by the name of its planner; scenarios lay their settings over it.
 SUMO_DRIVERS: Mapping[str, SumoDriverSettings] = MappingProxyType(
@@ -87,15 +91,26 @@ def _sumo_world(
     route_file = write_traffic(scenario, layout, network, folder)
     settings = _sumo_settings(scenario, layout, network, route_file)
     settings = replace(settings, gui=gui)
-    if settings.driver is not None:
-        return SumoDriverWorld(settings)
-    return SumoWorld(settings)
+    driven_by_sumo = settings.driver is not None
+    if scenario.conflict is not None:
+        if driven_by_sumo:
+            problem = "is SUMO's own driver; allowed with a conflict: any other planner"
+            raise scenario.error(("planner",), problem)
+        motions = scripted_motions(scenario, scenario.conflict, layout)
+        return SumoConflictWorld(settings, motions)
+    return SumoDriverWorld(settings) if driven_by_sumo else SumoWorld(settings)
 
 
 def make_world_without_ego(
-    scenario: Scenario, layout: Layout, folder: Path
+    scenario: Scenario, layout: Layout, folder: Path, *, placebo: int | None = None
 ) -> WithoutEgoWorld:
     """Make the world of the same seed without the ego; see `make_world`.
+
+    Args:
+        scenario: Checked.
+        layout: Of the same scenario.
+        folder: Where the route file of the traffic is.
+        placebo: Which one; with other random numbers from the ego's entry on.
 
     Raises:
         ConfigError: If no vehicle in the scenario's world would react to an ego.
@@ -105,7 +120,15 @@ def make_world_without_ego(
         raise scenario.error(("simulation", "without_ego"), problem)
     route_file = folder / TRAFFIC_FILE
     settings = _sumo_settings(scenario, layout, layout.network, route_file)
-    return WithoutEgoWorld(settings)
+    if placebo is None:
+        return WithoutEgoWorld(settings)
+    stream = random_stream(settings.seed, FIRST_PLACEBO + placebo)
+    return WithoutEgoWorld(settings, stream, folder)
+
+
+def random_stream(seed: int, repetition: int) -> int:
+    """Return the seed of SUMO's random numbers in a repetition of a run."""
+    return seed if repetition == 0 else crc32(f"{seed} {repetition}".encode()) >> 1
 
 
 def sumo_driver(scenario: Scenario) -> SumoDriverSettings | None:
@@ -143,7 +166,7 @@ def _sumo_settings(
         ghost=simulation.ghost,
         lane_change_guard=simulation.lane_change_guard,
         step=simulation.step_s,
-        seed=simulation.seed,
+        seed=random_stream(simulation.seed, simulation.repetition),
         warm_up=warm_up,
         demand=demand,
         begin=begin,

@@ -11,9 +11,18 @@ def proposed(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
     return LaneChangePlanner(settings or LaneChangeSettings())
 
 
-def thesis(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
+def area(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
     """Make the planner with the area rule of [Thesis] eq. 6.12-6.18."""
     return LaneChangePlanner(_with(settings, OrderRule.AREA))
+
+
+def thesis(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
+    """Make the planner whose speeds are planned as chapter 6 is printed."""
+    base = _with(settings, OrderRule.AREA)
+    printed = replace(
+        base.speed.printed, four_corners=True, region_bounds=True, objective=True
+    )
+    return LaneChangePlanner(replace(base, speed=replace(base.speed, printed=printed)))
 
 
 def conventional(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
@@ -30,6 +39,7 @@ def _with(settings: LaneChangeSettings | None, rule: OrderRule) -> LaneChangeSet
 __all__ = [
     "LaneChangePlanner",
     "LaneChangeSettings",
+    "area",
     "conventional",
     "proposed",
     "thesis",

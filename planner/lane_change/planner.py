@@ -58,7 +58,10 @@ def _decide(
 ) -> PlanCandidate | None:
     """Try the phases in turn; None if nothing can be planned."""
     scene = here.scene
-    if last is not None and last.change is not None:
+    bound = settings.manoeuvre.consistent or (
+        last is not None and last.phase is Phase.COMMITTED
+    )
+    if last is not None and last.change is not None and bound:
         candidate = go_on(here, last, last.change, settings, counts)
         if candidate is not None:
             return candidate

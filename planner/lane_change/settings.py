@@ -44,6 +44,16 @@ class GridSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class PrintedPieces:
+    """Pieces of the thesis' speed planning as printed; see `speed.printed`."""
+
+    four_corners: bool = False  # 6.4.1: on the path if all corners are near it
+    corner_distance: float = 1.75  # omega, which is not given: half a lane [m]
+    region_bounds: bool = False  # 6.13-6.17 bound the program
+    objective: bool = False  # 6.20: distance and speed themselves are minimised
+
+
+@dataclass(frozen=True, slots=True)
 class SpeedSettings:
     """The speed program, [Thesis] eq. 6.19 and 6.20 corrected, and its margins."""
 
@@ -64,6 +74,7 @@ class SpeedSettings:
     max_orders: int = 64  # passing orders looked at in one plan
     order_rule: OrderRule = OrderRule.SOLVE_ALL
     grid: GridSettings = GridSettings()  # of rule dynamic_programming
+    printed: PrintedPieces = PrintedPieces()
 
     def __post_init__(self) -> None:
         """Store whole numbers as floats."""
@@ -81,6 +92,8 @@ class ManoeuvreSettings:
     tight_room: float = 7.0  # from which a stand still leads past a blockage [m]
     reaction: float = 0.6  # of the driver behind, for RSS [s]
     rear_braking: float = 4.5  # of the driver behind, for RSS [m/s²]
+    rss_gate: bool = True  # whether a gap must be safe by RSS before it is entered
+    consistent: bool = True  # whether a change, once begun, goes on on its path
 
     def __post_init__(self) -> None:
         """Store whole numbers as floats."""

@@ -38,6 +38,10 @@ class DriverState:
 class ReferenceDriver(Protocol):
     """A driver model that only brakes."""
 
+    def __hash__(self) -> int:
+        """Return the same number for the same parameters."""
+        ...
+
     @property
     def reaction(self) -> Reaction:
         """Delay and jerk between wish and deceleration."""

@@ -85,7 +85,7 @@ def rearview_arguments(command: str) -> list[str]:
         for line in done.stdout.replace("\\\n", " ").splitlines()
         if line.startswith(".venv/bin/rearview ")
     ]
-    through_make = {"experiment", "figure", "report", "sweep", "thesis"}
+    through_make = {"experiment", "figure", "report", "sweep", "thesis", "results"}
     assert bool(calls) == (words[1] in {*through_make, "thesis-docs", "schema"}), words
     return calls[-1][1:] if words[1] in through_make else []
 

@@ -23,7 +23,7 @@ from tests.docs.documents import (
 
 COMMANDS = all_commands()
 OWN_SCENARIOS = {"my_road.yaml", "my.net.xml"}
-OWN_SWEEPS = {"mine.yaml", "study.yaml"}
+OWN_SWEEPS = {"mine.yaml", "study.yaml", "question.yaml"}
 OWN_PLANNER = "my_planner:make"
 CHEAP = [
     "rearview list",
@@ -115,6 +115,30 @@ def test_sweep_of_the_tutorial_works_as_written(tmp_path):
             words[-1] = runs[0].name[:8]
         done = rearview(*words, folder=tmp_path)
         assert done.returncode == 0, command + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.sumo
+def test_the_tutorial_from_question_to_figure_works_as_written(tmp_path):
+    """As written, with 1 seed in the place of 20 and 2 settings in that of 3."""
+    text = TEXTS["docs/tutorials/question.md"]
+    (planner,) = blocks(TEXTS["docs/tutorials/own_planner.md"], "python")
+    (tmp_path / "my_planner.py").write_text(planner, encoding="utf-8")
+    (question,) = blocks(text, "yaml")
+    assert len(question.splitlines()) <= 12
+    given = [command for command in commands(text) if command.startswith("rearview ")]
+    assert len(given) <= 8
+    few = question.replace("count: 20", "count: 1").replace(", 3.0, 4.0]", ", 4.0]")
+    (tmp_path / "question.yaml").write_text(few, encoding="utf-8")
+    for command in given:
+        words = shlex.split(command)[1:]
+        if words[0] == "events":
+            words[1] = str(next(tmp_path.glob("sweeps/question/reruns/*")))
+        done = rearview(*words, folder=tmp_path)
+        assert done.returncode == 0, command + done.stderr
+    for name in ("route.png", "table.tex", "pairs.pdf", "pairs.csv", "worst.html"):
+        assert (tmp_path / name).is_file()
+    assert "mine, braking 2" in (tmp_path / "table.tex").read_text()
 
 
 def test_sweep_of_the_tutorial_has_as_many_runs_as_it_says(tmp_path):

@@ -106,9 +106,10 @@ def hang_deaf() -> None:
 
 def eat() -> None:
     eaten = []
-    while True:
-        eaten.append(np.ones(5_000_000))
-        time.sleep(0.005)
+    for _ in range(40):  # 3 GB, also if nobody stops it
+        eaten.append(np.ones(10_000_000))
+        time.sleep(0.02)
+    hang()
 
 
 def eat_in_children() -> None:

@@ -11,7 +11,7 @@ def died(words: str) -> tuple[str, str, str]:
     return "crashed", "process_died", f"the process of the episode {words}"
 
 
-LATE = ("crashed", "wall_clock", "exceeded 10 s of wall clock")
+LATE = ("crashed", "wall_clock", "exceeded 20 s of wall clock")
 TOO_LARGE = ("crashed", "memory", "exceeded 900 MB of memory")
 
 OUTCOMES: dict[str, tuple[str, str | None, str]] = {

@@ -18,8 +18,8 @@ import pytest
 import yaml
 
 from experiments.cli.user_errors import error_line, user_errors
-from experiments.comparison import inference
-from experiments.comparison.compare import compare
+from experiments.comparison import location
+from experiments.comparison.compare import Question, compare
 from experiments.comparison.results import rebuild, rows
 from experiments.config.scenario_file import (
     SCENARIO_FOLDER,
@@ -86,7 +86,8 @@ def originals(tmp_path_factory) -> Path:
 @pytest.fixture(autouse=True)
 def _few_resamples(monkeypatch) -> None:
     """Intervals of a comparison take most of the time, and read nothing."""
-    monkeypatch.setattr(inference, "RESAMPLES", 99)
+    monkeypatch.setattr(location, "RESAMPLES", 99)
+    monkeypatch.setattr(location, "TAIL_RESAMPLES", 99)
 
 
 def one_line(read: Callable[[], object]) -> bool:
@@ -156,7 +157,7 @@ def _json_of_a_run(
     _mutate_json(rng.choice(sorted(sweep.glob(f"runs/*/*/{name}"))), rng)
 
     def read_sweep() -> None:
-        compare(rows(sweep), "cruise")
+        compare(rows(sweep), Question("cruise"))
         sweep_page(sweep, sweep)
 
     return read_sweep
@@ -182,7 +183,7 @@ def _sweep_files(rng: random.Random, folder: Path, there: Path) -> Callable[[], 
         file.write_bytes(mutated_bytes(file.read_bytes(), rng))
 
     def read() -> None:
-        compare(rows(sweep), "cruise")
+        compare(rows(sweep), Question("cruise"))
         load_sweep_copy(sweep)
         take(sweep, asked, {"the code": "abc"})
 

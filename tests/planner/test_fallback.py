@@ -273,7 +273,7 @@ def test_where_nothing_is_free_the_slowest_impact_is_taken():
 @given(st.floats(-0.5, 0.5), st.floats(1.0, 30.0))
 def test_evasions_stay_in_the_lane_and_within_the_limits(offset, speed):
     scene = on_lanes(speed=speed, offset=offset, target_speed=speed)
-    found = evasions(scene, HORIZON)
+    found = list(evasions(scene, HORIZON))
     limits = scene.vehicle.limits
     assert len(found) >= 3
     for way in found:

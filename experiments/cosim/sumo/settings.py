@@ -72,6 +72,7 @@ def command_line(settings: SumoSettings) -> list[str]:
     command += ["--no-step-log", "--no-warnings"]
     # Queues stay; SUMO removes no vehicle, whatever it takes for a collision.
     command += ["--time-to-teleport", "-1"]
+    command += ["--save-state.precision", "12"]
     command += ["--collision.action", "warn"]
     command += ["--collision.mingap-factor", "0"]
     command += ["--collision.check-junctions", "true"]

@@ -73,6 +73,7 @@ class SumoWorld:
         self._ego_front = (math.nan, math.nan)
         self._reader: VehicleReader | None = None
         self._movements: MovementReader | None = None
+        self._hidden: set[str] = set()  # SUMO's vehicles that are not traffic
         self._steps = 0
         self._entry_steps = 0
         self._reported_collisions = 0
@@ -254,9 +255,9 @@ class SumoWorld:
             entering = departures(sumo, settings, route_lanes)
             for one in entering:
                 sumo.route.add(one.route, list(settings.route[one.edge :]))
-            hidden = {EGO_ID, GHOST_ID, *self._place_obstacles(sumo)}
+            self._hidden = {EGO_ID, GHOST_ID, *self._place_obstacles(sumo)}
             self._reader = VehicleReader(
-                sumo, hidden, left_hand=self.road.lanes.left_hand
+                sumo, self._hidden, left_hand=self.road.lanes.left_hand
             )
             self._check_ego_type(sumo)
             self._check_stop_lines(sumo)

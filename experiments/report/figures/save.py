@@ -21,6 +21,8 @@ from experiments.storage.atomic_folder import write_atomically
 from experiments.sweep.folder import is_sweep, load_sweep_copy, require_sweep
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.figure import Figure
 
 FORMATS = ("png", "svg", "pdf")
@@ -110,6 +112,22 @@ def save_metric_figure(
     data = target.with_suffix(".csv")
     write_atomically(data, drawn.as_csv())
     return target, data
+
+
+def save_picture(command: str, file: Path, draw: "Callable[[], Figure]") -> Path:
+    """Draw and save a picture of a command; returns its file.
+
+    Raises:
+        ConfigError: If the suffix is unknown.
+        ResultsError: If it cannot be written, or matplotlib is missing.
+    """
+    kind = _format(file)
+    require_matplotlib(command)
+    from matplotlib import rc_context
+
+    with rc_context(_STYLE):
+        _save(draw(), file, kind)
+    return file
 
 
 def _format(target: Path) -> str:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from experiments.comparison.inference import Interval, bootstrap, wilson
+from experiments.comparison.inference import wilson
+from experiments.comparison.location import Interval, mean
 from experiments.comparison.results import LABEL, Row, axis_columns
 from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError
@@ -97,7 +98,7 @@ class SweptMetric:
         if self.rate:
             found = wilson(int(np.count_nonzero(values)), values.size)
             return Interval(*(100.0 * v for v in (found.value, found.low, found.high)))
-        return bootstrap(values)
+        return mean(values).interval
 
 
 def swept_metric(
@@ -186,7 +187,7 @@ def _pairs(metric: SweptMetric) -> MetricFigure:
         axes.plot(
             values, number + spread, ".", ms=2.5, alpha=0.5, color=_colour(style), mew=0
         )
-        _draw_interval(axes, bootstrap(values), number, style)
+        _draw_interval(axes, mean(values).interval, number, style)
         found.data += [
             (scenario, planner, baseline, seed, point, value)
             for seed, point, value in own

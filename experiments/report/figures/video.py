@@ -1,5 +1,6 @@
 """The film of one run: `rearview video RUN -o film.mp4`."""
 
+import math
 import os
 import shutil
 import tempfile
@@ -28,20 +29,26 @@ REACH = (55.0, 28.0)  # half extents of the view around the ego [m]
 FRAME_RATE = 20.0  # at most [1/s]
 
 
-def save_film(folder: Path, file: Path, speed: float = 1.0) -> Path:
+def save_film(
+    folder: Path,
+    file: Path,
+    speed: float = 1.0,
+    span: tuple[float, float] = (0.0, math.inf),
+) -> Path:
     """Film a run in top view, following the ego.
 
     Args:
         folder: A run folder.
         file: Where the film goes; `.mp4` or `.gif`.
         speed: How much faster than the run it is.
+        span: Begin and end of what is filmed, since the ego entered [s].
 
     Returns:
         The file written.
 
     Raises:
-        ConfigError: If the suffix is unknown or the speed is not
-            positive.
+        ConfigError: If the suffix is unknown, the speed is not positive, or the span
+            has no step.
         ResultsError: If the run cannot be read, the film not be written, or a tool is
             missing.
     """
@@ -51,13 +58,20 @@ def save_film(folder: Path, file: Path, speed: float = 1.0) -> Path:
     if not speed > 0.0:
         raise ConfigError(f"--speed: is {speed:g}; allowed: above 0")
     run = read_run(folder)
+    inside = (run.time >= span[0] - 1e-6) & (run.time <= span[1] + 1e-6)
+    steps = np.flatnonzero(inside).tolist()
+    if not steps:
+        raise ConfigError(
+            f"--from {span[0]:g} --to {span[1]:g}: no step is in it; allowed: within "
+            f"{run.time[0]:g} to {run.time[-1]:g}"
+        )
     require_matplotlib("video")
     rate, every = _frame_rate(run, speed)
     with _aside(file) as target:
         writer = _writer(kind, rate)
         figure, show = _stage(run)
         with writer.saving(figure, str(target), RESOLUTION):
-            for step in range(0, run.time.size, every):
+            for step in steps[::every]:
                 show(step)
                 writer.grab_frame()
     return file

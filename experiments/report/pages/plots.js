@@ -48,6 +48,72 @@ function drawSign(c, number, x, y, r) {
   c.stroke();
 }
 
+// The quantile of 0.975 of Student's t (Hill, CACM 13 (1970) 619, to 1 % from n = 3 on).
+function studentT(freedom) {
+  const exact = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262];
+  if (freedom <= exact.length) return exact[freedom - 1];
+  const z = 1.959964;
+  const g1 = (z ** 3 + z) / 4;
+  const g2 = (5 * z ** 5 + 16 * z ** 3 + 3 * z) / 96;
+  return z + g1 / freedom + g2 / freedom ** 2;
+}
+
+// Mean and ends of its interval; no ends of a single value.
+function meanOf(values) {
+  const n = values.length;
+  const mean = values.reduce((a, b) => a + b, 0) / n;
+  if (n < 2) return { n, mean, low: NaN, high: NaN };
+  const variance = values.reduce((sum, v) => sum + (v - mean) ** 2, 0) / (n - 1);
+  const half = studentT(n - 1) * Math.sqrt(variance / n);
+  return { n, mean, low: mean - half, high: mean + half };
+}
+
+// Rows with a mean, its interval, and the single values if they are to be shown.
+function drawMeans(canvas, title, groups, colours, { dots = false, zero = false } = {}) {
+  const longest = Math.max(...groups.map(({ name }) => name.length), 1);
+  const narrow = canvas.clientWidth < NARROW;
+  const left = narrow ? 14 : Math.min(canvas.clientWidth * 0.36, 14 + 6.4 * longest);
+  const tall = (dots ? ROW : 24) + (narrow ? 16 : 0);
+  canvas.style.height = `${groups.length * tall + 46}px`;
+  const frame = new Frame(canvas, { left, right: 14, top: 6, bottom: 36 });
+  const shown = groups.flatMap(({ stat, values }) =>
+    [stat.mean, stat.low, stat.high, ...(dots ? values : [])]).filter(Number.isFinite);
+  const [low, high] = rangeOf(zero ? [0, ...shown] : shown);
+  const room = 0.04 * (high - low);
+  const c = frame.begin(colours, [low - room, high + room], [0, groups.length]);
+  frame.xAxis(title);
+  if (zero) {
+    c.strokeStyle = colours.muted;
+    frame.line(frame.px(0), 6, frame.px(0), frame.height - 36);
+  }
+  groups.forEach(({ name, label, stat, values }, number) => {
+    const y = frame.py(groups.length - number - 0.5) + (narrow ? 8 : 0);
+    c.fillStyle = colours.text;
+    c.textAlign = narrow ? "left" : "right";
+    c.textBaseline = "middle";
+    if (narrow) c.fillText(name, 2, y - 18);
+    else writeFitting(c, name, left - 8, y, left - 10);
+    const colour = colours[`series-${label % 6}`];
+    if (dots) {
+      c.fillStyle = colour;
+      c.globalAlpha = Math.max(0.2, Math.min(0.7, 60 / values.length));
+      values.forEach((value, k) => {
+        c.beginPath();
+        c.arc(frame.px(value), y + 10 * scatterOf(k), 2, 0, 2 * Math.PI);
+        c.fill();
+      });
+      c.globalAlpha = 1;
+    }
+    c.strokeStyle = dots ? colours.text : colour;
+    c.lineWidth = 2.5;
+    if (Number.isFinite(stat.low)) frame.line(frame.px(stat.low), y, frame.px(stat.high), y);
+    c.fillStyle = colour;
+    c.strokeStyle = dots ? colours.text : colours.surface;
+    c.lineWidth = 1;
+    if (Number.isFinite(stat.mean)) drawSign(c, label, frame.px(stat.mean), y, 5);
+  });
+}
+
 function drawDistribution(canvas, metric, groups, colours) {
   const longest = Math.max(...groups.map(({ name }) => name.length));
   const narrow = canvas.clientWidth < NARROW;
@@ -55,7 +121,7 @@ function drawDistribution(canvas, metric, groups, colours) {
   const tall = narrow ? ROW + 16 : ROW;
   canvas.style.height = `${groups.length * tall + 46}px`;
   const frame = new Frame(canvas, { left, right: 14, top: 6, bottom: 36 });
-  const [low, high] = rangeOf(metric.values);
+  const [low, high] = rangeOf(groups.flatMap(({ rows }) => rows.map((row) => metric.values[row])));
   const room = 0.03 * (high - low);
   const c = frame.begin(colours, [low - room, high + room], [0, groups.length]);
   frame.xAxis(named(metric));
@@ -129,10 +195,11 @@ function cell(kind, text, scope) {
   return made;
 }
 
-function fillHeatMap(table, metric, xAxis, yAxis) {
+function fillHeatMap(table, metric, xAxis, yAxis, rows) {
   const [x, y] = [cellsOf(xAxis), cellsOf(yAxis)];
   const sums = y.names.map(() => x.names.map(() => [0, 0]));
-  metric.values.forEach((value, row) => {
+  rows.forEach((row) => {
+    const value = metric.values[row];
     if (!Number.isFinite(value)) return;
     const sum = sums[y.cell[row]][x.cell[row]];
     sum[0] += value;
@@ -187,19 +254,25 @@ class Scatter {
     const { x, y, sweep } = this;
     const frame = new Frame(this.canvas, { left: 52, right: 14, top: 22, bottom: 36 });
     const wide = ([low, high]) => [low - 0.04 * (high - low), high + 0.04 * (high - low)];
-    const c = frame.begin(colours, wide(rangeOf(x.values)), wide(rangeOf(y.values)));
+    const of = ({ values }) => sweep.rows.map((row) => values[row]).filter(Number.isFinite);
+    const c = frame.begin(colours, wide(rangeOf(of(x))), wide(rangeOf(of(y))));
     frame.xAxis(named(x));
     frame.yAxis(named(y));
     this.points = [];
-    for (let row = 0; row < sweep.ids.length; row += 1) {
-      if (!Number.isFinite(x.values[row]) || !Number.isFinite(y.values[row])) continue;
-      const point = { row, px: frame.px(x.values[row]), py: frame.py(y.values[row]) };
-      this.points.push(point);
+    this.lacking = 0;
+    for (const row of sweep.rows) {
+      const [there, too] = [x.values[row], y.values[row]].map(Number.isFinite);
+      if (!there || !too) this.lacking += 1;
+      if (!there && !too) continue;
+      const px = there ? frame.px(x.values[row]) : 58 + 4 * scatterOf(row); // at the border, hollow
+      const py = too ? frame.py(y.values[row]) : frame.height - 42 + 4 * scatterOf(row);
       const label = sweep.labelCode[row];
-      c.fillStyle = colours[`series-${label % 6}`];
-      c.strokeStyle = colours.surface;
-      c.lineWidth = 0.6;
-      drawSign(c, label, point.px, point.py, 3.6);
+      const colour = colours[`series-${label % 6}`];
+      this.points.push({ row, px, py });
+      c.fillStyle = there && too ? colour : colours.surface;
+      c.strokeStyle = there && too ? colours.surface : colour;
+      c.lineWidth = there && too ? 0.6 : 1.4;
+      drawSign(c, label, px, py, 3.6);
     }
     this.points.sort((one, other) => one.px - other.px || one.row - other.row);
     const marked = this.points.find(({ row }) => row === this.chosen);
@@ -226,7 +299,9 @@ class Scatter {
     if (point === null) return;
     const { x, y, sweep } = this;
     const value = (metric) =>
-      `${metric.label} ${metric.values[point.row].toFixed(metric.digits)} ${metric.unit}`.trim();
+      (Number.isFinite(metric.values[point.row])
+        ? `${metric.label} ${metric.values[point.row].toFixed(metric.digits)} ${metric.unit}`.trim()
+        : `no ${metric.label}`);
     this.hint.textContent = `${sweep.where(point.row)}: ${value(x)}, ${value(y)}`;
     const left = Math.min(point.px + 12, this.canvas.clientWidth - this.hint.offsetWidth - 4);
     this.hint.style.left = `${Math.max(2, left)}px`;

@@ -19,6 +19,7 @@ function readSweep(data) {
     axes,
     metrics: data.metrics.map((metric) => ({ ...metric, values: unpack(metric.values) })),
     deadline: unpack(data.deadline),
+    rows: data.ids.map((_, row) => row), // those that are looked at
     value,
     where: (row) => axes.map((axis, k) =>
       (k < 2 ? "" : `${axis.name} `) + value(axis, row)).join(", "),
@@ -29,16 +30,24 @@ function readSweep(data) {
 function groupsOf(sweep, byScenario) {
   const scenario = sweep.axes[0];
   const found = new Map();
-  for (let row = 0; row < sweep.ids.length; row += 1) {
+  for (const row of sweep.rows) {
     const label = sweep.labelCode[row];
     const several = byScenario && scenario.texts.length > 1;
     const name = several
       ? `${scenario.texts[scenario.codes[row]]} · ${sweep.labels[label]}`
       : sweep.labels[label];
-    if (!found.has(name)) found.set(name, { name, label, rows: [] });
+    if (!found.has(name)) {
+      found.set(name, { name, label, scenario: several ? scenario.codes[row] : 0, rows: [] });
+    }
     found.get(name).rows.push(row);
   }
-  return [...found.values()];
+  return [...found.values()].sort((a, b) => a.scenario - b.scenario || a.label - b.label);
+}
+
+// What two runs share that are a pair: everything but the planner.
+function pairKeys(sweep) {
+  const others = sweep.axes.filter((_, k) => k !== 1);
+  return sweep.ids.map((_, row) => others.map((axis) => sweep.value(axis, row)).join("\n"));
 }
 
 function options(select, names, first) {
@@ -80,8 +89,45 @@ function start(data) {
       `Distribution of ${named(chosen)}: ${words.join(", ")}`);
   }
 
+  const keys = pairKeys(sweep);
+
+  function means() {
+    const chosen = metric("means-metric");
+    const scale = chosen.rate ? 100 : 1;
+    const groups = groupsOf(sweep, true).map(({ rows, ...group }) => {
+      const values = rows.map((row) => scale * chosen.values[row]).filter(Number.isFinite);
+      return { ...group, values, stat: meanOf(values) };
+    }).filter(({ values }) => values.length);
+    drawMeans(byId("means"), titled(chosen), groups, colours);
+    const words = groups.map(({ name, stat }) =>
+      `${name} ${stat.mean.toFixed(chosen.digits)} of ${stat.n}`);
+    byId("means").setAttribute("aria-label", `Mean ${titled(chosen)}: ${words.join(", ")}`);
+  }
+
+  function pairs() {
+    const chosen = metric("pairs-metric");
+    const base = Number(byId("pairs-base").value);
+    const scale = chosen.rate ? 100 : 1;
+    const first = new Map();
+    for (const row of sweep.rows) {
+      if (sweep.labelCode[row] === base) first.set(keys[row], chosen.values[row]);
+    }
+    const groups = groupsOf(sweep, true).filter(({ label }) => label !== base).map(
+      ({ rows, ...group }) => {
+        const values = rows.map((row) => scale * (chosen.values[row] - first.get(keys[row])))
+          .filter(Number.isFinite);
+        return { ...group, values, stat: meanOf(values) };
+      }).filter(({ values }) => values.length);
+    drawMeans(byId("pairs"), `${titled(chosen)}: minus ${sweep.labels[base]}`, groups, colours,
+      { dots: true, zero: true });
+    const words = groups.map(({ name, stat }) =>
+      `${name} ${stat.mean.toFixed(chosen.digits)} of ${stat.n} pairs`);
+    byId("pairs").setAttribute("aria-label",
+      `Mean difference of ${titled(chosen)} from ${sweep.labels[base]}: ${words.join(", ") || "no pairs"}`);
+  }
+
   function heatMap() {
-    fillHeatMap(byId("heat"), metric("heat-metric"), axis("heat-x"), axis("heat-y"));
+    fillHeatMap(byId("heat"), metric("heat-metric"), axis("heat-x"), axis("heat-y"), sweep.rows);
   }
 
   const scatter = new Scatter(byId("scatter"), byId("scatter-hint"), sweep, choose);
@@ -89,6 +135,8 @@ function start(data) {
   function drawScatter() {
     scatter.set(metric("scatter-x"), metric("scatter-y"));
     scatter.draw(colours);
+    byId("lacking").textContent = scatter.lacking
+      ? `${scatter.lacking} without a value, at the border` : "";
     byId("scatter").setAttribute("aria-label",
       `${named(scatter.y)} over ${named(scatter.x)}, ${scatter.points.length} runs; ` +
       "arrow keys move between runs");
@@ -111,6 +159,7 @@ function start(data) {
       `Histograms of ${named(chosen)} over the runs; the list counts the runs above the step`);
   }
 
+  let before = null;
   function choose(row) {
     byId("nobody").hidden = true;
     byId("chosen").hidden = false;
@@ -122,15 +171,28 @@ function start(data) {
     link.href = sweep.places[row];
     link.textContent = sweep.places[row].endsWith(".html") ? "open page" : "open folder";
     byId("chosen-command").textContent = `${byId("rerun").dataset.command} ${sweep.ids[row]}`;
+    const overlay = (rows) =>
+      [byId("overlay").dataset.command, ...rows.map((one) => sweep.ids[one])].join(" ");
+    const same = keys.flatMap((key, other) => (key === keys[row] ? [other] : []));
+    const order = [...same].sort((a, b) => sweep.labelCode[a] - sweep.labelCode[b]);
+    byId("overlay").hidden = byId("overlay-command").hidden = same.length < 2;
+    byId("overlay-command").textContent = overlay(order);
+    byId("overlay-two").hidden = before === null || before === row;
+    if (before !== null) byId("overlay-two-command").textContent = overlay([before, row]);
+    before = row;
   }
 
-  const parts = { distribution, heat: heatMap, scatter: drawScatter, planning };
+  const parts = { means, pairs, distribution, heat: heatMap, scatter: drawScatter, planning };
   const drawAll = () => {
     colours = theme();
     for (const draw of Object.values(parts)) draw();
   };
 
-  options(byId("distribution-metric"), metricNames, FIRST.one);
+  for (const name of ["means", "pairs", "distribution"]) {
+    options(byId(`${name}-metric`), metricNames, FIRST.one);
+  }
+  options(byId("pairs-base"), sweep.labels.map((label, k) => [String(k), label]), "0");
+  byId("pairs-part").hidden = sweep.labels.length < 2;
   options(byId("heat-metric"), metricNames, FIRST.one);
   options(byId("scatter-x"), metricNames, FIRST.scatter[0]);
   options(byId("scatter-y"), metricNames, FIRST.scatter[1]);
@@ -141,10 +203,14 @@ function start(data) {
   const varied = sweep.axes.flatMap((one, k) =>
     (one.texts ? one.texts.length : new Set(one.values).size) > 1 ? [String(k)] : []);
   const inner = varied.filter((k) => Number(k) > 1);
-  options(byId("heat-x"), axisNames, inner[0] || varied[0] || "0");
+  const meant = varied.filter((k) => sweep.axes[Number(k)].name !== "seed");
+  byId("heat-part").hidden = meant.length < 2; // one axis is what the means show
+  wireFilters(sweep, varied.filter((k) => Number(k) !== sweep.axes.length - 1), () => drawAll());
+  const places = [...inner.filter((k) => meant.includes(k)), ...meant];
+  options(byId("heat-x"), axisNames, places[0] || "0");
   options(byId("heat-y"), axisNames,
-    varied.find((k) => k === "1" && k !== byId("heat-x").value)
-      || varied.find((k) => k !== byId("heat-x").value) || "1");
+    meant.find((k) => k === "1" && k !== byId("heat-x").value)
+      || meant.find((k) => k !== byId("heat-x").value) || "1");
   for (const [name, draw] of Object.entries(parts)) {
     for (const select of document.querySelectorAll(`select[id^="${name}-"]`)) {
       select.addEventListener("change", draw);
@@ -163,7 +229,41 @@ function start(data) {
   window.addEventListener("resize", later);
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", later);
   drawKey(sweep, colours);
-  window.rearview = { sweep, scatter }; // for the console
+  window.rearview = { sweep, scatter, studentT }; // for the console
+}
+
+function titled(metric) {
+  return metric.rate ? `${metric.label} [%]` : named(metric);
+}
+
+// A choice for each axis that varies: which runs everything below is about.
+function wireFilters(sweep, varied, redraw) {
+  const chosen = new Map();
+  const apply = () => {
+    const tests = [...chosen].filter(([, name]) => name !== "");
+    const all = sweep.ids.map((_, row) => row);
+    const kept = all.filter((row) =>
+      tests.every(([k, name]) => sweep.cells[k].names[sweep.cells[k].cell[row]] === name));
+    sweep.rows = kept;
+    byId("filtered").textContent = kept.length === all.length
+      ? `all ${all.length} runs` : `${kept.length} of ${all.length} runs`;
+  };
+  sweep.cells = Object.fromEntries(varied.map((k) => [k, cellsOf(sweep.axes[Number(k)])]));
+  byId("filters").replaceChildren(...varied.map((k) => {
+    const label = document.createElement("label");
+    const select = document.createElement("select");
+    select.id = `filter-${k}`;
+    options(select, [["", "all"], ...sweep.cells[k].names.map((name) => [name, name])], "");
+    select.addEventListener("change", () => {
+      chosen.set(k, select.value);
+      apply();
+      redraw();
+    });
+    label.append(`${sweep.axes[Number(k)].name} `, select);
+    return label;
+  }));
+  byId("filter-part").hidden = varied.length === 0;
+  apply();
 }
 
 function drawKey(sweep, colours) {

@@ -18,6 +18,7 @@ def sweep_data(
     axes: Sequence[str],
     places: Sequence[str],
     deadlines: Sequence[float],
+    planners: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Collect the columns of all runs.
 
@@ -26,6 +27,7 @@ def sweep_data(
         axes: Names of the sweep's axes.
         places: Of each row, what is to be opened.
         deadlines: Of each row, how long a step lasts [ms].
+        planners: Labels in the order in which they are shown; others follow.
 
     Returns:
         Plain data for JSON.
@@ -36,10 +38,10 @@ def sweep_data(
         "places": list(places),
         "status": _texts([str(row[columns.STATUS]) for row in rows]),
         "reason": _texts([str(row.get("reason") or "") for row in rows]),
-        "label": _texts(labels),
+        "label": _texts(labels, planners),
         "axes": [
             _axis("scenario", [str(row[columns.SCENARIO]) for row in rows]),
-            _axis("planner", labels),
+            {"name": "planner", **_texts(labels, planners)},
             *(_axis(name, [row[name] for row in rows]) for name in axes),
             _axis("seed", [row[columns.SEED] for row in rows]),
         ],
@@ -81,8 +83,10 @@ def _axis(name: str, values: Sequence[Any]) -> dict[str, Any]:
     return {"name": name, **_texts(["none" if v is None else str(v) for v in values])}
 
 
-def _texts(values: Sequence[str]) -> dict[str, Any]:
-    """Encode texts as indices into the distinct ones in order of appearance."""
-    numbers: dict[str, int] = {}
+def _texts(values: Sequence[str], first: Sequence[str] = ()) -> dict[str, Any]:
+    """Encode texts as indices into the distinct ones: those in `first`, then others."""
+    there = set(values)
+    known = [text for text in first if text in there]
+    numbers = {text: number for number, text in enumerate(known)}
     codes = [numbers.setdefault(value, len(numbers)) for value in values]
     return {"texts": list(numbers), "codes": pack_counts(codes)}

@@ -24,6 +24,11 @@ class FailedRun:
     reason: str
     place: str  # of its page or folder, relative to the sweep's
 
+    @property
+    def has_page(self) -> bool:
+        """Whether the place is a page."""
+        return self.place.endswith(".html")
+
 
 @dataclass(frozen=True, slots=True)
 class FailureKind:
@@ -99,7 +104,9 @@ def _gathered(
         label = str(row[LABEL] or row[columns.PLANNER])
         counts[label] = counts.get(label, 0) + 1
     runs = tuple(_failed(row, place, axes) for row, place in failed[:LISTED])
-    by_planner = ", ".join(f"{count} {label}" for label, count in counts.items())
+    by_planner = ", ".join(
+        f"{count} {label}" for label, count in sorted(counts.items())
+    )
     status = kind[0]
     words = _common_words([_reason(row, status) for row, _ in failed])
     return FailureKind(status, words, len(failed), by_planner, runs)

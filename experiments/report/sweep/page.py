@@ -8,14 +8,13 @@ from urllib.parse import quote
 
 import yaml
 
-from experiments.comparison.compare import Line, compare
+from experiments.comparison.compare import Line, Question, compare
 from experiments.comparison.results import LABEL, RUN_ID, Row, axis_columns, rows
-from experiments.comparison.table import HEADER, cells
+from experiments.comparison.table import cells, header, named
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.config.sweep import Sweep
 from experiments.errors import ResultsError
 from experiments.metrics import columns
-from experiments.metrics.catalogue import METRICS, RATES
 from experiments.metrics.computation import TO_MS
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.page import save_run_page
@@ -78,7 +77,8 @@ def sweep_page(folder: Path, beside: Path) -> str:
     places = _places(folder, beside, found)
     data = None
     if found:
-        data = sweep_data(found, axes, places, _deadlines(folder, found))
+        order = [planner.shown for planner in sweep.variants]
+        data = sweep_data(found, axes, places, _deadlines(folder, found), order)
     facts = _words(folder, sweep, found)
     facts["failures"] = failure_kinds(found, axes, places)
     return render("sweep.html.j2", _SCRIPTS, data, facts)
@@ -88,8 +88,10 @@ def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
     """Collect the values of the template."""
     arrived = sum(1 for row in found if row[columns.ARRIVED])
     labels = {str(row[LABEL] or row[columns.PLANNER]) for row in found}
-    baseline = next((p.shown for p in sweep.variants if p.shown in labels), None)
-    lines = compare(found, baseline) if baseline is not None else []
+    named = [sweep.claim.baseline] if sweep.claim else []
+    known = [*named, *(planner.shown for planner in sweep.variants)]
+    baseline = next((label for label in known if label in labels), None)
+    lines = compare(found, Question(baseline, by=())) if baseline is not None else []
     place = _from_here(folder)
     return {
         "name": sweep.name,
@@ -98,15 +100,16 @@ def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
         "planned": sweep.count,
         "arrived": arrived,
         "baseline": baseline,
-        "header": HEADER,
+        "header": header(lines),
         "lines": _comparison(lines),
         "folder": place,
         "compare_command": shlex.join(
             ["rearview", "compare", place, "--baseline", baseline or "PLANNER"]
         ),
         "rerun_command": shlex.join(["rearview", "rerun", place]),
+        "overlay_command": shlex.join(["rearview", "compare-runs", place]),
         "asked": yaml.safe_dump(
-            sweep.model_dump(mode="json", exclude_none=True), sort_keys=False
+            sweep.model_dump(mode="json", exclude_defaults=True), sort_keys=False
         ),
     }
 
@@ -124,15 +127,10 @@ def _comparison(lines: Sequence[Line]) -> list[tuple[str, ...]]:
     written = []
     before = None
     for line, texts in zip(lines, cells(lines), strict=True):
-        name = "" if line.metric == before else _named(line.metric)
+        name = "" if line.metric == before else named(line.metric)
         written.append((name, *texts[1:]))
         before = line.metric
     return written
-
-
-def _named(metric: str) -> str:
-    """Return the label of a metric or rate."""
-    return metric if metric in RATES else METRICS[metric].label_with_unit
 
 
 def _places(folder: Path, beside: Path, found: Sequence[Row]) -> list[str]:

@@ -14,7 +14,10 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
     The driver behind reacts after `reaction` and brakes with `rear_braking`; the ego
     promises to brake no harder than its service braking. To a vehicle
     ahead the ego itself keeps a distance from which it can stop, reacting in one step.
+    Without `rss_gate` every gap is taken for safe.
     """
+    if not settings.manoeuvre.rss_gate:
+        return True
     scene, bodies = here.scene, here.bodies
     ego, vehicle = scene.ego_frenet, scene.vehicle
     there = in_lane(scene, bodies, target)

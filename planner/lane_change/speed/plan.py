@@ -24,6 +24,7 @@ from planner.lane_change.speed.passing_orders import (
     possible_orders,
     reachable,
 )
+from planner.lane_change.speed.printed import corner_graph, printed_order
 from planner.lane_change.speed.program import (
     SpeedTask,
     knot_times,
@@ -111,14 +112,7 @@ def plan_speed(
         is None and it has a reason; `soft_speed` is the next thing to try.
     """
     times = knot_times(settings)
-    graph = st_graph(
-        path,
-        vehicle,
-        users,
-        considered,
-        settings.along_margin,
-        settings.across_margin,
-    )
+    graph = _graph(path, vehicle, users, considered, settings)
     start = start_state(task, vehicle, settings)
     limits = DriveLimits.of(vehicle)
     reach = reachable(start.speed, start.acceleration, limits, settings.max_jerk, times)
@@ -130,6 +124,27 @@ def plan_speed(
     caps = speed_caps(path, vehicle, task, times)
     solved = solve_orders(orders, reach, start, caps, task, vehicle, settings, cutoff)
     return _chosen(graph, orders, nodes, solved, times)
+
+
+def _graph(
+    path: Path,
+    vehicle: Vehicle,
+    users: UsersInTime,
+    considered: BoolArray,
+    settings: SpeedSettings,
+) -> StGraph:
+    """Project the road users onto the path, as the settings say."""
+    printed = settings.printed
+    if printed.four_corners:
+        return corner_graph(path, users, considered, printed.corner_distance)
+    return st_graph(
+        path,
+        vehicle,
+        users,
+        considered,
+        settings.along_margin,
+        settings.across_margin,
+    )
 
 
 def _chosen(
@@ -197,6 +212,8 @@ def _orders(
         )
     if sides is None:
         return [], settings.grid.times * settings.grid.places
+    if settings.printed.region_bounds:
+        return [printed_order(graph, sides, speed, limits, end, times)], len(sides)
     return [order_of(sides, bounds, reach, end)], len(sides)
 
 

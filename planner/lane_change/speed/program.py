@@ -162,7 +162,7 @@ def program(
         tables.step,
         np.array(start),
         tables.weight,
-        reference_motion(task, tables.times),
+        reference_motion(task, settings),
         settings.jerk_weight,
         lower[:, :3],
         upper[:, :3],
@@ -174,11 +174,16 @@ def program(
     )
 
 
-def reference_motion(task: SpeedTask, times: FloatArray) -> FloatArray:
-    """Return the reference of (s, v, a), (n_knots, 3), read only."""
+def reference_motion(task: SpeedTask, settings: SpeedSettings) -> FloatArray:
+    """Return the reference of (s, v, a), (n_knots, 3), read only.
+
+    Eq. 6.20 as printed has none: standing still is its best.
+    """
+    times = knot_times(settings)
     reference = np.zeros((times.size, 3))
-    reference[:, 0] = task.target_speed * times
-    reference[:, 1] = task.target_speed
+    if not settings.printed.objective:
+        reference[:, 0] = task.target_speed * times
+        reference[:, 1] = task.target_speed
     reference.setflags(write=False)
     return reference
 
@@ -219,7 +224,7 @@ def free_program(
         tables.step,
         freeze(start),
         tables.weight,
-        reference_motion(task, tables.times),
+        reference_motion(task, settings),
         settings.jerk_weight,
         tables.no_lower.copy(),
         tables.no_upper.copy(),

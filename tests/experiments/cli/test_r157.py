@@ -28,6 +28,14 @@ def test_bad_input_is_one_line(arguments, words, monkeypatch, capsys, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_reference_drivers_alone(monkeypatch, capsys, tmp_path):
+    arguments = ["--kind", "braking", "--planner", "none", "--out", str(tmp_path)]
+    assert run(arguments, monkeypatch) == 0
+    assert "report: " in capsys.readouterr().out
+    assert "| braking leader | 150 |" in (tmp_path / "r157.md").read_text("utf-8")
+    assert not list(tmp_path.rglob("*.parquet"))
+
+
 @pytest.mark.slow
 def test_study_resumes_with_the_same_bytes(monkeypatch, capsys, tmp_path):
     arguments = ["--kind", "braking", "--planner", "careful_human"]

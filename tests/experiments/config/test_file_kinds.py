@@ -2,8 +2,8 @@
 
 import pytest
 
-from experiments.config.scenario_file import load_scenario
-from experiments.config.sweep_file import load_sweep
+from experiments.config.scenario_file import load_scenario, scenario_names
+from experiments.config.sweep_file import load_sweep, sweep_names
 from experiments.errors import ConfigError
 
 SWEEP = "name: mine\nscenarios: [curved]\nplanners: [cruise]\nseeds: [1]\n"
@@ -27,6 +27,13 @@ def test_the_other_command_is_named(tmp_path, load, given, content, hint):
         load(name)
     expected = f"{name}: {hint}".replace("FILE", str(file))
     assert str(refusal.value).startswith(expected)
+
+
+def test_shipped_names_that_both_have_are_what_was_asked_for():
+    both = set(scenario_names()) & set(sweep_names())
+    assert "dense" in both
+    for name in both:
+        assert load_scenario(name).name == load_sweep(name)[0].name == name
 
 
 def test_a_file_that_is_neither_is_checked_as_asked(tmp_path):

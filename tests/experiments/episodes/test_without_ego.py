@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from experiments.config.scenario_file import load_scenario
-from experiments.episode.run import WITHOUT_EGO_FILE, run_episode
+from experiments.episode.run import PLACEBO_FILES, WITHOUT_EGO_FILE, run_episode
+from experiments.errors import ConfigError
 from experiments.metrics.without_ego import Cost, costs
 from experiments.trace.files import read_trace
 from experiments.trace.recording import vehicle_table
@@ -160,3 +161,54 @@ def test_an_ego_that_blocks_the_lane_costs_those_behind(tmp_path):
     assert row["behind_delay_max_s"] > 1.0
     assert row["behind_speed_loss_mps"] > 3.0
     assert row["behind_delay_mean_s"] <= row["behind_delay_max_s"]
+
+
+@pytest.mark.sumo
+def test_placebos_are_the_same_traffic_with_other_random_numbers(tmp_path):
+    overrides = ("simulation.placebo=true", "simulation.duration_s=15")
+    outcome = run_episode(
+        changed_lane(*overrides, "traffic.density=dense", seed=3), out=tmp_path
+    )
+    tables = [
+        {
+            (k, name): (x, v)
+            for k, name, x, v in duckdb.sql(
+                f"SELECT index, id, x_m, speed_mps FROM '{outcome.folder / file}'"
+            ).fetchall()
+        }
+        for file in (WITHOUT_EGO_FILE, *PLACEBO_FILES)
+    ]
+    at_entry = [{key: row for key, row in t.items() if key[0] == 0} for t in tables]
+    assert len(at_entry[0]) > 3
+    for other in at_entry[1:]:
+        assert other.keys() == at_entry[0].keys()
+        for key, row in other.items():
+            assert row == pytest.approx(at_entry[0][key], abs=1e-6)
+    shared = tables[1].keys() & tables[2].keys()
+    gaps = [abs(tables[1][key][0] - tables[2][key][0]) for key in shared]
+    assert max(gaps) > 0.01
+    assert outcome.row["placebo_delay_mean_s"] is not None
+    assert not list(outcome.folder.glob("state*"))
+
+
+@pytest.mark.sumo
+def test_a_repetition_has_the_same_demand_and_another_course(tmp_path):
+    runs = [
+        run_episode(
+            load_scenario(
+                "lane_change",
+                seed=3,
+                overrides=[f"simulation.repetition={r}", "simulation.duration_s=10"],
+            ),
+            out=tmp_path,
+        )
+        for r in (0, 1, 1)
+    ]
+    routes = [(run.folder / "traffic.rou.xml").read_text() for run in runs]
+    assert routes[0] == routes[1]
+    assert runs[0].trace_hash != runs[1].trace_hash == runs[2].trace_hash
+
+
+def test_a_placebo_needs_the_run_without_the_ego():
+    with pytest.raises(ConfigError, match="placebo: needs without_ego"):
+        load_scenario("lane_change", overrides=["simulation.placebo=true"])

@@ -86,8 +86,9 @@ def test_blockage_on_a_bend_is_found_along_the_path():
 
 
 def test_in_time_is_in_the_other_lane_when_the_front_is_there():
-    # 2.5 m aside at t = 2 s + 4 s * 2.5 / 3.5
-    place = SPEED * (2.0 + 4.0 * 2.5 / 3.5) + REACH
+    # the side of the wall is 1.3 m, that of the ego 0.95 m from its middle: 2.25 m
+    # aside at t = 2 s + 4 s * 2.25 / 3.5
+    place = SPEED * (2.0 + 4.0 * 2.25 / 3.5) + REACH
     in_time = offsets_over_time(CHANGED, wall(place + 2.0 + 5.0))
     late = offsets_over_time(CHANGED, wall(place - 2.0 + 5.0))
     assert changed_before_blockage(in_time) is True

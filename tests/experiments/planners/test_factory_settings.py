@@ -87,6 +87,6 @@ def test_annotations_that_mean_nothing_are_left_to_the_factory():
 
 def test_a_planner_without_settings():
     with pytest.raises(ConfigError) as refusal:
-        make_planner("sumo", {"x": 1})
-    expected = "planner.settings.x: unknown key; sumo has none"
+        make_planner("cruise_thesis", {"x": 1})
+    expected = "planner.settings.x: unknown key; cruise_thesis has none"
     assert str(refusal.value) == expected

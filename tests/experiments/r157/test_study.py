@@ -78,5 +78,5 @@ def test_page_document_and_pictures_are_written(runs, tmp_path):
     assert "data:image/png;base64," in page.read_text(encoding="utf-8")
     words = (tmp_path / "r157.md").read_text(encoding="utf-8")
     assert "| Ve 60, Vo 20 km/h | 15 |" in words
-    assert "the agreement does not confirm it" in words
+    assert "equal those of that implementation, cell by cell" in words
     assert (tmp_path / "r157_cut_in_rss.png").stat().st_size > 5000

@@ -30,7 +30,7 @@ scenarios: [empty_road.yaml]
 planners: ["hostile_planner:make"]
 axes: {{grid: {{planner.settings.action: [{actions}]}}}}
 seeds: [1]
-timeout_s: 10
+timeout_s: 20
 memory_mb: 900
 retries: 0
 """
@@ -80,12 +80,13 @@ def test_every_hostile_planner_is_one_row_with_its_reason(tmp_path, mark):
     assert left == []
     found = {row["planner.settings.action"]: row for row in rows(out)}
     assert sorted(found) == sorted(OUTCOMES)
+    wrong = {}
     for action, (status, failure, reason) in OUTCOMES.items():
         row = found[action]
-        got = (row["status"], row["failure"])
-        assert got == (status, failure), (action, row["reason"])
-        assert reason in row["reason"], (action, row["reason"])
-        assert len(row["reason"]) <= 700, action
+        is_right = (row["status"], row["failure"]) == (status, failure)
+        if not is_right or reason not in row["reason"] or len(row["reason"]) > 700:
+            wrong[action] = (row["status"], row["failure"], row["reason"])
+    assert wrong == {}
     assert (out / LOG).stat().st_size < 10e6, "output of a planner is limited"
 
 

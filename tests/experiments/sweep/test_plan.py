@@ -227,7 +227,7 @@ def test_example_of_the_reference_makes_runs(tmp_path):
     (example,) = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     file = write(tmp_path, example.replace("my_road.yaml", "lane_change_three"))
     sweep, document = load_sweep(file)
-    assert sweep.count == 2 * 3 * 2 * 2 * 16 * 20
+    assert sweep.count == 2 * 4 * 2 * 2 * 16 * 20
     runs = iter(Plan(sweep, document))
     labels = {run.label for run, _ in zip(runs, range(3 * 1280), strict=False)}
     assert labels == {"sumo", "lane_change", "careful"}

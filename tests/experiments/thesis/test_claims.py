@@ -36,6 +36,8 @@ def share(holds, of):
         (False, None, ClaimVerdict.FAILS),
         (None, None, ClaimVerdict.UNKNOWN),
         (True, share(3, 10), ClaimVerdict.PARTLY),
+        (True, share(1, 10), ClaimVerdict.MOSTLY_FAILS),
+        (True, share(11, 100), ClaimVerdict.PARTLY),
         (False, share(10, 10), ClaimVerdict.HOLDS),
         (True, share(0, 10), ClaimVerdict.FAILS),
     ],

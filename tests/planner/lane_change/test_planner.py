@@ -322,3 +322,18 @@ def test_from_a_stand_it_pulls_out_of_a_narrow_place(room):
     driven = drive(200, obstacles=wall(front + room + WALL_HALF_LENGTH), speed=0.0)
     assert driven.last.ego_frenet.l == pytest.approx(1.75, abs=0.05)
     assert driven.clearance > 0.3
+
+
+@pytest.mark.parametrize("aside", [-0.15, 0.05, 0.15])
+def test_a_binding_change_goes_on_from_where_the_ego_is(aside):
+    driven = drive(120, obstacles=wall(300.0))
+    k = next(k for k, p in enumerate(driven.plans) if p.memory.phase is Phase.COMMITTED)
+    scene, memory = driven.scenes[k + 1], driven.plans[k].memory
+    ego = replace(scene.ego, y=scene.ego.y + aside)
+    frenet = cartesian_to_frenet_one(scene.path, ego, scene.ego_frenet.s)
+    plan = PLANNER.plan(replace(scene, ego=ego, ego_frenet=frenet), memory)
+    assert plan.status is PlanStatus.OK
+    assert plan.memory.phase is Phase.COMMITTED
+    begin = plan.trajectory.at(0.0)
+    assert math.hypot(begin.x - ego.x, begin.y - ego.y) < 0.1
+    assert plan.trajectory.l[-1] == pytest.approx(1.75, abs=0.05)

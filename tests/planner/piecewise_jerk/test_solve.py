@@ -236,7 +236,7 @@ def against(problem: PiecewiseJerkProblem, cutoff: float):
 @pytest.mark.parametrize("kind", KINDS)
 def test_only_what_costs_too_much_is_given_up(kind):
     rng, given_up = np.random.default_rng(12), 0
-    for _ in range(60):
+    for _ in range(30):
         problem = KINDS[kind](rng)
         exact = solve(problem)
         if exact.status is QpStatus.INFEASIBLE:
@@ -250,7 +250,7 @@ def test_only_what_costs_too_much_is_given_up(kind):
             assert verdict in (SOLVED, ABOVE_CUTOFF)
             assert bound <= exact.objective * (1.0 + CLOSE) + CLOSE
             given_up += verdict == ABOVE_CUTOFF
-    assert given_up > 30  # unless the free motion is the answer, nearly all
+    assert given_up > 15  # unless the free motion is the answer, nearly all
 
 
 def test_soft_bounds_are_kept_where_they_can_be():

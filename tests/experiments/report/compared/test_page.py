@@ -20,8 +20,13 @@ from experiments.report.compared.runs import (
     remarks,
 )
 from planner.states import CartesianState
-from tests.experiments.report.run.test_page import data_of
-from tests.experiments.report.run_folders import driven_trace, write_run, write_sweep
+from tests.experiments.report.run.test_page import Tags, data_of
+from tests.experiments.report.run_folders import (
+    HOSTILE,
+    driven_trace,
+    write_run,
+    write_sweep,
+)
 from tests.experiments.traces import STEP, record, trace_of
 
 MEGABYTE = 1e6
@@ -167,3 +172,20 @@ def test_metrics_are_marked_and_lead_to_their_moment(runs, tmp_path):
     assert row == metric_row(standing_aside(40, 0.0))
     assert 'href="#t=3.9"' in text  # arrival
     assert '<strong class="good">' in text
+
+
+def test_hostile_names_stay_text(tmp_path):
+    folders = [
+        write_run(
+            tmp_path / f"{k}",
+            driven_trace(9, name=HOSTILE),
+            planner=f"{HOSTILE}{k}",
+            scenario=HOSTILE,
+            reason=HOSTILE,
+        )
+        for k in (0, 1)
+    ]
+    page = save_comparison(folders, tmp_path / "page.html")[0].read_text()
+    assert "<img" not in page
+    scripts = [tag for tag, _ in Tags(page).found if tag == "script"]
+    assert len(scripts) == 2, "the data and the page's own"

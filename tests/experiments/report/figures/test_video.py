@@ -98,3 +98,11 @@ def test_sigterm_leaves_no_unfinished_film(tmp_path):
     process.terminate()
     assert process.wait(timeout=60) == 143
     assert list(films.iterdir()) == []
+
+
+def test_a_span_is_filmed(run, tmp_path, capsys):
+    file = film.save_film(run, tmp_path / "part.gif", span=(0.2, 0.5))
+    with Image.open(file) as picture:
+        assert picture.n_frames == 4
+    err = refusal(capsys, run, "-o", tmp_path / "none.gif", "--from", "5", "--to", "6")
+    assert "allowed: within 0 to 0.8" in err

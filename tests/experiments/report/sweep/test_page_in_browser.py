@@ -1,5 +1,8 @@
 """The page of a sweep in a real browser: choosing, hovering, following links."""
 
+import shutil
+
+import numpy as np
 import pytest
 
 from experiments.comparison.results import rows
@@ -69,9 +72,10 @@ def test_failures_lead_to_their_run(sweep, show):
     page = show(sweep / "report.html").page
     page.locator("summary").first.click()
     link = page.locator("li a").first
-    name = link.inner_text()
+    place = link.get_attribute("href")
+    assert link.inner_text() == "page"
     link.click()
-    page.wait_for_url(f"**/{name}/report.html")
+    page.wait_for_url(f"**/{place}")
 
 
 def test_the_arrow_keys_go_from_run_to_run(sweep, show):
@@ -104,6 +108,83 @@ def test_what_is_chosen_is_drawn(sweep, show):
     late = sum(row["planning_ms_max"] > 100.0 for row in rows(sweep))
     assert late > 0
     assert sum(int(item.split(" in ")[1].split()[0]) for item in items) == late
+
+
+def test_filters_hold_for_every_plot(sweep, show):
+    page = show(sweep / "report.html").page
+    assert page.locator("#filtered").inner_text() == "all 40 runs"
+    page.locator("#filter-0").select_option("curved")
+    page.locator("#filter-2").select_option("11")
+    assert page.locator("#filtered").inner_text() == "10 of 40 runs"
+    kept = [
+        row
+        for row in rows(sweep)
+        if (row["scenario"], row["ego.target_speed_mps"]) == ("curved", 11.0)
+    ]
+    arrived = [row for row in kept if row["arrived"]]
+    assert page.evaluate("rearview.scatter.points.length") == 10
+    lacking = page.locator("#lacking").inner_text()
+    assert lacking == f"{len(kept) - len(arrived)} without a value, at the border"
+    own = [row["travel_time_s"] for row in arrived if row["label"] == "old"]
+    means = page.locator("#means").get_attribute("aria-label")
+    assert f"old {np.mean(own):.1f} of {len(own)}" in means
+    page.locator("#filter-1").select_option("old")
+    assert "no pairs" in page.locator("#pairs").get_attribute("aria-label")
+
+
+def test_pairs_are_differences_on_common_seeds(sweep, show):
+    page = show(sweep / "report.html").page
+    page.locator("#filter-0").select_option("straight")
+    page.locator("#pairs-metric").select_option("min_clearance_m")
+    label = page.locator("#pairs").get_attribute("aria-label")
+    value = {
+        (r["label"], r["seed"], r["ego.target_speed_mps"]): r["min_clearance_m"]
+        for r in rows(sweep)
+        if r["scenario"] == "straight"
+    }
+    pairs = [
+        value["old", seed, speed] - value["cruise", seed, speed]
+        for label, seed, speed in value
+        if label == "old"
+    ]
+    assert f"old {np.mean(pairs):.2f} of 10 pairs" in label
+
+
+def test_a_chosen_run_can_be_replayed_over_others(sweep, show):
+    page = show(sweep / "report.html").page
+    page.locator("#scatter").focus()
+    chosen = []
+    for _ in range(2):
+        page.keyboard.press("ArrowRight")
+        chosen.append(page.locator("#chosen-id").inner_text())
+    row = {row["run_id"]: row for row in rows(sweep)}
+    own = row[chosen[1]]
+    words = page.locator("#overlay-command").inner_text().split()
+    assert words[:2] == ["rearview", "compare-runs"]
+    keys = ("scenario", "seed", "ego.target_speed_mps")
+    assert [row[name]["label"] for name in words[3:]] == ["cruise", "old"]
+    assert all(row[name][key] == own[key] for name in words[3:] for key in keys)
+    assert page.locator("#overlay-two-command").inner_text().split()[3:] == chosen
+
+
+def test_intervals_are_those_of_student(sweep, show):
+    from scipy import stats
+
+    page = show(sweep / "report.html").page
+    for freedom in (1, 5, 9, 10, 15, 30, 200):
+        found = page.evaluate(f"rearview.studentT({freedom})")
+        assert found == pytest.approx(stats.t.ppf(0.975, freedom), rel=2e-3)
+
+
+def test_a_sweep_with_one_planner_has_no_plots_without_meaning(tmp_path, show):
+    folder = write_sweep(tmp_path / "made", seeds=3)
+    for row in rows(folder):
+        if (row["label"], row["scenario"]) != ("cruise", "curved"):
+            shutil.rmtree(run_folder(folder, row["run_id"]))
+    page = show(save_sweep_page(folder)).page
+    assert page.locator("#pairs-part").is_hidden()
+    assert page.locator("#heat-part").is_hidden()
+    assert page.locator("#filters select").count() == 1
 
 
 def test_hostile_reasons_run_nothing(tmp_path, show):

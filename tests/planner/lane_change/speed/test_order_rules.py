@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from planner.lane_change import conventional, proposed, thesis
+from planner.lane_change import area, conventional, proposed
 from planner.lane_change.settings import OrderRule
 from planner.lane_change.speed.area_rule import area_above, area_below
 from planner.lane_change.speed.dynamic_programming import CourseWeights, search
@@ -84,6 +84,6 @@ def test_the_search_keeps_free_of_what_is_covered():
 
 
 def test_presets_differ_in_the_rule_alone():
-    rules = [p().settings.speed.order_rule for p in (proposed, thesis, conventional)]
+    rules = [p().settings.speed.order_rule for p in (proposed, area, conventional)]
     assert rules == list(OrderRule)
-    assert thesis().settings.path == proposed().settings.path
+    assert area().settings.path == proposed().settings.path

@@ -1,0 +1,1 @@
+"""The published figures: sweeps, simulations and layouts, and the document of them."""
