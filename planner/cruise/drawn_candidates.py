@@ -127,7 +127,7 @@ def _fill_points(
         index // lateral.offsets.size,
         lateral.offsets[index % lateral.offsets.size],
     )
-    rows, last = tracks.rows, tracks.n_valid[p] - 1
+    rows, last = tracks.rows, int(tracks.n_valid[p]) - 1
     length = lateral_length(rows, p, tracks.duration[p], lateral)
     c = lateral_quintic(lateral.start, offset, length)
     n = (last + every - 1) // every + 1
