@@ -12,7 +12,7 @@ PACKAGES := planner sumo_nets experiments
 SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collected packages'
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs r157 r157-docs test test-slow cov docs lint fmt type imports bench nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs r157 r157-docs test test-slow cov docs lint fmt type imports bench bench-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -89,6 +89,11 @@ imports: $(DEV_STAMP) ## Check which package may import which, sizes of function
 
 bench: $(DEV_STAMP) ## Measure speed; prints a table and saves JSON under .benchmarks
 	@$(BIN)/python -m pytest tests/bench -m bench --benchmark-autosave $(ARGS)
+
+bench-docs: $(DEV_STAMP) ## Measure speed and write the figures into docs/performance.md; on an idle machine
+	@mkdir -p .benchmarks
+	@$(BIN)/python -m pytest tests/bench -m bench --benchmark-json=.benchmarks/docs.json $(ARGS)
+	@$(BIN)/python -m tests.bench.performance_page .benchmarks/docs.json
 
 nets: $(DEV_STAMP) ## Rebuild the road networks from their sources
 	@$(BIN)/python -m sumo_nets.build $(ARGS)

@@ -9,7 +9,6 @@ from planner.bodies import Bodies, BodyTable, bodies_of, leader_of
 from planner.cruise.candidate_motion import (
     Lateral,
     RoadTables,
-    candidate_motion,
 )
 from planner.cruise.evaluation import CycleTables
 from planner.cruise.feasibility import TOLERANCE, CandidateLimits, RoadBody, road_excess
@@ -93,14 +92,6 @@ class Cycle:
             profiles.speed_term.size * max(full_grid_size(settings) - offsets.size, 0),
             last,
         )
-
-    def trajectory(self, index: int) -> Trajectory:
-        """Return candidate `index` as a trajectory."""
-        tracks, lateral = self.tables.tracks, self.tables.lateral
-        p, o = divmod(index, lateral.offsets.size)
-        offset, road = float(lateral.offsets[o]), self.tables.road
-        rows = candidate_motion(p, offset, tracks, lateral, road)
-        return Trajectory.from_rows(rows)
 
 
 def _limits(scene: Scene, settings: CruiseSettings) -> CandidateLimits:

@@ -5,13 +5,17 @@ made into machine code, wrapped for Python and saved, and all of it is optimised
 in each caller. Here a called function, a part, goes only as far as LLVM's language. The
 function that Python calls, the entry, is linked from its parts, optimised and made into
 machine code once. A part that Python calls too is compiled as an entry of its own then.
+Only counts of references are deleted before parts are linked: in small functions it can
+be seen that nobody needs them.
 Floating point is the same either way, as LLVM reorders none of it.
 """
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
+from llvmlite import binding as llvm  # type: ignore[import-untyped]
 from numba.core import compiler, event, sigutils, types, typing
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
@@ -26,10 +30,24 @@ from numba.extending import overload
 from numba.np import arrayobj
 
 _ENVIRONMENT = "_ZN08NumbaEnv"  # how the names of constants that a function needs begin
+_FUNCTION = re.compile(r"(?m)^(?=define)|(?<=^}\n)")
+_ARGUMENT = re.compile(r"%(?:\"arg\.[^\"]*\"|arg\.[\w.$-]*)")
+_COUNT = re.compile(rf"call void @NRT_(?:inc|dec)ref\(ptr ({_ARGUMENT.pattern})\)")
+_CALL = re.compile(r"^ *(?:%\S+ = )?(?:tail )?call [^@]*@")
 _RUNTIME = "NRT_"  # numba's count of references, whose calls a pass looks for
 
 
-class _PartLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
+class _BorrowingLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
+    """Code that does not count references to what its caller holds anyway."""
+
+    def add_llvm_module(self, ll_module: Any) -> None:
+        """Optimise the functions of a module and add them."""
+        self._optimize_functions(ll_module)
+        text = _without_counts_of_arguments(str(ll_module))
+        self._final_module.link_in(llvm.parse_assembly(text))
+
+
+class _PartLibrary(_BorrowingLibrary):
     """The code of one part as it was lowered, without the parts that it calls."""
 
     def __init__(self, codegen: Any, name: str) -> None:
@@ -57,7 +75,7 @@ class _PartLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
         return self._whole
 
 
-class EntryLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
+class EntryLibrary(_BorrowingLibrary):
     """The code of an entry and of all its parts."""
 
     def finalize(self) -> None:
@@ -98,6 +116,42 @@ class EntryLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
         library._finalize_final_module()
         codegen._engine._defined_symbols.update(symbols)
         return library
+
+
+def _without_counts_of_arguments(text: str) -> str:
+    """Delete the counting of references to arguments that do not escape.
+
+    Numba counts a reference wherever an argument is bound to a name, and each field of
+    a named tuple wherever it is read, with an atomic instruction. Its own pass deletes
+    pairs of these only where it sees both on every way through the function. But the
+    caller holds the argument until the call ends. So where a function does nothing with
+    it but count and hand it on to other functions, which only borrow it as well, all
+    counts of it cancel out.
+
+    Args:
+        text: A module in LLVM's language, its functions optimised: arguments do not
+            stand in memory any more.
+    """
+    functions = _FUNCTION.split(text)
+    return "".join(
+        _without_counts(each) if each.startswith("define") else each
+        for each in functions
+    )
+
+
+def _without_counts(function: str) -> str:
+    """Delete the counts of one function."""
+    head, *body = function.splitlines(keepends=True)
+    arguments = set(_ARGUMENT.findall(head))
+    counted = {found[1] for line in body if (found := _COUNT.search(line))} & arguments
+    for line in body:
+        if counted and _CALL.search(line) is None:
+            counted.difference_update(_ARGUMENT.findall(line))
+    return head + "".join(
+        line
+        for line in body
+        if (found := _COUNT.search(line)) is None or found[1] not in counted
+    )
 
 
 def _link_parts(library: Any, module: Any) -> None:

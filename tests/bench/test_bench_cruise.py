@@ -79,6 +79,16 @@ def test_plan(benchmark, scene, name):
         assert result.stats.costs["safety"] >= 0.0
 
 
+@pytest.mark.parametrize("name", ["closed_loop_231", "proposed"])
+def test_plan_lazily(benchmark, scene, name):
+    """As in a sweep: what cannot be the cheapest is not judged."""
+    planner, scene = PLANNERS[name], replace(scene, full_statistics=False)
+    memory = planner.plan(scene, None).memory
+    result = benchmark(planner.plan, scene, memory)
+    assert result.status is PlanStatus.OK
+    assert result.stats.survivors is None
+
+
 def test_gathering_the_bodies(benchmark, scene):
     benchmark(bodies_of, scene, 51)
 

@@ -96,6 +96,7 @@ def test_speed_plans_of_101_knots(benchmark, n, rule):
         for p, b in zip(plans, best, strict=True)
         if p.profile is not None and b.profile is not None
     ]
+    benchmark.extra_info["plans"] = len(tasks)
     benchmark.extra_info["found"] = f"{len(both)} of {len(tasks)}"
     gaps = [cost / least - 1.0 for cost, least in both]
     benchmark.extra_info["cost_gap_mean"] = float(np.mean(gaps))

@@ -115,7 +115,7 @@ def test_start_to_the_first_step_cold(benchmark, tmp_path):
         kwargs={"cache": cache},
         rounds=1,
     )
-    assert any(cache.rglob("*.nbc"))
+    assert any(cache.rglob("*.kernel"))
     benchmark.extra_info["seconds"] = seconds
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from planner import cruise
+from planner.cruise.candidate_motion import candidate_motion
 from planner.cruise.cycle import Cycle
 from planner.cruise.drawn_candidates import (
     MOST_KEPT,
@@ -15,6 +16,7 @@ from planner.cruise.drawn_candidates import (
 )
 from planner.cruise.feasibility import Check
 from planner.interface import KEPT
+from planner.states import Trajectory
 from tests.planner.scenes import Disc, make_scene, straight
 
 PLANNER = cruise.proposed()
@@ -74,7 +76,17 @@ def test_drawn_points_are_those_of_the_candidates(plan):
     every = round(SPACING / PLANNER.settings.step)
     assert len(found) == MOST_KEPT
     for one, index in zip(found, shaped[places], strict=True):
-        whole = cycle.trajectory(int(index))
+        p, o = divmod(int(index), n_offsets)
+        tables = cycle.tables
+        whole = Trajectory.from_rows(
+            candidate_motion(
+                p,
+                float(tables.lateral.offsets[o]),
+                tables.tracks,
+                tables.lateral,
+                tables.road,
+            )
+        )
         last = whole.x.size - 1
         kept = [*range(0, last, every), last]
         assert one.x.tolist() == whole.x[kept].tolist()
