@@ -5,6 +5,7 @@ import shlex
 import shutil
 
 import pytest
+import yaml
 
 from experiments.config.scenario_file import load_scenario, scenario_names
 from experiments.config.sweep_file import load_sweep, sweep_names
@@ -150,9 +151,20 @@ def test_sweep_of_the_tutorial_has_as_many_runs_as_it_says(tmp_path):
 
 
 def test_scenario_of_the_reference_is_valid(tmp_path):
-    (text,) = blocks(TEXTS["docs/reference/scenario_files.md"], "yaml")
+    texts = blocks(TEXTS["docs/reference/scenario_files.md"], "yaml")
+    (text,) = (found for found in texts if found.startswith("name:"))
     (tmp_path / "bend.yaml").write_text(text, encoding="utf-8")
     assert load_scenario(str(tmp_path / "bend.yaml")).name == "bend"
+
+
+def test_closure_of_the_reference_is_that_of_the_shipped_scenario():
+    texts = blocks(TEXTS["docs/reference/scenario_files.md"], "yaml")
+    (text,) = (found for found in texts if found.startswith("obstacles:"))
+    shown = yaml.safe_load(text)["obstacles"]
+    shipped = load_scenario("lane_change").obstacles
+    assert shown["closure"] == shipped.closure
+    assert shown["known_from_m"] == shipped.known_from_m
+    assert shown["listed"][0]["s_m"] == shipped.listed[0].s_m
 
 
 @pytest.mark.skipif(not shutil.which("make"), reason="needs make")

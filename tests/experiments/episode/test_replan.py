@@ -27,6 +27,7 @@ ROADS = {
     "regulation_157": ("cut_in",),
     "rss": ("braking_leader",),
     "fuzzy_safety": ("cut_out",),
+    "idm_mobil": ("lane_change_curved",),
     "sumo": ("straight",),
 }
 
@@ -42,6 +43,18 @@ def scenarios(planner: str) -> tuple[str, ...]:
 
 
 CASES = [(name, road) for name in PLANNERS for road in scenarios(name)]
+
+
+@pytest.mark.sumo
+def test_a_closure_is_known_from_the_same_step_on(tmp_path):
+    told = "obstacles.known_from_m=470"
+    scenario = load_scenario("lane_change", overrides=(*SHORT, told))
+    run = run_episode(scenario, out=tmp_path)
+    scenes = list(Recorded.read(run.folder).scenes(20))
+    known = [bool(scene.obstacles.ids) for scene in scenes]
+    assert known == sorted(known)
+    assert 0 < sum(known) < len(known)
+    assert replan(run.folder, 20) == ()
 
 
 @pytest.fixture(scope="module")
