@@ -229,8 +229,13 @@ def test_example_of_the_reference_makes_runs(tmp_path):
     sweep, document = load_sweep(file)
     assert sweep.count == 2 * 4 * 2 * 2 * 16 * 20
     runs = iter(Plan(sweep, document))
-    labels = {run.label for run, _ in zip(runs, range(3 * 1280), strict=False)}
-    assert labels == {"sumo", "lane_change", "careful"}
+    labels = {run.label for run, _ in zip(runs, range(4 * 1280), strict=False)}
+    assert labels == {
+        "sumo",
+        "lane_change",
+        "careful, front_headway 1",
+        "careful, front_headway 1.2",
+    }
 
 
 def test_table_of_shipped_sweeps_counts_their_runs():
