@@ -1,5 +1,6 @@
 """The road of a scenario: from its segments, or from a SUMO network."""
 
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ from planner.vehicle import Vehicle
 from sumo_nets import catalogue
 from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
+from sumo_nets.map_files import is_map, missing_parts, network_of_map
 from sumo_nets.net_reader import Net, check_route, read_net
 from sumo_nets.route_path import LaneSpan, RoutePath, StopLine, route_path
 from sumo_nets.routes import fastest_route, random_route
@@ -38,6 +40,8 @@ ENTRY_ROOM = 0.5  # from a junction to the front of an ego that enters [m]
 FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
 SEAM = 0.01  # behind the end of an edge other lanes than the onward ones are gone [m]
 BEYOND_GOAL = 30.0  # a random route goes on behind the goal [m]
+
+log = logging.getLogger(__name__)
 
 _SEGMENTS: Mapping[str, Callable[..., Segment]] = {
     "line": line,
@@ -87,7 +91,7 @@ def scenario_network(scenario: Scenario) -> Network:
         raise scenario.error(("network",), "is missing")
     if choice.file is None:
         return catalogue.network(choice.name or "")
-    net = read_net(Path(choice.file))
+    net = read_net(_network_file(Path(choice.file)))
     taken = taken_vehicle(scenario, net)
     if taken is not None:
         return _of_route(net, taken.route, choice.lane)
@@ -97,6 +101,16 @@ def scenario_network(scenario: Scenario) -> Network:
         places = (choice.from_, *(choice.via or ()), choice.to)
         return _of_route(net, fastest_route(net, places), choice.lane)
     return random_network(net, scenario.simulation.seed, scenario.ego)
+
+
+def _network_file(file: Path) -> Path:
+    """Return the network of a file; a map is converted, and what is lost is told."""
+    if not is_map(file):
+        return file
+    converted = network_of_map(file)
+    for lost in missing_parts(file, read_net(converted)):
+        log.warning("%s", lost)
+    return converted
 
 
 def _of_route(net: Net, route: Sequence[str], lane: int | None) -> Network:
