@@ -14,7 +14,7 @@ from sumo_nets.routes import random_route
 
 NETWORK_FILES = (".net.xml", ".net.xml.gz")
 SIMULATION = ".sumocfg"
-GOALS = (300.0, 180.0, 100.0, 50.0)  # the first that the network has room for [m]
+GOALS = (300.0, 180.0, 100.0, 50.0, 30.0)  # the first that the network has room for [m]
 BEYOND_GOAL = 30.0  # a route goes on behind the goal [m]
 FLOW = 300.0  # each way [veh/h]
 CROSSING = 100.0  # on each other road into the junctions of the route [veh/h]

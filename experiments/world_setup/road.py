@@ -38,6 +38,7 @@ MAX_DEVIATION = 0.25  # [m]
 DRAWN = 12  # random routes that are tried
 ENTRY_ROOM = 0.5  # from a junction to the front of an ego that enters [m]
 FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
+DRAWN_APART = 0.15  # of the path from its lane as drawn, from which it counts [m]
 SEAM = 0.01  # behind the end of an edge other lanes than the onward ones are gone [m]
 BEYOND_GOAL = 30.0  # a random route goes on behind the goal [m]
 
@@ -176,7 +177,7 @@ def sumo_road(network: Network, vehicle: Vehicle, start: float | None = None) ->
     kept = _growing(s)
     edges = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
     bounds = road_bounds(found, driven, edges, vehicle)
-    lanes, limits = _lanes(found, driven, s, l), _speed_limits(found, s)
+    lanes, limits = _lanes(found, s, l), _speed_limits(found, s)
     return Road(path, bounds, lanes, stop_lines, speed_limits=limits)
 
 
@@ -214,19 +215,20 @@ def _speed_limits(found: RoutePath, s: FloatArray) -> SpeedLimits:
     return SpeedLimits(np.array(begins), np.array(limits))
 
 
-def _lanes(found: RoutePath, driven: DrivenPath, s: FloatArray, l: FloatArray) -> Lanes:
+def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
     """Return the lanes of the route's edges along the reference path.
 
     Lanes are identified by their place beside the one that the route follows; where
     one is missing its width is 0. Inside junctions there are no markings: lanes that
     lead over it beside the route's are interpolated from one edge to the next, the
-    others are missing. Where the path is planned the lanes are beside it, not where
-    they are drawn: a vehicle can follow them.
+    others are missing. Where the path is not where its lane is drawn, as in tight
+    bends, the lanes are beside the path: a vehicle can follow them.
     """
     spans = [span for span in found.spans if not span.lane.startswith(":")]
     n_right = max((sum(x < 0.0 for x in span.lines) for span in spans), default=0)
     n_left = max((sum(x > 0.0 for x in span.lines) for span in spans), default=0)
-    l = np.where(driven.is_planned(s), 0.0, l)
+    if np.abs(l).max() > DRAWN_APART:
+        l = np.zeros(l.size)
     kept = np.flatnonzero(_growing(s))
     rows: list[_LaneRow] = []
     before = -1  # place of the span of the last row
