@@ -8,6 +8,8 @@ from planner.errors import InvalidInputError
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray, Path, SpeedProfile, Trajectory
 
+SHARP = 0.05  # a turn between two points from which their arc counts [rad]
+
 
 def trajectory_on(path: Path, profile: SpeedProfile) -> Trajectory:
     """Drive a path at a given speed profile.
@@ -18,7 +20,8 @@ def trajectory_on(path: Path, profile: SpeedProfile) -> Trajectory:
 
     Returns:
         The trajectory at the profile's times; between the path's points x, y, heading,
-        curvature, s and l are linear in the distance, so its spacing is the error.
+        curvature, s and l are linear in the distance, so its spacing is the error. In
+        sharp bends x and y are on the arc.
 
     Raises:
         InvalidInputError: If the profile goes beyond the path's end.
@@ -51,7 +54,10 @@ def trajectory_on(path: Path, profile: SpeedProfile) -> Trajectory:
 def _read(driven: FloatArray, distance: FloatArray, columns: FloatArray) -> FloatArray:
     """Interpolate columns, (n_columns, n_points), at the distances driven.
 
-    The distances must not fall. The last column is an angle: it turns the short way.
+    The distances must not fall. The last column is the heading: it turns the short way.
+    The first two are x and y. Where the heading turns by more than `SHARP` between two
+    points, they are put from the chord onto the arc: who plans anew in every step would
+    otherwise drift to the inside of the bend.
     """
     n_columns = columns.shape[0]
     out = np.empty((n_columns, driven.size))
@@ -66,6 +72,12 @@ def _read(driven: FloatArray, distance: FloatArray, columns: FloatArray) -> Floa
             if c == n_columns - 1:
                 rise = math.atan2(math.sin(rise), math.cos(rise))
             out[c, k] = columns[c, i] + share * rise
+            if c == n_columns - 1 and abs(rise) > SHARP:
+                gap = distance[i + 1] - distance[i]
+                bulge = 0.5 * gap * rise * share * (1.0 - share)
+                middle = columns[c, i] + 0.5 * rise
+                out[0, k] += bulge * math.sin(middle)
+                out[1, k] -= bulge * math.cos(middle)
         angle = out[n_columns - 1, k]
         out[n_columns - 1, k] = math.atan2(math.sin(angle), math.cos(angle))
     return out

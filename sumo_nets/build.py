@@ -63,7 +63,7 @@ def convert(name: str) -> str:
         raise NetworkError(
             f'no network "{name}"; there are {", ".join(source_names())}'
         )
-    home = _sumo_home()
+    home = sumo_home()
     sources = [
         f"{option}={ROOT / name / f'{name}.{kind}.xml'}"
         for kind, option in SOURCES.items()
@@ -108,7 +108,7 @@ def _warnings(messages: str) -> list[str]:
     return [line for line in lines if "Intersecting left turns" not in line]
 
 
-def _sumo_home() -> Path:
+def sumo_home() -> Path:
     """Find the folder of the eclipse-sumo package, which holds bin/netconvert."""
     spec = importlib.util.find_spec("sumo")
     for folder in (spec.submodule_search_locations or []) if spec else []:

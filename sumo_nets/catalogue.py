@@ -19,10 +19,14 @@ from typing import Self
 from sumo_nets.build import net_path
 from sumo_nets.centre_line import Segment, arc, clothoid, line
 from sumo_nets.errors import NetworkError
+from sumo_nets.nearby_routes import crossing_routes, turning_routes
 from sumo_nets.net_reader import Net, check_complete, check_route, read_net
 
 # Road for background traffic behind the place where scenarios begin [m].
 LEAD_IN = 100.0
+
+# Share of the vehicles along a user's route that turn off somewhere.
+TURNING = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +65,9 @@ class Network:
     def from_file(cls, path: str | Path, route: Sequence[str], lane: int = 0) -> Self:
         """Build the record of a user's network.
 
-        Traffic: "own" along the ego's route, and "oncoming" the same way back if every
-        edge has a counterpart.
+        Traffic: "own" along the ego's route, of which a part turns off; "oncoming" the
+        same way back if every edge has a counterpart; "cross_..." from every other
+        road into the junctions of the route, evenly over their turns.
 
         Args:
             path: The .net.xml (or .net.xml.gz).
@@ -78,10 +83,14 @@ class Network:
         edges = tuple(route)
         net = read_net(net_file)
         check_route(net, edges, lane)
-        streams = [Stream("own", (Turn(edges, 1.0),))]
+        streams = [Stream("own", _turns(net, edges))]
         back = _way_back(net, edges)
         if back:
-            streams.append(Stream("oncoming", (Turn(back, 1.0),)))
+            streams.append(Stream("oncoming", _turns(net, back)))
+        for arm, ways in crossing_routes(net, edges).items():
+            if arm not in back:
+                turns = tuple(Turn(way, 1.0) for way in ways)
+                streams.append(Stream(f"cross_{arm}", turns))
         return cls(
             name=net_file.name.removesuffix(".gz").removesuffix(".net.xml"),
             net_file=net_file,
@@ -138,6 +147,16 @@ def network(name: str) -> Network:
     record = known[name]
     check_complete(record.net_file)
     return record
+
+
+def _turns(net: Net, route: tuple[str, ...]) -> tuple[Turn, ...]:
+    """Return a route, and those that leave it on the way."""
+    leaving = turning_routes(net, route)
+    share = TURNING / max(len(leaving), 1)
+    return (
+        Turn(route, 1.0 - TURNING if leaving else 1.0),
+        *(Turn(way, share) for way in leaving),
+    )
 
 
 def _way_back(net: Net, route: tuple[str, ...]) -> tuple[str, ...]:

@@ -28,6 +28,10 @@ from sumo_nets.vehicle_types import (
 MAX_FLOW = 9000.0
 MAX_REACTION = 3.0  # [s]
 
+# The first vehicle comes after no more mean headways: a road that is empty for a whole
+# warm-up is rare, but seed 0 had drawn 11.8.
+LONGEST_WAIT = 4.0
+
 OWN = "own"  # the stream of the ego's carriageway
 EGO_LANE = "ego_lane"  # a second one there, which departs in the ego's lane
 
@@ -124,8 +128,9 @@ def vehicles_for(
 ) -> tuple[DemandVehicle, ...]:
     """Draw the background traffic that departs in [begin, end).
 
-    Arrivals are a Poisson process in each stream. A stream's vehicles depend on the
-    seed and its own flow only, so that another flow changes nothing in this one.
+    Arrivals are a Poisson process in each stream, its first headway bounded. A stream's
+    vehicles depend on the seed and its own flow only, so that another flow changes
+    nothing in this one.
 
     Args:
         network: Streams and their routes.
@@ -262,7 +267,7 @@ def _draw_stream(
     traits = np.random.default_rng([seed, key, 1])
     shares = np.array([turn.share for turn in stream.turns])
     vehicles: list[DemandVehicle] = []
-    depart = begin + arrivals.exponential() / rate
+    depart = begin + min(float(arrivals.exponential()), LONGEST_WAIT) / rate
     while depart < end:
         kind = _draw_type(demand, traits)
         turn = int(traits.choice(len(shares), p=shares / shares.sum()))

@@ -6,29 +6,45 @@ import numpy as np
 
 from experiments.config.yaml_reader import Document, Plain
 from experiments.errors import ConfigError
+from sumo_nets.demand_files import read_sumocfg
 from sumo_nets.errors import NetworkError
+from sumo_nets.map_files import is_map, network_of_map
 from sumo_nets.net_reader import read_net
 from sumo_nets.routes import random_route
 
 NETWORK_FILES = (".net.xml", ".net.xml.gz")
-GOALS = (300.0, 180.0, 100.0, 50.0)  # the first that the network has room for [m]
+SIMULATION = ".sumocfg"
+GOALS = (300.0, 180.0, 100.0, 50.0, 30.0)  # the first that the network has room for [m]
 BEYOND_GOAL = 30.0  # a route goes on behind the goal [m]
 FLOW = 300.0  # each way [veh/h]
+CROSSING = 100.0  # on each other road into the junctions of the route [veh/h]
 
 
 def is_network_file(name: str) -> bool:
-    """Tell whether a name is that of a SUMO network."""
-    return name.endswith(NETWORK_FILES)
+    """Tell whether a name is that of a SUMO network, a map, or a simulation."""
+    return name.endswith((*NETWORK_FILES, SIMULATION)) or is_map(name)
 
 
 def network_document(name: str) -> Document:
     """Make the scenario of a network file: which route it is decides the seed.
 
+    A map is converted; of a simulation's configuration network and traffic are taken.
+
     Raises:
         ConfigError: If the network cannot be read or has no room for a route.
     """
-    path = Path(name)
+    path = source = Path(name)
+    traffic: dict[str, Plain] = {
+        "own_veh_per_h": FLOW,
+        "oncoming_veh_per_h": FLOW,
+        "cross_veh_per_h": CROSSING,
+    }
     try:
+        if name.endswith(SIMULATION):
+            traffic = {"sumocfg": str(path.resolve())}
+            path = source = _network_of_simulation(path)
+        if is_map(name):
+            path = network_of_map(path)
         net = read_net(path)
         goal = next((goal for goal in GOALS if _has_room(path, goal)), None)
     except NetworkError as error:
@@ -38,14 +54,28 @@ def network_document(name: str) -> Document:
             f"{name}: no route of {GOALS[-1] + BEYOND_GOAL:g} m for cars was found "
             f"among {len(net.roads)} edges; name one in a scenario file"
         )
-    stem = path.name.removesuffix(".gz").removesuffix(".net.xml")
+    stem = Path(name).name
+    for suffix in (".gz", ".xml", ".net", ".osm", ".xodr", SIMULATION):
+        stem = stem.removesuffix(suffix)
     data: dict[str, Plain] = {
         "name": "".join(c if c.isalnum() or c == "_" else "_" for c in stem),
-        "network": {"file": str(path.resolve())},
+        "network": {"file": str(source.resolve())},
         "ego": {"goal_m": goal},
-        "traffic": {"own_veh_per_h": FLOW, "oncoming_veh_per_h": FLOW},
+        "traffic": traffic,
     }
     return Document(name, data)
+
+
+def _network_of_simulation(file: Path) -> Path:
+    """Return the network that a .sumocfg names.
+
+    Raises:
+        NetworkError: If it names none, or no demand.
+    """
+    found = read_sumocfg(file).net_file
+    if found is None:
+        raise NetworkError(f"{file}: names no net-file: there is no network in it")
+    return found
 
 
 def _has_room(path: Path, goal: float) -> bool:

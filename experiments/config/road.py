@@ -22,7 +22,9 @@ class NetworkConfig(Strict):
 
     name: str | None = Field(default=None, description="network of the catalogue")
     file: str | None = Field(
-        default=None, description=".net.xml, relative to this file"
+        default=None,
+        description=".net.xml, or a map to be converted (.xodr, .osm); relative to "
+        "this file",
     )
     route: tuple[EdgeId, ...] | None = Field(
         default=None, description="edges, in driving order; without it by from and to"

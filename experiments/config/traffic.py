@@ -75,7 +75,9 @@ class Traffic(Strict):
     )
     slow_leader: SlowLeaderConfig | None = None
     oncoming_veh_per_h: Flow = 600.0
-    cross_veh_per_h: Flow = Field(default=300.0, description="on each crossing arm")
+    cross_veh_per_h: Flow = Field(
+        default=300.0, description="on each other road into the junctions of the route"
+    )
     van_share: Share = 0.1
     truck_share: Share = 0.08
     temper: Literal["cautious", "normal", "aggressive", "mixed"] | None = Field(

@@ -1,5 +1,6 @@
 """The road of a scenario: from its segments, or from a SUMO network."""
 
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ from planner.vehicle import Vehicle
 from sumo_nets import catalogue
 from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
+from sumo_nets.map_files import is_map, missing_parts, network_of_map
 from sumo_nets.net_reader import Net, check_route, read_net
 from sumo_nets.route_path import LaneSpan, RoutePath, StopLine, route_path
 from sumo_nets.routes import fastest_route, random_route
@@ -37,8 +39,11 @@ MAX_DEVIATION = 0.25  # [m]
 DRAWN = 12  # random routes that are tried
 ENTRY_ROOM = 0.5  # from a junction to the front of an ego that enters [m]
 FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
+DRAWN_APART = 0.15  # of the path from its lane as drawn, from which it counts [m]
 SEAM = 0.01  # behind the end of an edge other lanes than the onward ones are gone [m]
 BEYOND_GOAL = 30.0  # a random route goes on behind the goal [m]
+
+log = logging.getLogger(__name__)
 
 _SEGMENTS: Mapping[str, Callable[..., Segment]] = {
     "line": line,
@@ -88,7 +93,7 @@ def scenario_network(scenario: Scenario) -> Network:
         raise scenario.error(("network",), "is missing")
     if choice.file is None:
         return catalogue.network(choice.name or "")
-    net = read_net(Path(choice.file))
+    net = read_net(_network_file(Path(choice.file)))
     taken = taken_vehicle(scenario, net)
     if taken is not None:
         return _of_route(net, taken.route, choice.lane)
@@ -98,6 +103,16 @@ def scenario_network(scenario: Scenario) -> Network:
         places = (choice.from_, *(choice.via or ()), choice.to)
         return _of_route(net, fastest_route(net, places), choice.lane)
     return random_network(net, scenario.simulation.seed, scenario.ego)
+
+
+def _network_file(file: Path) -> Path:
+    """Return the network of a file; a map is converted, and what is lost is told."""
+    if not is_map(file):
+        return file
+    converted = network_of_map(file)
+    for lost in missing_parts(file, read_net(converted)):
+        log.warning("%s", lost)
+    return converted
 
 
 def _of_route(net: Net, route: Sequence[str], lane: int | None) -> Network:
@@ -163,7 +178,7 @@ def sumo_road(network: Network, vehicle: Vehicle, start: float | None = None) ->
     kept = _growing(s)
     edges = RoadBounds(s[kept], (found.left + l)[kept], (found.right + l)[kept])
     bounds = road_bounds(found, driven, edges, vehicle)
-    lanes, limits = _lanes(found, driven, s, l), _speed_limits(found, s)
+    lanes, limits = _lanes(found, s, l), _speed_limits(found, s)
     junctions = road_junctions(found, path, s, vehicle)
     return Road(
         path, bounds, lanes, stop_lines, speed_limits=limits, junctions=junctions
@@ -204,19 +219,20 @@ def _speed_limits(found: RoutePath, s: FloatArray) -> SpeedLimits:
     return SpeedLimits(np.array(begins), np.array(limits))
 
 
-def _lanes(found: RoutePath, driven: DrivenPath, s: FloatArray, l: FloatArray) -> Lanes:
+def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
     """Return the lanes of the route's edges along the reference path.
 
     Lanes are identified by their place beside the one that the route follows; where
     one is missing its width is 0. Inside junctions there are no markings: lanes that
     lead over it beside the route's are interpolated from one edge to the next, the
-    others are missing. Where the path is planned the lanes are beside it, not where
-    they are drawn: a vehicle can follow them.
+    others are missing. Where the path is not where its lane is drawn, as in tight
+    bends, the lanes are beside the path: a vehicle can follow them.
     """
     spans = [span for span in found.spans if not span.lane.startswith(":")]
     n_right = max((sum(x < 0.0 for x in span.lines) for span in spans), default=0)
     n_left = max((sum(x > 0.0 for x in span.lines) for span in spans), default=0)
-    l = np.where(driven.is_planned(s), 0.0, l)
+    if np.abs(l).max() > DRAWN_APART:
+        l = np.zeros(l.size)
     kept = np.flatnonzero(_growing(s))
     rows: list[_LaneRow] = []
     before = -1  # place of the span of the last row

@@ -1,7 +1,7 @@
 """The arrays that one cycle evaluates: profiles, road, limits and bodies."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from planner.states import FloatArray, IntArray, Trajectory
 
 CAPSULE_DISCS = 33  # 0.1 m apart: their hull waves by less than the tolerance
 TOUCH_TOLERANCE = 2e-3  # by which a gap below the margin may still shrink [m]
+# A vehicle that stands can turn its wheels before it starts: its motions need not
+# begin with the curvature that it stopped with, which may leave none within the limits.
+WHEELS_TURN_FREELY = 0.02  # [m/s]
 STANDING = 0.5  # a slower vehicle is one to steer round [m/s]
 
 
@@ -60,6 +63,8 @@ class Cycle:
         first, second = (
             (ego.l_dot, ego.l_ddot) if over_time else (ego.l_prime, ego.l_second)
         )
+        if scene.ego.speed < WHEELS_TURN_FREELY:
+            second = 0.0
         lateral = Lateral(
             over_time,
             (ego.l, first, second),
@@ -92,6 +97,11 @@ class Cycle:
             profiles.speed_term.size * max(full_grid_size(settings) - offsets.size, 0),
             last,
         )
+
+    def with_length(self, length: float) -> "Cycle":
+        """Return the same cycle with lateral motions of at least a length [m]."""
+        lateral = self.tables.lateral._replace(min_length=length)
+        return replace(self, tables=self.tables._replace(lateral=lateral))
 
 
 def _limits(scene: Scene, settings: CruiseSettings) -> CandidateLimits:

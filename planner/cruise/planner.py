@@ -1,5 +1,6 @@
 """The cruise planner: [Thesis] ch. 4 made fit for the closed loop."""
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -22,6 +23,11 @@ from planner.states import Trajectory
 CHECK_NAMES = {
     int(check): check.name.lower() for check in Check if check is not Check.PASSED
 }
+
+
+SLOW = 3.0  # slower, the ego may be about to stop where it cannot start [m/s]
+LEAST_DRIVEN = 5.0  # a plan that drives less does not get on [m]
+S_ROW = 7  # of a motion: arc length
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +61,8 @@ class CruisePlanner:
         cycle = Cycle.of(scene, self.settings, last)
         exhaustive = scene.full_statistics or not self._separable
         found = self._evaluate(cycle, exhaustive=exhaustive)
+        if scene.ego.speed < SLOW and not _moves(found):
+            cycle, found = self._start(cycle, found, exhaustive=exhaustive)
         stats = _statistics(cycle, found)
         looked_at = partial(self._alternatives, cycle, found)
         if found.choice.best < 0:
@@ -63,6 +71,28 @@ class CruisePlanner:
         trajectory = Trajectory.from_rows(found.motion)
         memory_now = CruiseMemory(trajectory)
         return PlanResult(PlanStatus.OK, trajectory, memory_now, stats, looked_at)
+
+    def _start(
+        self, cycle: Cycle, found: Evaluation, *, exhaustive: bool
+    ) -> tuple[Cycle, Evaluation]:
+        """Look for longer lateral motions, where none of the usual length gets on.
+
+        Beside the path in a bend, a motion that is over within the few metres that a
+        slow ego covers may need more curvature than the vehicle has.
+
+        Returns:
+            The cheapest of all that gets on and its cycle; those given without one.
+        """
+        best, least = (cycle, found), math.inf
+        if found.choice.best >= 0:
+            least = float(found.choice.terms.sum())
+        for length in self.settings.starting_lengths:
+            longer = cycle.with_length(length)
+            tried = self._evaluate(longer, exhaustive=exhaustive)
+            total = float(tried.choice.terms.sum())
+            if _moves(tried) and total < least:
+                best, least = (longer, tried), total
+        return best
 
     def _evaluate(self, cycle: Cycle, *, exhaustive: bool) -> Evaluation:
         """Evaluate the candidates of a cycle, all of them if exhaustive."""
@@ -74,6 +104,12 @@ class CruisePlanner:
         if not _is_complete(found):
             found = self._evaluate(cycle, exhaustive=True)
         return alternatives_of(cycle, found.verdict.ravel())
+
+
+def _moves(found: Evaluation) -> bool:
+    """Check whether the chosen motion gets on."""
+    s = found.motion[S_ROW]
+    return bool(s.size) and bool(s[-1] - s[0] > LEAST_DRIVEN)
 
 
 def _is_complete(found: Evaluation) -> bool:

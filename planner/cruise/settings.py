@@ -73,6 +73,7 @@ class CruiseSettings:
     edge_offsets: bool = True  # sample the outermost places on the road too
     min_manoeuvre_length: float = 8.0  # of a lateral motion over distance [m]
     min_manoeuvre_speed: float = 2.5  # slower, it is as long as at this speed [m/s]
+    starting_lengths: tuple[float, ...] = (16.0, 24.0)  # if none starts [m]
     times: tuple[float, ...] = (1.0, 2.0, 3.0, 5.0)  # manoeuvre durations [s]
     speed_fractions: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
     creep_speeds: tuple[float, ...] = (1.0, 2.0)  # to get out of a jam [m/s]
@@ -144,6 +145,7 @@ def thesis_settings(safety_term: SafetyTerm, weights: Weights) -> CruiseSettings
         lateral_motion=LateralMotion.TIME,
         times=tuple(round(4.0 + 0.1 * k, 1) for k in range(11)),
         edge_offsets=False,
+        starting_lengths=(),
         speed_fractions=(1.0,),
         creep_speeds=(),
         stop_times=(),

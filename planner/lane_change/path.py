@@ -23,7 +23,38 @@ from planner.states import FloatArray, FrenetState, Path
 from planner.vehicle import Vehicle
 
 SETTLING_SHARES = (1.0, 0.7, 0.5, 0.35)  # of the usual length, tried in turn
+PARALLEL = 0.05  # a lane that shifts by less is parallel to the reference path [m]
+SMOOTHED = 4.0  # to either side, over which a shifting lane is smoothed [m]
+SHARES = np.linspace(-1.0, 1.0, 9)
+WINDOW = (1.0 - np.abs(SHARES)) / (1.0 - np.abs(SHARES)).sum()
 MAX_SWING = 0.3  # beyond where a path begins and ends [m]
+
+
+class KeptLane(NamedTuple):
+    """A lane's centre line along the reference path; arrays are (n,)."""
+
+    s: FloatArray  # strictly growing [m]
+    centre: FloatArray  # [m]
+
+    def offset_at(self, s: float) -> float:
+        """Return the offset of the centre line [m]."""
+        return float(np.interp(s, self.s, self.centre))
+
+    def rows(self, s: FloatArray) -> FloatArray | None:
+        """Return offset, slope and bend at arc lengths, (3, n); None if parallel.
+
+        The centre line is smoothed over `SMOOTHED`, so that a corner in it does not
+        turn into a steep bend.
+        """
+        reach = SMOOTHED * SHARES
+        near = np.interp(np.array([s[0], s[-1]]), self.s, self.centre)
+        inside = self.centre[(self.s > s[0]) & (self.s < s[-1])]
+        if np.ptp(np.concatenate([near, inside])) < PARALLEL:
+            return None
+        around = np.interp(s[:, None] + reach, self.s, self.centre)
+        offset = around @ WINDOW
+        slope = np.gradient(offset, s)
+        return np.array([offset, slope, np.gradient(slope, s)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,16 +71,16 @@ class ChangePath:
 def lane_keeping_path(
     reference: ReferencePath,
     state: FrenetState,
-    offset: float,
+    lane: float | KeptLane,
     total: float,
     settings: PathSettings,
 ) -> Path | None:
-    """Settle on an offset and stay there.
+    """Settle on an offset and stay there, or in a lane that shifts.
 
     Args:
         reference: Of the road.
         state: Of the ego.
-        offset: Where to go [m].
+        lane: Where to go [m].
         total: Length of the path along the reference [m].
         settings: Spacing and settling time.
 
@@ -58,6 +89,13 @@ def lane_keeping_path(
     """
     settle = max(settings.settle_length, settings.settle_time * max(state.s_dot, 0.0))
     driven = _grid(total, settings.spacing)
+    if isinstance(lane, KeptLane):
+        centre = lane.rows(state.s + driven)
+        if centre is not None:
+            return _shifting_path(reference, state, centre, settle, driven)
+        offset = lane.offset_at(state.s)
+    else:
+        offset = lane
     for share in SETTLING_SHARES:  # the longest that does not swing out
         line = np.empty((3, driven.size))
         _settle(
@@ -66,6 +104,36 @@ def lane_keeping_path(
         if swing(line[0], state.l, offset) <= MAX_SWING:
             break
     return line_in_plane(reference, state.s + driven, *line)
+
+
+def _shifting_path(
+    reference: ReferencePath,
+    state: FrenetState,
+    centre: FloatArray,
+    settle: float,
+    driven: FloatArray,
+) -> Path | None:
+    """Settle on a lane's centre line that is not parallel to the reference path.
+
+    Args:
+        reference: Of the road.
+        state: Of the ego.
+        centre: Offset, slope and bend of the lane at the distances driven, (3, n).
+        settle: Length over which the ego comes to the centre line [m].
+        driven: Distances along the reference, (n,) [m].
+    """
+    l, slope, bend = (
+        float(own - lane)
+        for own, lane in zip(
+            (state.l, state.l_prime, state.l_second), centre[:, 0], strict=True
+        )
+    )
+    for share in SETTLING_SHARES:
+        line = np.empty((3, driven.size))
+        _settle(l, slope, bend, 0.0, share * settle, driven, line)
+        if swing(line[0], l, 0.0) <= MAX_SWING:
+            break
+    return line_in_plane(reference, state.s + driven, *(line + centre))
 
 
 class ChangeTarget(NamedTuple):

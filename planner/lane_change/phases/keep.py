@@ -3,9 +3,7 @@
 import math
 from dataclasses import replace
 
-import numpy as np
-
-from planner.lane_change.path import lane_keeping_path
+from planner.lane_change.path import KeptLane, lane_keeping_path
 from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.cycle_view import (
     Situation,
@@ -27,11 +25,9 @@ def keep(
 ) -> PlanCandidate | None:
     """Stay in the lane behind the vehicle ahead."""
     scene = here.scene
-    centre = float(
-        np.interp(scene.ego_frenet.s, scene.lanes.s, scene.lanes.centre[lane])
-    )
+    kept = KeptLane(scene.lanes.s, scene.lanes.centre[lane])
     path = lane_keeping_path(
-        scene.path, scene.ego_frenet, centre, here.total, settings.path
+        scene.path, scene.ego_frenet, kept, here.total, settings.path
     )
     if path is None:
         return None

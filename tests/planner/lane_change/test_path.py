@@ -8,7 +8,12 @@ from scipy.interpolate import BSpline
 
 from planner.lane_change.b_spline import LANE_CHANGE_KNOTS
 from planner.lane_change.change_shapes import BASIS, control_points, prices, sample
-from planner.lane_change.path import ChangeTarget, best_change, lane_keeping_path
+from planner.lane_change.path import (
+    ChangeTarget,
+    KeptLane,
+    best_change,
+    lane_keeping_path,
+)
 from planner.lane_change.settings import PathSettings
 from planner.reference_path.path import ReferencePath
 from planner.states import Path
@@ -172,3 +177,28 @@ def test_no_path_swings_out_from_a_steep_start(speed, error):
         if found is not None:
             assert found.path.l.min() > -0.75 - 0.31
             assert found.path.l.max() < 1.75 + 0.31
+
+
+def test_keeping_a_lane_that_shifts_follows_its_centre_line():
+    s = np.arange(0.0, 400.0, 1.0)
+    share = np.clip((s - 100.0) / 50.0, 0.0, 1.0)
+    centre = -3.2 * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    scene = on_lanes(s=90.0, offset=1.75, speed=12.0, path=straight(1500.0))
+    lane = KeptLane(s, centre)
+    path = lane_keeping_path(scene.path, scene.ego_frenet, lane, 150.0, SETTINGS)
+    assert path is not None
+    check_geometry(path)
+    off = path.l - np.interp(path.s, s, centre)
+    assert np.abs(off).max() < 0.1
+    assert path.l[-1] == pytest.approx(-3.2, abs=1e-6)
+
+
+def test_keeping_a_lane_parallel_to_the_road_is_settling_on_its_offset():
+    scene = on_lanes(s=90.0, offset=0.4, speed=12.0, path=straight(1500.0))
+    road, state = scene.path, scene.ego_frenet
+    lane = KeptLane(np.array([0.0, 1500.0]), np.array([-0.5, -0.5]))
+    kept = lane_keeping_path(road, state, lane, 150.0, SETTINGS)
+    settled = lane_keeping_path(road, state, -0.5, 150.0, SETTINGS)
+    assert kept is not None
+    assert settled is not None
+    np.testing.assert_array_equal(kept.l, settled.l)
