@@ -10,6 +10,7 @@ netconvert = pytest.mark.skipif(
     importlib.util.find_spec("sumo") is None, reason="eclipse-sumo is not installed"
 )
 NAMES = [
+    "all_way_stop",
     "curved",
     "dense",
     "dense_curved",
@@ -18,8 +19,13 @@ NAMES = [
     "lane_change_curved",
     "lane_change_end",
     "lane_change_three",
+    "right_before_left",
+    "roundabout",
+    "stop_sign",
     "straight",
+    "t_junction",
     "u_shaped",
+    "unprotected_left",
 ]
 
 
