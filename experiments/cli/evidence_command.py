@@ -48,7 +48,12 @@ def evidence(
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
 ) -> None:
-    """Run the published sweeps, and write the results page from them."""
+    """Run the published sweeps, and write the results page from them.
+
+    Example: rearview evidence lane_change_paired --seeds 20
+
+    Exit status: 0 done, 2 bad input, 130 interrupted.
+    """
     with report_user_errors():
         from experiments.evidence.numbers import kept_claims, write_evidence
         from experiments.evidence.published_sweeps import (

@@ -83,7 +83,11 @@ class SweptPlanner(Strict):
                 f"{short[key] if clear else key} {_text(point[key])}" for key in varied
             )
             label = f"{self.shown}, {words}" if words else self.shown
-            found.append(SweptPlanner(name=self.name, settings=settings, label=label))
+            found.append(
+                self.model_copy(
+                    update={"settings": settings, "label": label, "axes": Axes()}
+                )
+            )
         return found
 
 
@@ -161,7 +165,7 @@ class Sweep(Strict):
     def _labels_differ(self) -> Self:
         """Reject two planners with the same label."""
         labels: set[str] = set()
-        for index, variants in enumerate(self._labelled()):
+        for index, variants in enumerate(self.labelled):
             for planner in variants:
                 if planner.shown in labels:
                     problem = f"is the second {planner.shown}"
@@ -179,10 +183,11 @@ class Sweep(Strict):
         Labels tell them apart: where several entries are one planner without a label,
         by the settings in which they differ.
         """
-        return tuple(one for variants in self._labelled() for one in variants)
+        return tuple(one for variants in self.labelled for one in variants)
 
-    def _labelled(self) -> list[list[SweptPlanner]]:
-        """Return the variants of each entry, with labels."""
+    @cached_property
+    def labelled(self) -> tuple[tuple[SweptPlanner, ...], ...]:
+        """The variants of each entry of the file, with labels."""
         names = [planner.name for planner in self.planners if planner.label is None]
         found = []
         for planner in self.planners:
@@ -201,8 +206,8 @@ class Sweep(Strict):
             if not alone and words:
                 label = f"{planner.name}, {', '.join(words)}"
                 planner = planner.model_copy(update={"label": label})  # noqa: PLW2901
-            found.append(planner.variants())
-        return found
+            found.append(tuple(planner.variants()))
+        return tuple(found)
 
     @model_validator(mode="after")
     def _planner_keys_are_free(self) -> Self:

@@ -55,13 +55,13 @@ class Plan:
         self._set = [
             self._change(("set",), key, value) for key, value in sweep.set.items()
         ]
-
         self._own = {
             planner.shown: [
                 self._change(("planners", index, "set"), key, value)
                 for key, value in planner.set.items()
             ]
-            for index, planner in enumerate(sweep.planners)
+            for index, variants in enumerate(sweep.labelled)
+            for planner in variants
         }
 
     def __len__(self) -> int:

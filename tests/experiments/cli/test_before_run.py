@@ -72,7 +72,7 @@ def test_check_places_signals_bend_and_goal(tmp_path, capsys):
         (["traffic=none", "obstacles=none"], "neither traffic nor an obstacle"),
         (["traffic.own_veh_per_h=9000"], "vehicles an hour and lane"),
         (
-            ["ego.vehicle.limits.max_curvature_1pm=0.08"],
+            ["ego.vehicle.limits.max_curvature_1pm=0.03"],
             "of the ego's curvature: beside the path",
         ),
     ],
