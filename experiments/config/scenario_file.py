@@ -13,6 +13,7 @@ import yaml
 from pydantic import ValidationError
 
 from experiments.config import DEFAULT_PLANNER, Scenario
+from experiments.config.ego import TUBE_WORDS
 from experiments.config.network_scenario import is_network_file, network_document
 from experiments.config.planner_modules import require_allowed
 from experiments.config.validation_errors import describe, unknown_name
@@ -32,6 +33,16 @@ SCHEMA_FILE = SCENARIO_FOLDER / "scenario.schema.json"
 
 Change = tuple[KeyPath, Plain, str]  # key path, value, where it was written
 
+# keys of which a bare name is short for a section, with the name's key there
+SHORT_FORMS: Mapping[str | int, str] = {
+    "planner": "name",
+    "network": "name",
+    "plant": "model",
+    "actuators": "preset",
+    "controller": "name",
+    "plan_start": "rule",
+    "perception": "preset",
+}
 _KEY_PART = re.compile(r"\.?([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]+)\]")
 
 
@@ -94,7 +105,7 @@ def load_scenario(
         _override(document, ("simulation", "seed"), seed, f"--seed {seed}")
     for override in overrides:
         _override(document, *_parse_override(override))
-    _anchor_network(document)
+    _anchor_files(document)
     scenario = check_scenario(document)
     named = document.where(("planner", "name"))
     if scenario.planner.name != planner and not named.startswith(OPTION):
@@ -138,7 +149,7 @@ def changed(document: Document, changes: Sequence[Change]) -> Document:
             _choose_planner(copy, str(value))
         else:
             _override(copy, path, deepcopy(value), option)
-    _anchor_network(copy)
+    _anchor_files(copy)
     return copy
 
 
@@ -248,8 +259,8 @@ def _step_into(node: Any, part: str | int, following: str | int, option: str) ->
     inner = node.get(part)
     if part == "planner" and inner is None:
         inner = DEFAULT_PLANNER
-    if part in ("planner", "network") and isinstance(inner, str):
-        inner = {"name": inner}
+    if part in SHORT_FORMS and isinstance(inner, str):
+        inner = {SHORT_FORMS[part]: inner}
     if inner is None or isinstance(inner, str | bool | int | float):
         inner = [] if isinstance(following, int) else {}
     node[part] = inner
@@ -264,11 +275,15 @@ def _choose_planner(document: Document, name: str) -> None:
     _override(document, ("planner",), {"name": name}, f"--planner {name}")
 
 
-def _anchor_network(document: Document) -> None:
-    """Resolve a network file's path, which is relative to the scenario file."""
+def _anchor_files(document: Document) -> None:
+    """Resolve paths of network and tube, which are relative to the scenario file."""
     folder = Path(document.name).parent
     network = document.data.get("network") if isinstance(document.data, dict) else None
     if isinstance(network, dict):
         file = network.get("file")
         if isinstance(file, str):
             network["file"] = str((folder / file).resolve())
+    ego = document.data.get("ego") if isinstance(document.data, dict) else None
+    tube = ego.get("tube") if isinstance(ego, dict) else None
+    if isinstance(ego, dict) and isinstance(tube, str) and tube not in TUBE_WORDS:
+        ego["tube"] = str((folder / tube).resolve())
