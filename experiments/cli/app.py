@@ -28,6 +28,7 @@ from experiments.cli import (
     results_commands,
     sweep_commands,
     thesis_command,
+    tube_command,
 )
 from experiments.cli.user_errors import (
     ARRIVED,
@@ -209,6 +210,7 @@ replan_command.add_to(app)
 sweep_commands.add_to(app)
 results_commands.add_to(app)
 r157_command.add_to(app)
+tube_command.add_to(app)
 thesis_command.add_to(app)
 compile_command.add_to(app)
 

@@ -286,4 +286,5 @@ def _anchor_files(document: Document) -> None:
     ego = document.data.get("ego") if isinstance(document.data, dict) else None
     tube = ego.get("tube") if isinstance(ego, dict) else None
     if isinstance(ego, dict) and isinstance(tube, str) and tube not in TUBE_WORDS:
-        ego["tube"] = str((folder / tube).resolve())
+        by_option = document.where(("ego", "tube")).startswith(OPTION)
+        ego["tube"] = str(((Path() if by_option else folder) / tube).resolve())

@@ -29,7 +29,7 @@ from experiments.cosim.plants.parameters import (
 from experiments.cosim.plants.tracked import PlantSettings, TrackedPlant
 from experiments.cosim.plants.tube import (
     NONE,
-    Tube,
+    ErrorTube,
     measure_tube,
     planned_vehicle,
     read_tube,
@@ -122,7 +122,7 @@ def make_plant(scenario: Scenario) -> Plant:
         raise scenario.error(("ego", "actuators"), str(error)) from error
 
 
-def tube_of(scenario: Scenario) -> Tube | None:
+def tube_of(scenario: Scenario) -> ErrorTube | None:
     """Return the tube by which plans keep clear; None for none.
 
     Raises:

@@ -22,6 +22,7 @@ CURVATURES = (0.0025, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)  # [1/m]
 LARGEST = 5.0  # errors of a vehicle that loses its plan [m]
 GRIP_SHARE = 0.8  # of the friction that plans may ask for
 STEERING_SHARE = 0.95  # of the largest angle
+RATE_SHARE = 0.75  # of the steering's rate; the rest corrects errors
 SOURCE = "rearview tube"
 
 
@@ -46,7 +47,7 @@ NONE = Bounds(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Tube:
+class ErrorTube:
     """Error bounds of one vehicle with its actuators and controller."""
 
     plant: str  # identity of the settings
@@ -92,7 +93,7 @@ def plant_identity(settings: PlantSettings) -> str:
 
 
 @lru_cache(maxsize=16)
-def measure_tube(settings: PlantSettings) -> Tube:
+def measure_tube(settings: PlantSettings) -> ErrorTube:
     """Drive all manoeuvres at all speeds and keep the largest errors."""
     cells: dict[tuple[float, float], Bounds] = {}
     for speed in SPEEDS:
@@ -102,7 +103,7 @@ def measure_tube(settings: PlantSettings) -> Tube:
             found = cells.get(key, NONE)
             cells[key] = found.with_errors(driven.lateral, driven.behind)
             cells[key] = cells[key].with_errors(0.0, -driven.ahead)
-    return Tube(plant_identity(settings), cells)
+    return ErrorTube(plant_identity(settings), cells)
 
 
 def _errors(settings: PlantSettings, manoeuvre: Manoeuvre) -> Bounds:
@@ -120,7 +121,7 @@ def _errors(settings: PlantSettings, manoeuvre: Manoeuvre) -> Bounds:
     return found
 
 
-def read_tube(path: Path, settings: PlantSettings) -> Tube:
+def read_tube(path: Path, settings: PlantSettings) -> ErrorTube:
     """Read a tube file that belongs to a plant.
 
     Raises:
@@ -142,7 +143,7 @@ def read_tube(path: Path, settings: PlantSettings) -> Tube:
     return tube
 
 
-def _restored(content: Any) -> Tube:
+def _restored(content: Any) -> ErrorTube:
     """Restore a tube from the content of its file."""
     cells = {}
     for row in content["cells"]:
@@ -151,7 +152,7 @@ def _restored(content: Any) -> Tube:
             raise ValueError("a bound is not a length")
         key = float(row["speed_mps"]), float(row["curvature_1pm"])
         cells[key] = Bounds(*numbers)
-    return Tube(str(content["plant"]), cells)
+    return ErrorTube(str(content["plant"]), cells)
 
 
 def planned_vehicle(
@@ -172,6 +173,7 @@ def planned_vehicle(
     drive = min(chassis.max_acceleration, actuators.drive.largest, grip)
     power = drive * min(1.0, chassis.power_speed / max(speed, 0.1))
     steering = min(chassis.max_steering, actuators.steering.largest)
+    rate = min(chassis.max_steering_rate, actuators.steering.rate)
     sharpest = np.tan(STEERING_SHARE * steering) / settings.wheelbase
     return Vehicle(
         vehicle.length + bounds.ahead + bounds.behind,
@@ -185,5 +187,6 @@ def planned_vehicle(
             min(own.emergency_deceleration, drive),
             min(own.max_lateral_acceleration, grip),
             min(own.max_curvature, float(sharpest)),
+            min(own.max_curvature_rate, RATE_SHARE * rate / settings.wheelbase),
         ),
     )
