@@ -15,7 +15,7 @@ def add_to(app: typer.Typer) -> None:
 
 
 def tube(
-    scenario: Annotated[
+    name: Annotated[
         str,
         typer.Argument(metavar="NAME|FILE", help="Scenario whose ego has a plant."),
     ],
@@ -37,11 +37,11 @@ def tube(
         from experiments.errors import ConfigError, ResultsError
         from experiments.world_setup.vehicle_model import plant_settings
 
-        loaded = load_scenario(scenario, overrides=overrides or ())
+        loaded = load_scenario(name, overrides=overrides or ())
         settings = plant_settings(loaded)
         if settings is None:
             raise ConfigError(
-                f"{scenario}: ego.plant: is perfect, which has no tracking errors; "
+                f"{name}: ego.plant: is perfect, which has no tracking errors; "
                 "allowed: kinematic or dynamic"
             )
         text = measure_tube(settings).to_json()

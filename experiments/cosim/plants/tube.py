@@ -27,23 +27,23 @@ SOURCE = "rearview tube"
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
+class ErrorBounds:
     """Largest errors in a cell."""
 
     lateral: float  # to either side [m]
     ahead: float  # of the plan [m]
     behind: float  # the plan [m]
 
-    def with_errors(self, lateral: float, behind: float) -> "Bounds":
+    def with_errors(self, lateral: float, behind: float) -> "ErrorBounds":
         """Return bounds that hold these errors, too."""
-        return Bounds(
+        return ErrorBounds(
             max(self.lateral, abs(lateral)),
             max(self.ahead, -behind),
             max(self.behind, behind),
         )
 
 
-NONE = Bounds(0.0, 0.0, 0.0)
+NONE = ErrorBounds(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +51,9 @@ class ErrorTube:
     """Error bounds of one vehicle with its actuators and controller."""
 
     plant: str  # identity of the settings
-    cells: dict[tuple[float, float], Bounds]  # upper (speed, curvature) -> bounds
+    cells: dict[tuple[float, float], ErrorBounds]  # upper (speed, curvature) -> bounds
 
-    def upto(self, speed: float) -> Bounds:
+    def upto(self, speed: float) -> ErrorBounds:
         """Return the bounds of all cells that are reached at a speed or below.
 
         Args:
@@ -77,7 +77,7 @@ class ErrorTube:
         return json.dumps(content, indent=1) + "\n"
 
 
-def _named(bounds: Bounds) -> dict[str, float]:
+def _named(bounds: ErrorBounds) -> dict[str, float]:
     """Return bounds with the names of a file."""
     return {
         "lateral_m": round(bounds.lateral, 4),
@@ -95,7 +95,7 @@ def plant_identity(settings: PlantSettings) -> str:
 @lru_cache(maxsize=16)
 def measure_tube(settings: PlantSettings) -> ErrorTube:
     """Drive all manoeuvres at all speeds and keep the largest errors."""
-    cells: dict[tuple[float, float], Bounds] = {}
+    cells: dict[tuple[float, float], ErrorBounds] = {}
     for speed in SPEEDS:
         for one in manoeuvres(speed):
             key = speed, next((k for k in CURVATURES if k >= one.curvature), 0.2)
@@ -106,7 +106,7 @@ def measure_tube(settings: PlantSettings) -> ErrorTube:
     return ErrorTube(plant_identity(settings), cells)
 
 
-def _errors(settings: PlantSettings, manoeuvre: Manoeuvre) -> Bounds:
+def _errors(settings: PlantSettings, manoeuvre: Manoeuvre) -> ErrorBounds:
     """Drive a manoeuvre; a vehicle that loses its plan has the largest errors."""
     plant, plan = TrackedPlant(settings, SPACING), manoeuvre.plan
     ego = CartesianState(0.0, 0.0, 0.0, 0.0, manoeuvre.speed, 0.0)
@@ -115,7 +115,7 @@ def _errors(settings: PlantSettings, manoeuvre: Manoeuvre) -> Bounds:
         try:
             ego = plant.step(ego, plan, SPACING, SPACING * k)
         except PlannerOutputError:
-            return Bounds(LARGEST, LARGEST, LARGEST)
+            return ErrorBounds(LARGEST, LARGEST, LARGEST)
         if plant.report is not None:
             found = found.with_errors(plant.report.lateral, plant.report.behind)
     return found
@@ -151,12 +151,12 @@ def _restored(content: Any) -> ErrorTube:
         if not all(0.0 <= n < np.inf for n in numbers):
             raise ValueError("a bound is not a length")
         key = float(row["speed_mps"]), float(row["curvature_1pm"])
-        cells[key] = Bounds(*numbers)
+        cells[key] = ErrorBounds(*numbers)
     return ErrorTube(str(content["plant"]), cells)
 
 
 def planned_vehicle(
-    vehicle: Vehicle, settings: PlantSettings, bounds: Bounds, speed: float
+    vehicle: Vehicle, settings: PlantSettings, bounds: ErrorBounds, speed: float
 ) -> Vehicle:
     """Return the body and limits that plans are made with.
 

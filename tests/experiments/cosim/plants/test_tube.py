@@ -5,7 +5,7 @@ import pytest
 from experiments.cosim.plants.parameters import ACTUATORS, CHASSIS, PlantModel
 from experiments.cosim.plants.tracked import PlantSettings
 from experiments.cosim.plants.tube import (
-    Bounds,
+    ErrorBounds,
     measure_tube,
     planned_vehicle,
     read_tube,
@@ -47,12 +47,12 @@ def test_files_that_are_not_of_this_plant_are_refused(tmp_path):
 
 def test_plans_are_made_with_a_larger_body_and_reachable_limits():
     vehicle = Vehicle()
-    grown = planned_vehicle(vehicle, SLOW, Bounds(0.2, 0.1, 0.3), 14.0)
+    grown = planned_vehicle(vehicle, SLOW, ErrorBounds(0.2, 0.1, 0.3), 14.0)
     assert grown.width == pytest.approx(vehicle.width + 0.4)
     assert grown.rear_overhang == pytest.approx(vehicle.rear_overhang + 0.3)
     assert grown.front_reach == pytest.approx(vehicle.front_reach + 0.1)
     assert grown.limits.max_deceleration == vehicle.limits.max_deceleration
     assert 0.05 < grown.limits.max_curvature_rate < 0.2
-    icy = planned_vehicle(vehicle, ICE, Bounds(0.0, 0.0, 0.0), 14.0).limits
+    icy = planned_vehicle(vehicle, ICE, ErrorBounds(0.0, 0.0, 0.0), 14.0).limits
     assert icy.max_deceleration == pytest.approx(0.8 * 0.15 * 9.81)
     assert icy.max_lateral_acceleration == icy.max_deceleration
