@@ -52,7 +52,7 @@ def gain_table(
 ) -> FloatArray:
     """Return the gains at each of `SPEEDS`, (n_speeds, 3 + n commands on their way).
 
-    Remembered: equations of Riccati take a second for all speeds.
+    Remembered: measuring a tube asks for the same table a hundred times.
 
     Args:
         wheelbase: [m].
