@@ -10,7 +10,12 @@ from typing import Any
 import numpy as np
 
 from experiments.cosim.plant import PlannerOutputError
-from experiments.cosim.plants.manoeuvres import SPACING, Manoeuvre, manoeuvres
+from experiments.cosim.plants.manoeuvres import (
+    LATERAL,
+    SPACING,
+    Manoeuvre,
+    manoeuvres,
+)
 from experiments.cosim.plants.tracked import PlantSettings, TrackedPlant
 from experiments.errors import ConfigError
 from planner.states import CartesianState
@@ -185,7 +190,8 @@ def planned_vehicle(
             min(own.max_acceleration, power),
             min(own.max_deceleration, drive),
             min(own.emergency_deceleration, drive),
-            min(own.max_lateral_acceleration, grip),
+            # no more than the tube was measured for
+            min(own.max_lateral_acceleration, grip, LATERAL[-1]),
             min(own.max_curvature, float(sharpest)),
             min(own.max_curvature_rate, RATE_SHARE * rate / settings.wheelbase),
         ),
