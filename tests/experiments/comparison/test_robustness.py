@@ -1,10 +1,11 @@
 """The tables of a sweep over plants, made of hand-written run folders."""
 
 import json
+from pathlib import Path
 
 import pytest
 
-from experiments.comparison.robustness import robustness_page
+from experiments.comparison.robustness import HEAD, MEASURES, robustness_page
 from experiments.errors import ConfigError
 from experiments.metrics.row import row_without_episode
 from experiments.sweep.folder import run_folder
@@ -47,3 +48,11 @@ def test_a_sweep_over_something_else_is_refused(tmp_path):
     run(tmp_path, 0, {"ego.goal_m": 100.0}, arrived=True, collisions=0)
     with pytest.raises(ConfigError, match="no axis of vehicle or perception"):
         robustness_page([tmp_path])
+
+
+def test_the_page_of_the_documentation_is_of_this_generator():
+    page = (Path(__file__).parents[3] / "docs" / "robustness.md").read_text("utf-8")
+    assert page.startswith(HEAD)
+    heads = [line for line in page.splitlines() if line.startswith("| plant")]
+    assert heads
+    assert all(line.endswith(f"{' | '.join(MEASURES)} |") for line in heads)
