@@ -14,7 +14,7 @@ from typing import Any
 from experiments.config.scenario_file import schema_text
 from experiments.config.sweep_file import sweep_schema
 from experiments.metrics import catalogue
-from experiments.trace.schema import TABLES
+from experiments.trace.schema import MODEL_TABLES, TABLES
 
 HERE = Path(__file__).parent
 MARK = re.compile(r"^<!-- generated: (.+) -->$", re.MULTILINE)
@@ -54,7 +54,7 @@ def metric_table() -> str:
 def trace_columns() -> str:
     """Return the tables of a run folder with their columns."""
     lines = ["| file | columns |", "|---|---|"]
-    for table, columns in TABLES.items():
+    for table, columns in {**TABLES, **MODEL_TABLES}.items():
         file = "trace" if table == "steps" else table
         names = " ".join(f"`{column}`" for column in columns)
         lines.append(f"| `{file}.parquet` | {names} |")

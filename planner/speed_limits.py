@@ -8,6 +8,8 @@ from planner.vehicle import VehicleLimits
 
 STRAIGHT = 1e-6  # curvature that limits nothing [1/m]
 STANDING = 1e-3  # a reference this slow stands [m/s]
+STEERING_WINDOW = 2.0  # over which the curvature's change is taken [m]
+SLOWEST = 0.5  # speed that steering is given time with at least [m/s]
 
 
 def limit_speeds(
@@ -34,8 +36,25 @@ def limit_speeds(
     curvature = np.maximum(np.abs(path.curvature), STRAIGHT)
     fastest = min(target_speed, limits.max_speed)
     local = np.minimum(np.sqrt(lateral_acceleration / curvature), fastest)
+    if np.isfinite(limits.max_curvature_rate):
+        local = np.minimum(local, _steerable_speeds(path, limits.max_curvature_rate))
     local[path.distance >= end] = 0.0
     return brake_in_time(path.distance, local, braking)
+
+
+def _steerable_speeds(path: Path, rate: float) -> FloatArray:
+    """Bound the speed at each point such that the steering keeps up, (n,) [m/s].
+
+    v |d curvature / d distance| <= rate, with the slope over `STEERING_WINDOW`.
+    """
+    reach = 0.5 * STEERING_WINDOW
+    before, after = (
+        np.interp(path.distance + shift, path.distance, path.curvature)
+        for shift in (-reach, reach)
+    )
+    slope = np.abs(after - before) / STEERING_WINDOW
+    speeds: FloatArray = np.maximum(rate / np.maximum(slope, STRAIGHT), SLOWEST)
+    return speeds
 
 
 @compiled

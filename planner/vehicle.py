@@ -17,10 +17,17 @@ class VehicleError(InvalidInputError):
         self.allowed = allowed
 
 
-def _require_positive(record: object) -> None:
-    """Raise unless every number of the record is positive and finite."""
+def _require_positive(record: object, unbounded: tuple[str, ...] = ()) -> None:
+    """Raise unless every number of the record is positive and finite.
+
+    Args:
+        record: A dataclass.
+        unbounded: Fields that may be infinite, too.
+    """
     for field in fields(record):  # type: ignore[arg-type]
         value = getattr(record, field.name)
+        if field.name in unbounded and value == math.inf:
+            continue
         if isinstance(value, int | float) and not 0.0 < value < math.inf:
             raise VehicleError(field.name, value, "positive and finite")
 
@@ -35,11 +42,14 @@ class VehicleLimits:
     emergency_deceleration: float = 8.0  # tyres on dry asphalt [m/s²]
     max_lateral_acceleration: float = 4.0  # [m/s²]
     max_curvature: float = 0.2  # 1/5 m, a compact car's turning circle [1/m]
+    # of the driven curvature in time, inf where steering is immediate [1/m/s]; kept by
+    # planners that choose their speed after their path
+    max_curvature_rate: float = math.inf
 
     def __post_init__(self) -> None:
         """Raise unless the limits are positive, finite and consistent."""
         store_floats(self)
-        _require_positive(self)
+        _require_positive(self, unbounded=("max_curvature_rate",))
         if self.emergency_deceleration < self.max_deceleration:
             raise VehicleError(
                 "emergency_deceleration",

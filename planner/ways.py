@@ -4,6 +4,7 @@ A vehicle that turns follows its lanes, not its heading; one that has to give wa
 that a red light holds, stops at its line if it can.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,19 @@ class Ways:
         object.__setattr__(self, "way", way)
         if way.shape != self.stop.shape or np.any(way >= len(self.lines)):
             raise InvalidInputError("each vehicle needs a way that exists, or none")
+
+    def renamed(self, names: Sequence[str], wanted: Sequence[str]) -> "Ways":
+        """Return the ways of other rows: none for a name that is not known.
+
+        Args:
+            names: Of the vehicles, (n,).
+            wanted: Of the rows to return.
+        """
+        row = {name: k for k, name in enumerate(names)}
+        found = [row.get(name, NO_WAY) for name in wanted]
+        way = [NO_WAY if k == NO_WAY else int(self.way[k]) for k in found]
+        stop = [np.inf if k == NO_WAY else float(self.stop[k]) for k in found]
+        return Ways(np.array(way, dtype=np.int64), np.array(stop), self.lines)
 
     def among(self, kept: IntArray) -> "Ways":
         """Return those of the vehicles in these rows."""

@@ -30,8 +30,10 @@ from experiments.cli import (
     replan_command,
     report_commands,
     results_commands,
+    robustness_command,
     sweep_commands,
     thesis_command,
+    tube_command,
 )
 from experiments.cli.user_errors import (
     ARRIVED,
@@ -225,6 +227,8 @@ sweep_commands.add_to(app)
 results_commands.add_to(app)
 compare_runs_command.add_to(app)
 r157_command.add_to(app)
+tube_command.add_to(app)
+robustness_command.add_to(app)
 thesis_command.add_to(app)
 evidence_command.add_to(app)
 compile_command.add_to(app)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from experiments.config.base import (
     Offset,
@@ -14,11 +14,21 @@ from experiments.config.base import (
     Size,
     Speed,
     Strict,
+    as_section,
     mismatch,
+)
+from experiments.config.perception import PerceptionConfig
+from experiments.config.vehicle_model import (
+    ActuatorsConfig,
+    ControllerConfig,
+    PlanStartConfig,
+    PlantConfig,
+    unless_perfect,
 )
 from planner.vehicle import Vehicle, VehicleError, VehicleLimits
 
 BODY = Vehicle()  # defaults and consistency are those of the planner's vehicle
+TUBE_WORDS = ("auto", "none")
 _CONFIG_NAMES = {  # of the planner -> of the file
     name: f"{name}{unit}"
     for unit, names in {
@@ -123,6 +133,51 @@ class Ego(Strict):
     target_speed_mps: Annotated[float, Field(gt=0.0, le=70.0)] = 13.89
     goal_m: Position = Field(description="rear axle has arrived from here on")
     vehicle: EgoVehicle = EgoVehicle()
+    plant: Annotated[
+        PlantConfig | None,
+        BeforeValidator(
+            unless_perfect("model"),
+            json_schema_input_type=Literal["perfect", "kinematic", "dynamic"]
+            | PlantConfig,
+        ),
+    ] = Field(default=None, description="perfect, the default: the ego is on its plan")
+    actuators: Annotated[
+        ActuatorsConfig | None,
+        BeforeValidator(
+            as_section("preset"),
+            json_schema_input_type=Literal["ideal", "nuplan", "autoware"]
+            | ActuatorsConfig,
+        ),
+    ] = Field(default=None, description="with a plant that is not perfect")
+    controller: Annotated[
+        ControllerConfig | None,
+        BeforeValidator(
+            as_section("name"),
+            json_schema_input_type=Literal["lqr", "pure_pursuit", "stanley"]
+            | ControllerConfig,
+        ),
+    ] = Field(default=None, description="with a plant that is not perfect")
+    plan_start: Annotated[
+        PlanStartConfig | None,
+        BeforeValidator(
+            as_section("rule"),
+            json_schema_input_type=Literal["stitched", "measured"] | PlanStartConfig,
+        ),
+    ] = Field(default=None, description="with a plant that is not perfect")
+    tube: str | None = Field(
+        default=None,
+        min_length=1,
+        description="by what the body grows for the planner: auto, the default: the "
+        "plant's measured errors; none; or a file of `rearview tube`",
+    )
+    perception: Annotated[
+        PerceptionConfig | None,
+        BeforeValidator(
+            unless_perfect("preset"),
+            json_schema_input_type=Literal["perfect", "good", "poor"]
+            | PerceptionConfig,
+        ),
+    ] = Field(default=None, description="perfect, the default: all is seen as it is")
 
     @model_validator(mode="after")
     def _goal_ahead(self) -> Self:
@@ -139,4 +194,9 @@ class Ego(Strict):
                 f"is {self.depart_speed_mps:g}; allowed: at most vehicle.limits."
                 f"max_speed_mps = {fastest:g}",
             )
+        if self.plant is None:
+            for key in ("actuators", "controller", "plan_start", "tube"):
+                if getattr(self, key) is not None:
+                    problem = "needs a plant; allowed: ego.plant: kinematic or dynamic"
+                    raise mismatch(key, problem)
         return self

@@ -30,6 +30,11 @@ from experiments.config.traffic import (
     read_traffic,
     traffic_kind,
 )
+from experiments.config.vehicle_model import (
+    ControllerConfig,
+    check_delays,
+    is_multiple,
+)
 from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
 
@@ -76,6 +81,18 @@ class Simulation(Strict):
     lane_change_guard: bool = Field(
         default=True,
         description="world sumo: vehicles abreast of the ego begin no lane change",
+    )
+    planning_period_s: Annotated[float, Field(gt=0.0, le=5.0)] | None = Field(
+        default=None,
+        description="time between planning cycles, a multiple of step_s; default: "
+        "step_s",
+    )
+    planning_delay_s: (
+        Annotated[float, Field(ge=0.0, le=5.0)] | Literal["measured"] | None
+    ) = Field(
+        default=None,
+        description="time after which a plan takes effect, a multiple of step_s; "
+        "measured: the time that planning took, so that runs differ; default: 0",
     )
     without_ego: bool = Field(
         default=False,
@@ -175,6 +192,30 @@ class Scenario(Strict):
         beyond = self.beyond(self.road.length) if self.road else None
         if beyond is not None:
             raise mismatch(dotted(beyond[0]), beyond[1])
+        return self
+
+    @model_validator(mode="after")
+    def _fits_time(self) -> Self:
+        """Reject periods and delays that are no multiples, or end too late."""
+        simulation, ego = self.simulation, self.ego
+        for key in ("planning_period_s", "planning_delay_s"):
+            value, step = getattr(simulation, key), simulation.step_s
+            if isinstance(value, float) and not is_multiple(value, step):
+                problem = f"is {value:g}; allowed: a multiple of step_s = {step:g}"
+                raise mismatch(f"simulation.{key}", problem)
+        period = simulation.planning_period_s
+        if period is not None and period >= simulation.horizon_s:
+            problem = f"is {period:g}; allowed: less than the horizon"
+            raise mismatch("simulation.planning_period_s", problem)
+        delay = simulation.planning_delay_s
+        if isinstance(delay, float) and delay >= simulation.horizon_s:
+            problem = f"is {delay:g}; allowed: less than the horizon"
+            raise mismatch("simulation.planning_delay_s", problem)
+        if ego.plant is not None:
+            controller = ego.controller or ControllerConfig()
+            check_delays(
+                ego.actuators, controller, simulation.step_s, simulation.horizon_s
+            )
         return self
 
     @model_validator(mode="after")

@@ -13,6 +13,7 @@ import yaml
 from pydantic import ValidationError
 
 from experiments.config import DEFAULT_PLANNER, Scenario
+from experiments.config.ego import TUBE_WORDS
 from experiments.config.file_kinds import hint_at_sweep
 from experiments.config.network_scenario import is_network_file, network_document
 from experiments.config.planner_modules import require_allowed
@@ -34,6 +35,16 @@ SCHEMA_FILE = SCENARIO_FOLDER / "scenario.schema.json"
 
 Change = tuple[KeyPath, Plain, str]  # key path, value, where it was written
 
+# keys of which a bare name is short for a section, with the name's key there
+SHORT_FORMS: Mapping[str | int, str] = {
+    "planner": "name",
+    "network": "name",
+    "plant": "model",
+    "actuators": "preset",
+    "controller": "name",
+    "plan_start": "rule",
+    "perception": "preset",
+}
 _KEY_PART = re.compile(r"\.?([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]+)\]")
 
 
@@ -267,8 +278,8 @@ def _step_into(node: Any, part: str | int, following: str | int, option: str) ->
     inner = node.get(part)
     if part == "planner" and inner is None:
         inner = DEFAULT_PLANNER
-    if part in ("planner", "network") and isinstance(inner, str):
-        inner = {"name": inner}
+    if part in SHORT_FORMS and isinstance(inner, str):
+        inner = {SHORT_FORMS[part]: inner}
     if inner is None or isinstance(inner, str | bool | int | float):
         inner = [] if isinstance(following, int) else {}
     node[part] = inner
@@ -284,7 +295,7 @@ def _choose_planner(document: Document, name: str) -> None:
 
 
 def _anchor_files(document: Document) -> None:
-    """Resolve paths of network and traffic, which are relative to the scenario."""
+    """Resolve paths of network, traffic and tube, relative to the scenario file."""
     folder = Path(document.name).parent
     network = document.data.get("network") if isinstance(document.data, dict) else None
     if isinstance(network, dict):
@@ -302,3 +313,8 @@ def _anchor_files(document: Document) -> None:
                     str((folder / x).resolve()) if isinstance(x, str) else x
                     for x in value
                 ]
+    ego = document.data.get("ego") if isinstance(document.data, dict) else None
+    tube = ego.get("tube") if isinstance(ego, dict) else None
+    if isinstance(ego, dict) and isinstance(tube, str) and tube not in TUBE_WORDS:
+        by_option = document.where(("ego", "tube")).startswith(OPTION)
+        ego["tube"] = str(((Path() if by_option else folder) / tube).resolve())

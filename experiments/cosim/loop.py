@@ -8,21 +8,20 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from time import perf_counter, thread_time
 
 from experiments.cosim.blockage import BlockageDetector
 from experiments.cosim.collision_monitor import CollisionMonitor
-from experiments.cosim.plant import (
-    PlannerOutputError,
-    Plant,
-    check_motion,
-    drivable_trajectory,
-)
+from experiments.cosim.execution import PlanExecution, PlanTiming
+from experiments.cosim.perception.perceive import Perception, reckoned
+from experiments.cosim.plant import PlannerOutputError, Plant
 from experiments.cosim.records import (
     Ending,
     EpisodeStatus,
     PlanningTime,
+    PlanStart,
+    PlanStartKind,
     StepRecord,
     TrafficState,
 )
@@ -39,6 +38,7 @@ from planner.prediction import Predictor, constant_speed
 from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.scene import OFF_ROAD_TOLERANCE
 from planner.states import CartesianState, FrenetState
+from planner.vehicle import Vehicle
 
 log = logging.getLogger(__name__)
 
@@ -56,6 +56,9 @@ class EpisodeOptions:
     horizon: float = 5.0  # of the predictions [s]
     predictor: Predictor = constant_speed
     full_statistics: bool = True  # of the candidates, see `Scene`
+    timing: PlanTiming = field(default_factory=PlanTiming)
+    perception: Perception | None = None  # of the episode; None: all is seen as it is
+    planned_body: Vehicle | None = None  # that plans keep clear; None: the ego's
 
 
 def run_loop(
@@ -110,6 +113,23 @@ def failures_of_the_planner() -> Iterator[None]:
         raise PlannerOutputError(described(error)) from error
 
 
+def believed(record: StepRecord, lead: float) -> TrafficState:
+    """Return the traffic that a plan is made for.
+
+    Args:
+        record: Of the present step.
+        lead: How much later the plan begins [s].
+    """
+    traffic, seen = record.traffic, record.seen
+    if seen is None and lead == 0.0:
+        return traffic
+    users = reckoned(traffic.vehicles if seen is None else seen, lead)
+    ways = traffic.ways
+    if ways is not None:
+        ways = ways.renamed(traffic.vehicles.ids, users.ids)
+    return replace(traffic, vehicles=users, ways=ways)
+
+
 class _Episode:
     """The state that a running episode carries from step to step."""
 
@@ -125,13 +145,16 @@ class _Episode:
         vehicle, road = task.vehicle, world.road
         self._world = world
         self._planner = planner
-        self._plant = plant
-        self._task = task
+        self._execution = PlanExecution(plant, road.path, world.step, options.timing)
+        self._task = replace(task, vehicle=options.planned_body or vehicle)
         self._options = options
         self._on_step = on_step
         self._road = road
         self._outlook = Outlook(
-            world.step, options.horizon, options.predictor, options.full_statistics
+            self._execution.period,
+            options.horizon,
+            options.predictor,
+            options.full_statistics,
         )
         self._monitor = CollisionMonitor(road, vehicle)
         self._blockage = BlockageDetector(
@@ -176,6 +199,7 @@ class _Episode:
         check = self._monitor.check(ego, traffic.vehicles, s)
         traffic, lines, gives_way_to = self._closed_lines(traffic, s, ego)
         self._off_road_steps += check.off_road > OFF_ROAD_TOLERANCE
+        perception = self._options.perception
         return StepRecord(
             index,
             traffic.time,
@@ -190,6 +214,8 @@ class _Episode:
             check.nearest,
             check.off_road,
             gives_way_to,
+            self._execution.report if index else None,
+            None if perception is None else perception.perceive(traffic, ego),
         )
 
     def _closed_lines(
@@ -269,26 +295,31 @@ class _Episode:
         Raises:
             PlannerOutputError: If there is nothing that can be driven.
         """
-        plan, timing = self._plan(record)
-        step = self._world.step
-        with failures_of_the_planner():
-            trajectory = drivable_trajectory(plan, record.ego, step)
-            after = self._plant.step(record.ego, trajectory, step)
-            check_motion(record.ego, after, step)
-        self._memory, self._stats = plan.memory, plan.stats
-        return record.with_plan(plan, timing), after
-
-    def _plan(self, record: StepRecord) -> tuple[PlanResult, PlanningTime]:
-        """Call the planner and measure its time."""
         if record.ego_frenet is None:
             raise PlannerOutputError("there is no way to plan off the reference path")
+        execution, time = self._execution, record.time
+        start = execution.start(record.index, time, record.ego, record.ego_frenet)
+        if start is not None:
+            plan, timing = self._plan(record, start)
+            with failures_of_the_planner():
+                execution.accept(plan, start, time, timing.wall_ms)
+            self._memory, self._stats = plan.memory, plan.stats
+            shown = None if start.kind is PlanStartKind.EGO else start
+            record = record.with_plan(plan, timing, shown)
+        with failures_of_the_planner():
+            return record, execution.advance(time, record.ego)
+
+    def _plan(
+        self, record: StepRecord, start: PlanStart
+    ) -> tuple[PlanResult, PlanningTime]:
+        """Call the planner and measure its time."""
         scene = build_scene(
             self._road,
             self._task,
             self._outlook,
-            record.traffic,
-            record.ego,
-            record.ego_frenet,
+            believed(record, start.lead),
+            start.state,
+            start.frenet,
             record.stop_lines,
         )
         started, cpu_started = perf_counter(), thread_time()

@@ -25,9 +25,16 @@ class Plant(Protocol):
     """A model of how the ego follows a trajectory."""
 
     def step(
-        self, ego: CartesianState, trajectory: Trajectory, step: float
+        self, ego: CartesianState, trajectory: Trajectory, step: float, at: float = 0.0
     ) -> CartesianState:
-        """Return the ego's state one `step` [s] after `ego`."""
+        """Return the ego's state one `step` [s] after `ego`.
+
+        Args:
+            ego: Now.
+            trajectory: To follow.
+            step: Of the loop [s].
+            at: Now, on the trajectory [s].
+        """
         ...
 
 
@@ -39,13 +46,14 @@ class PerfectTracking:
         ego: CartesianState,  # noqa: ARG002, a vehicle model needs it
         trajectory: Trajectory,
         step: float,
+        at: float = 0.0,
     ) -> CartesianState:
-        """Return the trajectory's state at `step` [s], its heading wrapped.
+        """Return the trajectory's state `step` [s] after `at`, its heading wrapped.
 
         Raises:
             PlannerOutputError: If that state is not finite.
         """
-        after = trajectory.at(step)
+        after = trajectory.at(at + step)
         numbers = (after.x, after.y, after.heading, after.curvature, after.speed)
         if not all(map(math.isfinite, (*numbers, after.acceleration))):
             raise PlannerOutputError(f"the trajectory leads to {after}")
@@ -60,7 +68,10 @@ class PerfectTracking:
 
 
 def drivable_trajectory(
-    plan: PlanResult, ego: CartesianState, step: float
+    plan: PlanResult,
+    ego: CartesianState,
+    step: float,
+    tolerance: float = START_TOLERANCE,
 ) -> Trajectory:
     """Return the trajectory of a plan after checking that it can be driven.
 
@@ -68,6 +79,7 @@ def drivable_trajectory(
         plan: What the planner returned.
         ego: Where the trajectory has to start.
         step: How far in time it has to reach [s].
+        tolerance: From `ego` to its first point [m].
 
     Returns:
         The trajectory.
@@ -92,7 +104,7 @@ def drivable_trajectory(
         )
     x, y = float(trajectory.x[0]), float(trajectory.y[0])
     gap = math.hypot(x - ego.x, y - ego.y)
-    if gap > START_TOLERANCE:
+    if gap > tolerance:
         raise PlannerOutputError(f"the trajectory starts {gap:.2f} m from the ego")
     _check_direction(trajectory)
     return trajectory

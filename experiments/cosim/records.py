@@ -40,6 +40,40 @@ class PlanningTime:
     cpu_ms: float  # of the planning thread: can be compared on a busy machine
 
 
+class PlanStartKind(StrEnum):
+    """Why a plan begins where it does."""
+
+    EGO = "ego"  # where the ego is, which is on its plan
+    STITCHED = "stitched"  # on the plan before
+    MEASURED = "measured"  # where the ego is, by the scenario's rule
+    ANEW = "anew"  # where the ego is: too far from its plan
+
+
+@dataclass(frozen=True, slots=True)
+class PlanStart:
+    """Where a plan begins."""
+
+    kind: PlanStartKind
+    state: CartesianState
+    frenet: FrenetState
+    lead: float  # how much later than now [s]
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingReport:
+    """How a vehicle followed its plan in one step; errors are those at its end."""
+
+    lateral: float  # positive to the left of the plan [m]
+    behind: float  # the plan, along it [m]
+    heading: float  # [rad]
+    steering_command: float  # [rad]
+    steering: float  # [rad]
+    drive_command: float  # [m/s²]
+    drive: float  # [m/s²]
+    limited: float  # share of the step at a limit of steering, drive or grip
+    grip: float  # largest share of the friction used
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class StepRecord:
     """One step of an episode: its state, its plan, and what the monitor found."""
@@ -57,8 +91,14 @@ class StepRecord:
     nearest: str | None
     off_road: float  # how far the body reaches over the road's edge [m]; 0 inside
     gives_way_to: str | None = None  # why a line at a junction is closed
+    # of vehicles and eyes that are not perfect, else None
+    tracking: TrackingReport | None = None  # of the step that led here
+    seen: RoadUsers | None = None  # what the ego believes of the others now
+    start: PlanStart | None = None  # of the plan
 
-    def with_plan(self, plan: PlanResult, timing: PlanningTime) -> "StepRecord":
+    def with_plan(
+        self, plan: PlanResult, timing: PlanningTime, start: PlanStart | None = None
+    ) -> "StepRecord":
         """Return the record of the same step with its plan.
 
         Called in every step: `dataclasses.replace` would take three times as long.
@@ -77,6 +117,9 @@ class StepRecord:
             self.nearest,
             self.off_road,
             self.gives_way_to,
+            self.tracking,
+            self.seen,
+            start,
         )
 
 

@@ -55,4 +55,4 @@ class Recorder:
         ):
             return record
         light = PlanResult(plan.status, plan.trajectory, plan.memory, plan.stats)
-        return record.with_plan(light, record.planning)
+        return record.with_plan(light, record.planning, record.start)

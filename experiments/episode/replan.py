@@ -18,6 +18,7 @@ import numpy as np
 from experiments.config import Scenario
 from experiments.config.scenario_file import CONFIG_FILE, load_scenario
 from experiments.cosim.loop import failures_of_the_planner
+from experiments.cosim.perception.perceive import reckoned
 from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.scene_builder import Outlook, build_scene
@@ -35,8 +36,10 @@ from experiments.trace.recording import PLAN_COLUMNS, plan_cells
 from experiments.trace.schema import Column, Table, Trace
 from experiments.world_setup.closures import closure_of
 from experiments.world_setup.ego_vehicle import ego_task
+from experiments.world_setup.vehicle_model import planned_body
 from planner.interface import PlanResult
 from planner.prediction import PREDICTORS
+from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.reference_path.path import ReferencePath
 from planner.scene import (
     Lanes,
@@ -46,7 +49,7 @@ from planner.scene import (
     Scene,
     SpeedLimits,
 )
-from planner.states import CartesianState, FloatArray, FrenetState
+from planner.states import BoolArray, CartesianState, FloatArray, FrenetState
 
 _EGO_COLUMNS = (
     "x_m",
@@ -142,18 +145,27 @@ class Recorded:
         scenario = load_scenario(config, allow_planners=allow_planners)
         simulation = scenario.simulation
         predictor = PREDICTORS[simulation.predictor]
-        outlook = Outlook(simulation.step_s, simulation.horizon_s, predictor)
+        period = simulation.planning_period_s or simulation.step_s
+        outlook = Outlook(period, simulation.horizon_s, predictor)
         lines = read_lines(trace.ways)
         task = ego_task(scenario.ego)
+        body = planned_body(scenario) or task.vehicle
+        task = replace(task, vehicle=body)
         road = replace(_road(trace), closure=closure_of(scenario.obstacles))
         return cls(scenario, trace, road, task, outlook, lines)
 
     def check_planned(self, step: int) -> None:
         """Raise a ConfigError unless a plan was recorded in a step."""
-        planned = np.flatnonzero(~np.ma.getmaskarray(self.trace.steps["plan_status"]))
+        planned = np.flatnonzero(self._planned())
         if step not in planned:
             allowed = f"0 to {planned[-1]}" if planned.size else "nothing was planned"
+            if planned.size and planned.size <= planned[-1]:
+                allowed += ", in the steps of the planning period"
             raise ConfigError(f"--step: is {step}; allowed: {allowed}")
+
+    def _planned(self) -> BoolArray:
+        """Mark the steps in which something was planned, (n_steps,)."""
+        return ~np.ma.getmaskarray(self.trace.steps["plan_status"])
 
     def scenes(self, last: int) -> Iterator[Scene]:
         """Yield the scenes of all cycles from the first one to `last`."""
@@ -168,16 +180,21 @@ class Recorded:
         )
         times = steps["time_s"].tolist()
         table = np.array([_numbers(vehicles, name) for name in _VEHICLE_COLUMNS])
-        for k in range(last + 1):
+        believed = _Believed(self.trace)
+        for k in np.flatnonzero(self._planned()[: last + 1]).tolist():
             rows = _rows_of(vehicles, k)
             ids = tuple(vehicles["id"][rows].tolist())
             users = RoadUsers.from_table(ids, table[:, rows].copy())
             lights = _signals(signals, _rows_of(signals, k))
             state, place = CartesianState(*ego[k]), FrenetState(*places[k])
-            traffic = TrafficState(times[k], users, lights, **self._junctions(k, ids))
+            start, lead = believed.start(self.road.path, k, state, place)
+            seen = believed.users(k, users, self.scenario.ego.perception is not None)
+            traffic = TrafficState(
+                times[k], reckoned(seen, lead), lights, **self._junctions(k, seen.ids)
+            )
             lines = tuple(json.loads(steps["stop_lines"][k]))
             yield build_scene(
-                self.road, self.task, self.outlook, traffic, state, place, lines
+                self.road, self.task, self.outlook, traffic, *start, lines
             )
 
     def _junctions(self, step: int, ids: tuple[str, ...]) -> dict[str, Any]:
@@ -209,6 +226,37 @@ class Recorded:
             elif not np.array_equal(was, now):
                 found.append(f"{name} differs by up to {np.abs(was - now).max():.3g}")
         return tuple(found)
+
+
+class _Believed:
+    """What a trace holds of plans' starts and of perceived vehicles."""
+
+    def __init__(self, trace: Trace) -> None:
+        starts, self._seen = trace.starts, trace.perceived
+        columns = [_numbers(starts, name).tolist() for name in _EGO_COLUMNS]
+        states = [CartesianState(*row) for row in zip(*columns, strict=True)]
+        leads = _numbers(starts, "lead_s").tolist()
+        index = starts["index"].tolist()
+        self._starts = dict(zip(index, zip(states, leads, strict=True), strict=True))
+        table = [_numbers(self._seen, name) for name in _VEHICLE_COLUMNS]
+        self._table = np.array(table)
+
+    def start(
+        self, path: ReferencePath, step: int, ego: CartesianState, place: FrenetState
+    ) -> tuple[tuple[CartesianState, FrenetState], float]:
+        """Return where the plan of a step began, in both frames, and its lead [s]."""
+        if step not in self._starts:
+            return (ego, place), 0.0
+        state, lead = self._starts[step]
+        return (state, cartesian_to_frenet_one(path, state, place.s)), lead
+
+    def users(self, step: int, there: RoadUsers, perceives: bool) -> RoadUsers:  # noqa: FBT001 - of the scenario
+        """Return the road users that were planned with."""
+        if not perceives:
+            return there
+        rows = _rows_of(self._seen, step)
+        ids = tuple(self._seen["id"][rows].tolist())
+        return RoadUsers.from_table(ids, self._table[:, rows].copy())
 
 
 def _road(trace: Trace) -> Road:

@@ -5,7 +5,6 @@ from time import perf_counter
 
 from experiments.config import Scenario
 from experiments.cosim.loop import EpisodeOptions, run_loop
-from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import Ending, EpisodeStatus
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.cosim.world import PlanDisplay
@@ -31,6 +30,12 @@ from experiments.trace.schema import TABLES, Trace
 from experiments.trace.speed_graphs import write_graphs
 from experiments.world_setup.layout import make_layout
 from experiments.world_setup.road import Layout
+from experiments.world_setup.vehicle_model import (
+    make_perception,
+    make_plant,
+    plan_timing,
+    planned_body,
+)
 from experiments.world_setup.world import make_world
 from planner.interface import Planner
 from planner.prediction import PREDICTORS
@@ -70,6 +75,8 @@ def run_episode(
     layout = make_layout(scenario)
     if layout.network is not None:
         load_libsumo()
+    plant = make_plant(scenario)
+    loop_options = _options(scenario, layout, options)
     log = CandidateLog() if options.keeps_candidates else None
     recorder = Recorder(on_step, log)
     identity = run_identity(scenario, _net_file(layout))
@@ -82,9 +89,9 @@ def run_episode(
             ending = run_loop(
                 world,
                 planner,
-                PerfectTracking(),
+                plant,
                 layout.task,
-                _options(scenario, options),
+                loop_options,
                 recorder,
             )
         finally:
@@ -149,7 +156,9 @@ def _road_map(layout: Layout) -> RoadMap:
     return map_around(layout.road.path, _net_file(layout))
 
 
-def _options(scenario: Scenario, output: OutputOptions) -> EpisodeOptions:
+def _options(
+    scenario: Scenario, layout: Layout, output: OutputOptions
+) -> EpisodeOptions:
     """Return the options of the loop."""
     simulation = scenario.simulation
     return EpisodeOptions(
@@ -158,6 +167,9 @@ def _options(scenario: Scenario, output: OutputOptions) -> EpisodeOptions:
         horizon=simulation.horizon_s,
         predictor=PREDICTORS[simulation.predictor],
         full_statistics=output.full_statistics,
+        timing=plan_timing(scenario),
+        perception=make_perception(scenario, layout.road),
+        planned_body=planned_body(scenario),
     )
 
 

@@ -40,6 +40,7 @@ _NULLABLE: Mapping[str, set[str]] = {
     "junctions": {"wait_m"},
     "vehicle_ways": {"stop_m"},
     "timing": {"planning_ms", "planning_cpu_ms"},
+    "perceived": {"acceleration_mps2", "lateral_speed_mps"},
 }
 # tables whose index is that of a step
 _WITH_STEPS = (
@@ -104,7 +105,7 @@ def check_trace(trace: Trace, files: Mapping[str, Path]) -> None:
         raise ResultsError(f"{files['timing']}: index: is not that of the steps")
     if len(steps) and not len(trace.road["s_m"]):
         raise ResultsError(f"{files['road']}: has no rows; allowed: one or more")
-    for name in _WITH_STEPS:
+    for name in (*_WITH_STEPS, *trace.model_tables()):
         index = getattr(trace, name)["index"]
         _refuse(files[name], "index", ~np.isin(index, steps), "is not a step")
         falling = np.append(np.zeros(min(len(index), 1), bool), np.diff(index) < 0)

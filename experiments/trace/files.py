@@ -22,6 +22,7 @@ from experiments.storage.parquet_source import (
 )
 from experiments.trace.content_check import check_table, check_trace
 from experiments.trace.schema import (
+    MODEL_TABLES,
     SCHEMA_VERSION,
     TABLES,
     TIMING,
@@ -55,7 +56,11 @@ def write_trace(trace: Trace, folder: Path) -> None:
     """
     write_tables(
         (getattr(trace, name), kinds, folder / file_name(name))
-        for name, kinds in {**TABLES, "timing": TIMING}.items()
+        for name, kinds in {
+            **TABLES,
+            "timing": TIMING,
+            **trace.model_tables(),
+        }.items()
     )
 
 
@@ -84,8 +89,9 @@ def read_trace(folder: Path) -> Trace:
             its content cannot be that of a trace.
     """
     trace = read_tables(folder)
-    files = {name: folder / file_name(name) for name in (*TABLES, "timing")}
-    for name, kinds in {**TABLES, "timing": TIMING}.items():
+    tables = {**TABLES, "timing": TIMING, **trace.model_tables()}
+    files = {name: folder / file_name(name) for name in tables}
+    for name, kinds in tables.items():
         check_table(name, kinds, getattr(trace, name), files[name])
     check_trace(trace, files)
     return trace
@@ -104,9 +110,22 @@ def read_tables(folder: Path) -> Trace:
         return Trace(
             **{
                 name: _read_or_refuse(database, kinds, folder / file_name(name))
-                for name, kinds in {**TABLES, "timing": TIMING}.items()
+                for name, kinds in {
+                    **TABLES,
+                    "timing": TIMING,
+                    **_written(folder),
+                }.items()
             }
         )
+
+
+def _written(folder: Path) -> Mapping[str, Mapping[str, Kind]]:
+    """Return those of `MODEL_TABLES` that have a file."""
+    return {
+        name: kinds
+        for name, kinds in MODEL_TABLES.items()
+        if (folder / file_name(name)).exists()
+    }
 
 
 def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.cosim.records import Ending, StepRecord, TrafficState
+from experiments.cosim.records import Ending, PlanStart, StepRecord, TrafficState
 from experiments.cosim.road import EgoTask, Road
 from experiments.trace.junction_tables import (
     foe_table,
@@ -16,7 +16,15 @@ from experiments.trace.junction_tables import (
     vehicle_way_table,
     way_table,
 )
-from experiments.trace.schema import TABLES, TIMING, Column, Table, Trace, column
+from experiments.trace.schema import (
+    MODEL_TABLES,
+    TABLES,
+    TIMING,
+    Column,
+    Table,
+    Trace,
+    column,
+)
 from planner.interface import PlanResult
 from planner.reference_path.frenet import FRENET_REACH, MIN_STRETCH
 from planner.reference_path.path import ReferencePath
@@ -35,6 +43,7 @@ PLAN_COLUMNS = {
     "s_m": "s",
     "l_m": "l",
 }
+_KINDS = {**TABLES, **MODEL_TABLES, "timing": TIMING}
 ROAD_SPACING = 1.0  # between recorded points of the road [m]
 
 
@@ -92,12 +101,20 @@ def build_trace(
                 for r, at in zip(records, elapsed, strict=True)
             ],
         ),
+        tracking=_from_rows(
+            "tracking",
+            [(r.index, *_numbers(r.tracking)) for r in records if r.tracking],
+        ),
+        starts=_from_rows(
+            "starts", [_start_row(r.index, r.start) for r in records if r.start]
+        ),
+        perceived=_perceived(records),
     )
 
 
 def _from_rows(name: str, rows: Sequence[tuple[Any, ...]]) -> Table:
     """Return rows as the columns of a table; None is null."""
-    kinds = TIMING if name == "timing" else TABLES[name]
+    kinds = _KINDS[name]
     columns = list(zip(*rows, strict=True)) if rows else [()] * len(kinds)
     return {
         key: column(values, kind)
@@ -109,7 +126,7 @@ def _from_arrays(name: str, *arrays: Column | Sequence[object]) -> Table:
     """Return a table of columns in the order of the schema."""
     return {
         key: column(values, kind)
-        for (key, kind), values in zip(TABLES[name].items(), arrays, strict=True)
+        for (key, kind), values in zip(_KINDS[name].items(), arrays, strict=True)
     }
 
 
@@ -191,6 +208,22 @@ def _step_row(record: StepRecord, centre: tuple[float, ...]) -> tuple[Any, ...]:
         record.off_road,
         *((math.nan,) * 3 if ghost is None else (ghost.x, ghost.y, ghost.heading)),
     )
+
+
+def _start_row(index: int, start: PlanStart) -> tuple[Any, ...]:
+    """Make the row of a plan that begins elsewhere than the ego is."""
+    return (index, str(start.kind), *_numbers(start.state), start.lead)
+
+
+def _perceived(records: Sequence[StepRecord]) -> Table:
+    """Make one row for each vehicle that the ego believed in, in each step."""
+    seen = [(r.index, r.seen) for r in records if r.seen is not None]
+    index = np.repeat([number for number, _ in seen], [len(u.ids) for _, u in seen])
+    ids = [name for _, users in seen for name in users.ids]
+    columns = np.concatenate(
+        [np.empty((len(COLUMNS), 0)), *(users.table for _, users in seen)], axis=1
+    )
+    return _from_arrays("perceived", index, ids, *columns)
 
 
 def _numbers(state: Any) -> tuple[float, ...]:

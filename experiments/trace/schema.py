@@ -8,7 +8,7 @@ of the hash and of what 'identical' means.
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
@@ -173,6 +173,40 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
     },
     "ways": {"way": _COUNT, "s_m": _NUMBER, "x_m": _NUMBER, "y_m": _NUMBER},
 }
+# Recorded only where vehicle or eyes are not perfect: an empty one has no file and no
+# part in the hash.
+MODEL_TABLES: Mapping[str, Mapping[str, Kind]] = {
+    "tracking": {  # one row a step from the second on: how the plan was followed
+        "index": _COUNT,
+        "lateral_error_m": _NUMBER,  # of the rear axle, positive to the plan's left
+        "behind_m": _NUMBER,  # the plan's point of this time, along the plan
+        "plan_heading_error_rad": _NUMBER,
+        "steering_command_rad": _NUMBER,
+        "steering_rad": _NUMBER,
+        "drive_command_mps2": _NUMBER,
+        "drive_mps2": _NUMBER,
+        "limited": _NUMBER,  # share of the step at a limit of steering, drive or grip
+        "grip": _NUMBER,  # largest share of the friction used
+    },
+    "starts": {  # of the plans that begin elsewhere than the ego is
+        "index": _COUNT,
+        "rule": _TEXT,  # stitched, measured, anew
+        **_POSE,
+        "curvature_1pm": _NUMBER,
+        "speed_mps": _NUMBER,
+        "acceleration_mps2": _NUMBER,
+        "lead_s": _NUMBER,  # the plan begins this much later than its step
+    },
+    "perceived": {  # the vehicles that the ego believed in
+        "index": _COUNT,
+        "id": _TEXT,
+        **_POSE,
+        "speed_mps": _NUMBER,
+        "acceleration_mps2": _NUMBER,
+        "lateral_speed_mps": _NUMBER,
+        **_SIZE,
+    },
+}
 TIMING: Mapping[str, Kind] = {
     "index": _COUNT,
     "planning_ms": _NUMBER,  # wall clock
@@ -181,6 +215,11 @@ TIMING: Mapping[str, Kind] = {
 }
 
 _DTYPES: Mapping[Kind, Any] = {_NUMBER: np.float64, _COUNT: np.int64, _TEXT: object}
+
+
+def empty_table(name: str) -> Table:
+    """Return a table of `MODEL_TABLES` without rows."""
+    return {key: column([], kind) for key, kind in MODEL_TABLES[name].items()}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -203,12 +242,25 @@ class Trace:
     vehicle_ways: Table
     ways: Table
     timing: Table
+    tracking: Table = field(default_factory=lambda: empty_table("tracking"))
+    starts: Table = field(default_factory=lambda: empty_table("starts"))
+    perceived: Table = field(default_factory=lambda: empty_table("perceived"))
 
     def __post_init__(self) -> None:
         """Check that every table has its columns and all of one length."""
         for name in TABLES:
             _check(name, getattr(self, name), TABLES[name])
         _check("timing", self.timing, TIMING)
+        for name, columns in MODEL_TABLES.items():
+            _check(name, getattr(self, name), columns)
+
+    def model_tables(self) -> Mapping[str, Mapping[str, Kind]]:
+        """Return those of `MODEL_TABLES` that have rows."""
+        return {
+            name: columns
+            for name, columns in MODEL_TABLES.items()
+            if len(getattr(self, name)["index"])
+        }
 
     def fact(self, column: str) -> Any:
         """Return a value of the one row about the whole episode."""
@@ -236,7 +288,7 @@ def trace_hash(trace: Trace) -> str:
     The hash covers names, order, values bit by bit, and which values are null.
     """
     digest = hashlib.sha256(f"rearview trace {SCHEMA_VERSION}".encode())
-    for name, columns in TABLES.items():
+    for name, columns in {**TABLES, **trace.model_tables()}.items():
         table = getattr(trace, name)
         for key, kind in columns.items():
             digest.update(f"\n{name}.{key}:{len(table[key])}\n".encode())

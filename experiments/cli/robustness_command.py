@@ -1,0 +1,39 @@
+"""`rearview robustness`: tables of sweeps over vehicles and perception."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.cli.user_errors import report_user_errors
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command to the command line."""
+    app.command()(robustness)
+
+
+def robustness(
+    sweeps: Annotated[
+        list[Path], typer.Argument(metavar="SWEEP...", help="Folders of sweeps.")
+    ],
+    *,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="Markdown file; default: print.")
+    ] = None,
+) -> None:
+    """Write what imperfect vehicles and eyes cost, from finished sweeps."""
+    with report_user_errors():
+        from experiments.comparison.robustness import robustness_page
+        from experiments.errors import ResultsError
+
+        page = robustness_page(sweeps)
+        if out is None:
+            sys.stdout.write(page)
+            return
+        try:
+            out.write_text(page, encoding="utf-8")
+        except OSError as error:
+            problem = f"{out}: cannot be written: {error.strerror}"
+            raise ResultsError(problem) from error

@@ -1,0 +1,55 @@
+"""`rearview tube`: measure the tracking errors of a scenario's plant."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.cli.user_errors import report_user_errors
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command to the command line."""
+    app.command()(tube)
+
+
+def tube(
+    name: Annotated[
+        str,
+        typer.Argument(metavar="NAME|FILE", help="Scenario whose ego has a plant."),
+    ],
+    *,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="As of run: ego.plant=dynamic."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="Tube file; default: print it.")
+    ] = None,
+) -> None:
+    """Write by how much a plant misses its plans, by speed and curvature."""
+    with report_user_errors():
+        from experiments.config.scenario_file import load_scenario
+        from experiments.cosim.plants.tube import measure_tube
+        from experiments.errors import ConfigError, ResultsError
+        from experiments.world_setup.vehicle_model import plant_settings
+
+        loaded = load_scenario(name, overrides=overrides or ())
+        settings = plant_settings(loaded)
+        if settings is None:
+            raise ConfigError(
+                f"{name}: ego.plant: is perfect, which has no tracking errors; "
+                "allowed: kinematic or dynamic"
+            )
+        text = measure_tube(settings).to_json()
+        if out is None:
+            sys.stdout.write(text)
+            return
+        try:
+            out.write_text(text, encoding="utf-8")
+        except OSError as error:
+            problem = f"{out}: cannot be written: {error.strerror}"
+            raise ResultsError(problem) from error

@@ -1,0 +1,1 @@
+"""What the ego believes of other vehicles: sensors, noise, a tracker."""

@@ -1,0 +1,58 @@
+"""The tables of a sweep over plants, made of hand-written run folders."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from experiments.comparison.robustness import HEAD, MEASURES, robustness_page
+from experiments.errors import ConfigError
+from experiments.metrics.row import row_without_episode
+from experiments.sweep.folder import run_folder
+
+
+def run(folder, number, point, **values):
+    row = row_without_episode("road", "p", number, "arrived") | values
+    about = {"scenario": "road", "planner": "p", "seed": number, "status": "arrived"}
+    about |= {"trace_hash": str(number), "attempts": 1, "wall_s": 0.5}
+    about |= {"sweep": {"name": "s", "label": "p", "point": point}}
+    place = run_folder(folder, f"r{number:02d}")
+    place.mkdir(parents=True)
+    (place / "manifest.json").write_text(json.dumps(about))
+    (place / "metrics.json").write_text(json.dumps(row))
+
+
+def test_rows_are_counted_by_point(tmp_path):
+    perfect = {"ego.plant": "perfect", "ego.actuators": None}
+    slow = {"ego.plant": "dynamic", "ego.actuators": "autoware"}
+    for n in range(4):
+        run(tmp_path, n, perfect, arrived=True, collisions=0, min_clearance_m=1.0 + n)
+        run(
+            tmp_path,
+            10 + n,
+            slow,
+            arrived=n > 0,
+            collisions=int(n == 0),
+            min_clearance_m=0.5 * n,
+            tracking_lateral_max_m=0.1 * n,
+            plans_anew=1,
+        )
+    page = robustness_page([tmp_path])
+    assert "## road, p" in page
+    assert "| plant | actuators | runs | arrived [%] |" in page
+    assert "| perfect | - | 4 | 100 | 0 | 1.00 | - | - | - |" in page
+    assert "| dynamic | autoware | 4 | 75 | 25 | 0.00 | - | 0.30 | 4 |" in page
+
+
+def test_a_sweep_over_something_else_is_refused(tmp_path):
+    run(tmp_path, 0, {"ego.goal_m": 100.0}, arrived=True, collisions=0)
+    with pytest.raises(ConfigError, match="no axis of vehicle or perception"):
+        robustness_page([tmp_path])
+
+
+def test_the_page_of_the_documentation_is_of_this_generator():
+    page = (Path(__file__).parents[3] / "docs" / "robustness.md").read_text("utf-8")
+    assert page.startswith(HEAD)
+    heads = [line for line in page.splitlines() if line.startswith("| plant")]
+    assert heads
+    assert all(line.endswith(f"{' | '.join(MEASURES)} |") for line in heads)
