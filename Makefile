@@ -63,7 +63,7 @@ test: $(DEV_STAMP) ## Run the tests on all cores, without the slow ones
 	@$(BIN)/python -m pytest -n auto --dist worksteal $(ARGS)
 
 test-slow: $(DEV_STAMP) ## Run only the slow tests: many episodes in SUMO
-	@$(BIN)/python -m pytest -m "slow and not bench" $(ARGS)
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m "slow and not bench" $(ARGS)
 
 cov: $(DEV_STAMP) ## Measure which lines and branches the tests reach: ARGS=tests/sumo_nets
 	@$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term --cov-report=html $(ARGS)

@@ -74,7 +74,7 @@ def test_cheap_commands_work(command, tmp_path):
 def test_episodes_of_the_documents_are_driven(command, tmp_path):
     (planner,) = blocks(TEXTS["docs/tutorials/own_planner.md"], "python")
     (tmp_path / "my_planner.py").write_text(planner, encoding="utf-8")
-    (road,) = blocks(TEXTS["docs/tutorials/own_network.md"], "yaml")
+    road, *_ = blocks(TEXTS["docs/tutorials/own_network.md"], "yaml")
     (tmp_path / "my_road.yaml").write_text(road, encoding="utf-8")
     shutil.copy(net_path("intersection"), tmp_path / "my.net.xml")
     done = rearview(*shlex.split(command)[1:], folder=tmp_path)
