@@ -12,6 +12,7 @@ import numpy as np
 from experiments.cosim.junctions import ConflictZone, RoadJunction
 from experiments.cosim.signals import CLEARING, STOP
 from experiments.cosim.sumo.libsumo_api import Libsumo, Point
+from experiments.cosim.sumo.vehicle_reader import PERSON
 from planner.right_of_way.records import Foe
 from planner.scene import RoadUsers
 from planner.states import FloatArray
@@ -98,7 +99,9 @@ class MovementReader:
         return tuple(found), Ways(way, stop, tuple(self._lines))
 
     def _mover(self, name: str, vehicles: RoadUsers, row: int) -> _Mover | None:
-        """Read where a vehicle is on its route; None if it is not on the road."""
+        """Read where a vehicle is on its route; None if it does not drive there."""
+        if name.startswith(PERSON):
+            return None  # on foot: no lanes, no route of edges to drive
         api = self._sumo.vehicle
         lane, index = str(api.getLaneID(name)), int(api.getRouteIndex(name))
         if not lane or index < 0:

@@ -6,12 +6,13 @@ import pytest
 import shapely
 
 from experiments.cosim.sumo.movements import MovementReader
-from experiments.cosim.sumo.vehicle_reader import VehicleReader
+from experiments.cosim.sumo.vehicle_reader import PERSON, VehicleReader
 from experiments.world_setup.road import sumo_road
 from planner.prediction import constant_speed
 from planner.vehicle import Vehicle
-from planner.ways import along_ways
+from planner.ways import NO_WAY, along_ways
 from sumo_nets.catalogue import network
+from tests.experiments.road_users import road_users
 
 pytestmark = pytest.mark.sumo
 
@@ -107,6 +108,15 @@ def test_a_way_is_where_the_vehicle_drives(crossing):
                 if np.hypot(*np.subtract(driven[later], line[0])) < ahead:
                     # SUMO draws a car back from its front: in a turn it cuts in
                     assert near < 1.0
+
+
+def test_people_on_foot_have_no_way(crossing):
+    _, _, movements = crossing("t_junction", ("west_in", "east_out"))
+    libsumo.simulationStep()
+    walker = road_users((f"{PERSON}p", 0.0, 0.0, 0.0, 1.2, 0.0), length=0.3, width=0.5)
+    foes, ways = movements.read({0}, walker)
+    assert foes == ()
+    assert ways.way.tolist() == [NO_WAY]
 
 
 def test_those_with_the_ego_s_right_of_way_are_told_apart(crossing):
