@@ -21,6 +21,7 @@ from planner.states import FloatArray, IntArray, freeze
 NO_WAY = -1
 CHORD = 2.0  # to both sides of a place, for the heading there [m]
 FADE = 3.0  # in which a vehicle comes to the centre of its lane [s]
+MOVING_OVER = 0.2  # a vehicle faster than this sideways changes its lane [m/s]
 LARGEST_OFFSET = 3.0  # from its way; a vehicle farther off is not on it [m]
 
 
@@ -54,6 +55,10 @@ class Ways:
         stop = [np.inf if k == NO_WAY else float(self.stop[k]) for k in found]
         return Ways(np.array(way, dtype=np.int64), np.array(stop), self.lines)
 
+    def later(self, driven: FloatArray) -> "Ways":
+        """Return the ways of vehicles that have driven on by (n,) [m]."""
+        return Ways(self.way, np.maximum(self.stop - driven, 0.0), self.lines)
+
     def among(self, kept: IntArray) -> "Ways":
         """Return those of the vehicles in these rows."""
         return Ways(self.way[kept], self.stop[kept], self.lines)
@@ -71,7 +76,8 @@ def along_ways(
     """Replace the predictions of vehicles whose ways are known.
 
     Args:
-        prediction: Of all vehicles, by another predictor.
+        prediction: Of all vehicles, by another predictor; those that change their
+            lane keep it.
         path: Reference path of the ego.
         vehicles: As they are now, n of them.
         ways: Of these vehicles.
@@ -81,7 +87,8 @@ def along_ways(
     Returns:
         The prediction; the same record if no way is known.
     """
-    known = np.flatnonzero(ways.way != NO_WAY)
+    moves_over = np.abs(vehicles.lateral_speed) > MOVING_OVER
+    known = np.flatnonzero((ways.way != NO_WAY) & ~moves_over)
     if not known.size:
         return prediction
     times = as_input(times)

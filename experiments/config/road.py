@@ -49,6 +49,12 @@ class NetworkConfig(Strict):
         "one for cars",
     )
 
+    @property
+    def is_drawn(self) -> bool:
+        """Whether the route is drawn from the seed."""
+        chosen = (self.name, self.route, self.from_, self.vehicle)
+        return all(value is None for value in chosen)
+
     @model_validator(mode="after")
     def _one_source(self) -> Self:
         """Reject a network given by both name and file, or incompletely."""

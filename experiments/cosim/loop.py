@@ -126,7 +126,7 @@ def believed(record: StepRecord, lead: float) -> TrafficState:
     users = reckoned(traffic.vehicles if seen is None else seen, lead)
     ways = traffic.ways
     if ways is not None:
-        ways = ways.renamed(traffic.vehicles.ids, users.ids)
+        ways = ways.renamed(traffic.vehicles.ids, users.ids).later(users.speed * lead)
     return replace(traffic, vehicles=users, ways=ways)
 
 
@@ -162,7 +162,7 @@ class _Episode:
         )
         self._right_of_way: RightOfWay | None = None
         if road.junctions and isinstance(world, JunctionTraffic):
-            self._right_of_way = RightOfWay(road, task, world, world.step)
+            self._right_of_way = RightOfWay(road, self._task, world, world.step)
         self._memory: object = None
         self._stats = PlanStats()
         self._off_road_steps = 0

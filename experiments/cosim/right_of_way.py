@@ -9,6 +9,7 @@ import numpy as np
 from experiments.cosim.junctions import RoadJunction
 from experiments.cosim.records import TrafficState
 from experiments.cosim.road import EgoTask, Road
+from experiments.cosim.signals import CLEARING, STOP
 from planner.right_of_way.decision import decide, is_near
 from planner.right_of_way.records import (
     AtJunction,
@@ -104,11 +105,13 @@ class RightOfWay:
         for place, number in enumerate(near):
             junction = self._road.junctions[number]
             own = [x._replace(junction=place) for x in found if x.junction == number]
-            ahead = self._ahead(junction, state)
+            ahead = self._ahead(junction, state, at)
             junctions.append(ahead or junction.ahead)
             foes += own
             if ahead is not None and self._is_due(number, at, ahead):
                 decided.append(self._decision(number, at, ahead, own, state))
+            elif ahead is None and is_near(at, junction.ahead):
+                decided.append(self._first(at, junction.ahead, state))
         state = replace(state, ways=ways, junctions=tuple(junctions), foes=tuple(foes))
         return state, decided
 
@@ -127,6 +130,15 @@ class RightOfWay:
             decision = self._kept_clear(at, junction, state.vehicles, decision)
         self._memory[number] = decision.memory
         return decision
+
+    def _first(
+        self, at: AtJunction, ahead: JunctionAhead, state: TrafficState
+    ) -> Permission:
+        """Decide on a junction where the ego goes first: it still keeps it clear."""
+        free = Permission(None, Waiting(), "")
+        if at.front > ahead.stop_s or ahead.rule is Rule.ZIPPER:
+            return free
+        return self._kept_clear(at, ahead, state.vehicles, free)
 
     def lines_ahead(self, s: float) -> tuple[float, ...]:
         """List where vehicles give way at junctions ahead, growing [m]."""
@@ -156,10 +168,13 @@ class RightOfWay:
         )
 
     @staticmethod
-    def _ahead(junction: RoadJunction, state: TrafficState) -> JunctionAhead | None:
+    def _ahead(
+        junction: RoadJunction, state: TrafficState, at: AtJunction
+    ) -> JunctionAhead | None:
         """Return a junction with the rule that holds now; None if the ego goes first.
 
-        So it does where a signal decides: its own stop line is closed or open.
+        So it does where a signal decides: its own stop line is closed or open. An ego
+        that waits inside when its light turns red still gives way.
         """
         ahead = junction.ahead
         if not junction.signal:
@@ -170,6 +185,8 @@ class RightOfWay:
                 and abs(signal.stop_s - ahead.stop_s) < SAME_LINE
             ):
                 rule = OF_LETTER.get(signal.state)
+                if signal.state in STOP | CLEARING and at.front > ahead.stop_s:
+                    rule = Rule.MINOR
                 return None if rule is None else replace(ahead, rule=rule)
         return None
 

@@ -12,8 +12,8 @@ from planner.vehicle import VehicleLimits
 
 STOP = frozenset("ru")  # red, red-yellow
 CLEARING = frozenset("y")
-# G g o O s M m are open. That g, m and s have to yield is not a stop line: the
-# vehicles with priority are in the scene, with their predictions.
+# G g o O s M m are open. Whether those that have to yield may go is decided in
+# experiments.cosim.right_of_way.
 COMFORTABLE_DECELERATION = 3.0  # that a yellow light may ask for [m/s²]
 OVERSHOOT = 0.3  # a bumper stopped this far over the line still waits there [m]
 

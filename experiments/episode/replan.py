@@ -189,9 +189,10 @@ class Recorded:
             state, place = CartesianState(*ego[k]), FrenetState(*places[k])
             start, lead = believed.start(self.road.path, k, state, place)
             seen = believed.users(k, users, self.scenario.ego.perception is not None)
-            traffic = TrafficState(
-                times[k], reckoned(seen, lead), lights, **self._junctions(k, seen.ids)
-            )
+            junctions = self._junctions(k, seen.ids)
+            if "ways" in junctions and (seen is not users or lead > 0.0):
+                junctions["ways"] = junctions["ways"].later(seen.speed * lead)
+            traffic = TrafficState(times[k], reckoned(seen, lead), lights, **junctions)
             lines = tuple(json.loads(steps["stop_lines"][k]))
             yield build_scene(
                 self.road, self.task, self.outlook, traffic, *start, lines
@@ -293,7 +294,8 @@ def _lanes(table: Table) -> Lanes:
         _numbers(table, name).reshape(n_lanes, -1)
         for name in ("s_m", "centre_m", "width_m")
     )
-    return Lanes(s[0], centre, width)
+    left_hand = bool(table["left_hand"].any())
+    return Lanes(s[0], centre, width, left_hand)
 
 
 def _signals(table: Table, rows: slice) -> tuple[Signal, ...]:

@@ -310,6 +310,7 @@ _RULES = (
         compute=lambda e: right_of_way.line_violations(e.trace),
         formula="stop lines of signals and junctions that the front bumper drove over "
         "while they were closed for the ego",
+        of_planner=True,
         unit="",
         digits=0,
         better=LOWER,

@@ -361,4 +361,6 @@ def _lanes(lanes: Lanes) -> Table:
     n_lanes, n = lanes.centre.shape
     number = np.repeat(np.arange(n_lanes), n)
     s = np.tile(lanes.s, n_lanes)
-    return _from_arrays("lanes", number, s, lanes.centre.ravel(), lanes.width.ravel())
+    side = np.full(number.size, int(lanes.left_hand))
+    offsets = (lanes.centre.ravel(), lanes.width.ravel())
+    return _from_arrays("lanes", number, s, *offsets, side)

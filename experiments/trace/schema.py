@@ -135,6 +135,7 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
         "s_m": _NUMBER,
         "centre_m": _NUMBER,
         "width_m": _NUMBER,
+        "left_hand": _COUNT,  # 1 where traffic keeps to the left
     },
     # Junctions where the ego meets others; places along its path [m].
     "junctions": {

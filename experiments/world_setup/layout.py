@@ -73,6 +73,8 @@ def _road_source(scenario: Scenario) -> _Source:
     network = scenario.network
     if network is not None:
         parts.append(_stamp(network.file or net_path(network.name or "")))
+        if network.is_drawn:
+            parts.append(scenario.simulation.seed)
     return _Source(json.dumps(parts, default=str), scenario)
 
 

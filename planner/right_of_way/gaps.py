@@ -132,13 +132,16 @@ def is_open(ego: AtJunction, junction: JunctionAhead, foe: Foe, gap: float) -> b
 def counts(foe: Foe) -> bool:
     """Check whether the other vehicle is one to give way to.
 
-    One with the right of way is, unless a red light holds it or it has stood for long;
-    one that is in the zone is; and one without the right of way if it cannot stop.
+    One with the right of way is, unless it has stood for long; one that is in the zone
+    is; and one without the right of way, or before a yellow or red light, if it cannot
+    stop.
     """
     if foe.exit <= 0.0:
         return False
     if foe.entry <= 0.0:
         return True
-    if foe.goes_first:
-        return not foe.held and foe.stood < STUCK
-    return foe.speed**2 / (2.0 * HARD_BRAKING) > foe.entry
+    if foe.goes_first and not foe.held:
+        return foe.stood < STUCK
+    return foe.speed**2 / (2.0 * HARD_BRAKING) > (
+        foe.to_line if foe.held else foe.entry
+    )

@@ -48,7 +48,7 @@ class Foe(NamedTuple):
     exit: float  # that its rear bumper has to go until it has left [m]
     to_line: float  # to where it would wait; negative once it is over that [m]
     speed: float  # of the other [m/s]
-    limit: float  # of its road [m/s]
+    limit: float  # that it keeps on its road, one's own excess included [m/s]
     turn_speed: float  # at which its way over the junction is driven [m/s]
     road: float  # length of its road before the line, where the limit holds [m]
     merges: bool  # whether it goes on in the ego's lane

@@ -1,5 +1,7 @@
 """Predictions along ways, against closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,15 @@ def test_a_vehicle_far_from_its_way_keeps_its_prediction():
     )
     plain, same = predicted(users, ways)
     assert np.array_equal(plain.table, same.table)
+
+
+def test_one_that_changes_its_lane_keeps_its_prediction():
+    straight = way((0, 0), (500, 0))
+    users, ways = one(x=10.0, y=1.0, heading=0.0, speed=8.0, lines=[straight])
+    moving = replace(users, lateral_speed=np.array([0.8]))
+    plain, same = predicted(moving, ways)
+    assert np.array_equal(plain.table, same.table)
+    assert same.l[0][10] == pytest.approx(1.8)
 
 
 def test_one_that_waits_stands_at_its_line():

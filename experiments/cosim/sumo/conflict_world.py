@@ -1,5 +1,6 @@
 """A conflict of UN Regulation 157 among SUMO's reacting traffic."""
 
+from collections.abc import Set
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +14,10 @@ from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.obstacle_vehicles import SUMO_TYPE
 from experiments.cosim.sumo.settings import VIEW_RADIUS, SumoSettings
 from experiments.cosim.sumo.world import SumoWorld, sumo_errors
+from planner.right_of_way.records import Foe
 from planner.scene import RoadUsers
 from planner.states import BoolArray, CartesianState
+from planner.ways import Ways
 
 PREFIX = "conflict@"  # no demand file names its vehicles like this
 SIDE_ROOM = 0.5  # a vehicle of the traffic passing nearer is in the way [m]
@@ -70,6 +73,15 @@ class SumoConflictWorld(SumoWorld):
         table = np.concatenate([others.table, scripted.table], axis=1)[:, order]
         users = RoadUsers.from_table(tuple(ids[k] for k in order), table)
         return replace(traffic, vehicles=users)
+
+    def movements(
+        self, near: Set[int], vehicles: RoadUsers
+    ) -> tuple[tuple[Foe, ...], Ways]:
+        """Read SUMO's own vehicles at junctions; scripted ones have no route."""
+        scripted = {motion.id for motion in self._script.motions}
+        own = vehicles.among(np.array([x not in scripted for x in vehicles.ids]))
+        foes, ways = super().movements(near, own)
+        return foes, ways.renamed(own.ids, vehicles.ids)
 
     def advance(self, ego: CartesianState) -> CartesianState:
         """Move scripted vehicles and ego, and let SUMO move all others."""

@@ -22,6 +22,8 @@ REACH = 150.0  # to its line; vehicles farther away are left out [m]
 WAY_LENGTH = 120.0  # of a way beyond the lane that a vehicle is on [m]
 TURNS = 3  # edges of the route that a way depends on
 SHORTEST = 0.01  # corners of a way are farther apart [m]
+EXCESS = 1.1  # by which drivers exceed a limit, as a factor
+STOPPED = 60.0  # for how long a vehicle at a stop of its own counts as standing [s]
 GIVING_WAY = 3.0  # braking with which a vehicle that gives way is counted on [m/s²]
 
 
@@ -72,7 +74,7 @@ class MovementReader:
                 pair = (zone.source_edge, zone.target_edge)
                 self._zones.setdefault(pair, []).append((number, zone))
         self._routes: dict[tuple[str, ...], _Route] = {}
-        self._of_vehicle: dict[str, _Route] = {}
+        self._of_vehicle: dict[str, tuple[str, _Route]] = {}  # with the route's id
         self._lengths: dict[str, float] = {}
         self._ways: dict[tuple[str, ...], int] = {}
         self._lines: list[FloatArray] = []
@@ -106,13 +108,16 @@ class MovementReader:
         lane, index = str(api.getLaneID(name)), int(api.getRouteIndex(name))
         if not lane or index < 0:
             return None
-        known = self._of_vehicle.get(name)
-        edge = lane.rpartition("_")[0]
-        if known is None or not (edge.startswith(":") or edge in known.edges[index:]):
-            edges = tuple(api.getRoute(name))  # the first one, or it was changed
+        route = str(api.getRouteID(name))  # another one once it was changed
+        read, known = self._of_vehicle.get(name, ("", None))
+        if known is None or route != read:
+            edges = tuple(api.getRoute(name))
             if edges not in self._routes:
                 self._routes[edges] = self._measured(edges)
-            known = self._of_vehicle[name] = self._routes[edges]
+            known = self._routes[edges]
+            self._of_vehicle[name] = route, known
+        if index >= len(known.edges):
+            return None
         length, speed = float(vehicles.length[row]), float(vehicles.speed[row])
         return _Mover(name, known, index, lane, length, speed)
 
@@ -127,6 +132,8 @@ class MovementReader:
             return []
         position = float(self._sumo.vehicle.getLanePosition(mover.name))
         stood = float(self._sumo.vehicle.getWaitingTime(mover.name))
+        if self._sumo.vehicle.isStopped(mover.name):  # SUMO counts no waiting then
+            stood = max(stood, STOPPED)
         found = []
         for meeting in _of_lane(met, mover):
             zone = meeting.zone
@@ -144,7 +151,7 @@ class MovementReader:
                     exit=left,
                     to_line=to_line,
                     speed=mover.speed,
-                    limit=zone.limit,
+                    limit=EXCESS * zone.limit,
                     turn_speed=zone.turn_speed,
                     road=meeting.line - mover.route.begins[meeting.edge],
                     merges=zone.merges,

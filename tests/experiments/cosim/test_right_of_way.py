@@ -73,6 +73,22 @@ def test_a_signal_s_letter_decides(letter, closed):
     assert len(lines) == closed
 
 
+def test_an_ego_that_waits_inside_still_gives_way_when_its_light_turns_red():
+    light = Signal("tl", 100.0, "y")
+    at_line = junction(Rule.MINOR, signal="tl")
+    foe = FOE._replace(begin_s=110.0, end_s=116.0, to_line=10.0, entry=13.0, held=True)
+    assert decide(World(foe), at_line, s=99.0, signals=[light])[1] == ()
+    inside = decide(World(foe), at_line, s=104.0, speed=1.0, signals=[light])[1]
+    assert len(inside) == 1
+    assert 104.0 < inside[0] < 110.0
+
+
+def test_the_main_road_keeps_a_junction_clear_too():
+    queue = ("car", 124.0, 0.0, 0.0, 0.0, 0.0)
+    for rule, closed in ((Rule.MAJOR, (100.0,)), (Rule.ZIPPER, ())):
+        assert decide(World(), junction(rule), cars=[queue])[1] == closed
+
+
 def test_junctions_far_away_and_behind_are_left_alone():
     world = World(FOE)
     far, near, gone = (junction(Rule.MINOR, s) for s in (300.0, 100.0, 20.0))

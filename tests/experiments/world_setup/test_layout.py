@@ -8,7 +8,7 @@ import pytest
 
 from experiments.config.scenario_file import load_scenario
 from experiments.errors import ConfigError
-from experiments.world_setup.layout import make_layout
+from experiments.world_setup.layout import _bare_layout, make_layout
 from sumo_nets.build import net_path
 
 
@@ -55,3 +55,20 @@ def test_a_changed_network_is_read_again(tmp_path):
     assert layout_of("straight", network=section).road.path is first.road.path
     os.utime(file, ns=(1, 1))
     assert layout_of("straight", network=section).road.path is not first.road.path
+
+
+def test_a_drawn_route_is_that_of_its_seed_whatever_was_laid_out_before(tmp_path):
+    file = tmp_path / "own.yaml"
+    file.write_text(
+        f"name: own\nnetwork: {{file: {net_path('stop_sign')}}}\n"
+        "ego: {start_m: 10, goal_m: 120}\n"
+    )
+
+    def routes(seeds):
+        layouts = [make_layout(load_scenario(str(file), seed=k)) for k in seeds]
+        return {k: x.network.route for k, x in zip(seeds, layouts, strict=True)}
+
+    first = routes(range(6))
+    assert len(set(first.values())) > 1
+    _bare_layout.cache_clear()
+    assert routes(range(5, -1, -1)) == first

@@ -126,7 +126,8 @@ def test_merging_needs_more_before_a_fast_foe():
 
 def test_who_counts():
     assert counts(FOE)
-    assert not counts(FOE._replace(held=True))
+    assert not counts(FOE._replace(held=True))  # 21 m to stop, it has 60
+    assert counts(FOE._replace(held=True, to_line=20.0, entry=23.0))
     assert not counts(FOE._replace(stood=6.0, speed=0.0))
     assert not counts(FOE._replace(exit=-0.1))
     inside = FOE._replace(entry=-1.0, to_line=-4.0, goes_first=False)
