@@ -321,8 +321,8 @@ def _check_metric(metric: str, rows: Sequence[Row]) -> None:
         if any(isinstance(row[name], int | float) for row in rows)
         and name not in (columns.SEED, columns.ARRIVED)
     ]
-    usual = metric in MEANS  # it may apply to none of these runs
-    if metric not in numbers and not usual:
+    known = METRICS.get(metric)  # it may apply to none of these runs
+    if metric not in numbers and (known is None or known.kind is CellKind.TEXT):
         hint = unknown_name(metric, [*RATES, *numbers])
         raise ConfigError(f"--metric {metric}: no such metric; {hint}")
 

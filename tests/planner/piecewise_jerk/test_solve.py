@@ -109,7 +109,7 @@ def test_a_thousand_programs_against_two_solvers(kind, monkeypatch):
         asked.append(solver)
         return solve_program(program, solver)
 
-    monkeypatch.setattr("planner.piecewise_jerk.solve.solve_program", counted)
+    monkeypatch.setattr("planner.piecewise_jerk.sparse_solvers.solve_program", counted)
     rng, verdicts = np.random.default_rng(7), []
     for _ in range(1000 if kind == "speed" else 500):
         problem = KINDS[kind](rng)
