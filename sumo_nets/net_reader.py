@@ -344,7 +344,7 @@ def _read(net_file: Path, _changed: int, _size: int) -> Net:
         handler.connect()
     except NetworkError as error:
         raise NetworkError(f"{net_file}: {error}{_advice(handler.root)}") from error
-    except (expat.ExpatError, EOFError, zlib.error) as error:
+    except (expat.ExpatError, EOFError, zlib.error, LookupError, ValueError) as error:
         raise NetworkError(
             f"{net_file}: truncated or damaged network file ({error})"
         ) from error

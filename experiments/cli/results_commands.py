@@ -6,14 +6,11 @@ import sys
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from experiments.cli.user_errors import report_user_errors
-
-if TYPE_CHECKING:
-    pass
 
 
 class Format(StrEnum):

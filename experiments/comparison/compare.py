@@ -71,6 +71,14 @@ class Line:
     note: str = ""
 
 
+def named(metric: str, unit_of_rates: str = "") -> str:
+    """Return the label of a rate or column, with its unit."""
+    column, _, more = metric.partition(", ")
+    label = METRICS[column].label_with_unit if column in METRICS else column
+    label += unit_of_rates if column in RATES else ""
+    return f"{label}, {more}" if more else label
+
+
 @dataclass(frozen=True, slots=True)
 class Question:
     """What is compared, and how."""

@@ -6,11 +6,12 @@ Words and units are those of the pages; each metric has the digits of the catalo
 import math
 from collections.abc import Sequence
 
-from experiments.comparison.compare import Line
+from experiments.comparison.compare import Line, named
 from experiments.comparison.location import Interval
-from experiments.metrics.catalogue import METRICS, RATES
+from experiments.metrics.catalogue import METRICS
 
 SMALL_P = 0.001
+NOTES = r"p{0.25\linewidth}"  # a column of text in several lines
 MORE_DIGITS = 1  # of a mean than of one run
 
 _SIGNS = {
@@ -40,18 +41,20 @@ def as_latex(lines: Sequence[Line], caption: str = "") -> str:
     body: list[str] = []
     before = None
     cells = any(line.where for line in lines)
+    notes = any(line.note for line in lines)
     for line in lines:
         if before not in (None, line.metric):
             body.append(r"\addlinespace")
-        name = "" if before == line.metric else escaped(_name(line.metric))
+        name = "" if before == line.metric else escaped(named(line.metric, " [%]"))
         where = (escaped(line.where),) if cells else ()
-        body.append(" & ".join((name, *where, *_cells(line))) + r" \\")
+        note = (escaped(line.note),) if notes else ()
+        body.append(" & ".join((name, *where, *_cells(line), *note)) + r" \\")
         before = line.metric
     table = [
-        rf"\begin{{tabular}}{{l{'l' * cells}lrrrrr}}",
+        rf"\begin{{tabular}}{{l{'l' * cells}lrrrrr{NOTES * notes}}}",
         r"\toprule",
         rf"metric & {'where & ' * cells}planner & runs & value [95\,\%] & pairs & "
-        r"difference [95\,\%] & $p$ \\",
+        rf"difference [95\,\%] & $p${' & note' * notes} \\",
         r"\midrule",
         *body,
         r"\bottomrule",
@@ -71,16 +74,6 @@ def as_latex(lines: Sequence[Line], caption: str = "") -> str:
 def escaped(text: str) -> str:
     """Escape text for LaTeX."""
     return "".join(_SIGNS.get(sign, sign) for sign in text)
-
-
-def _name(metric: str) -> str:
-    """Return the words of a metric or rate, with its unit."""
-    column, _, more = metric.partition(", ")
-    if column in RATES:
-        name = f"{column} [%]"
-    else:
-        name = METRICS[column].label_with_unit if column in METRICS else column
-    return f"{name}, {more}" if more else name
 
 
 def _cells(line: Line) -> tuple[str, ...]:

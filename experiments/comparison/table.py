@@ -10,7 +10,6 @@ from experiments.comparison.inference import rule_of_three
 from experiments.comparison.latex import as_latex
 from experiments.comparison.location import Interval
 from experiments.errors import ConfigError, ResultsError
-from experiments.metrics.catalogue import METRICS, RATES
 
 HEADER = (
     "metric",
@@ -78,13 +77,6 @@ def _shown(lines: Sequence[Line]) -> list[int]:
         for number, name in enumerate(HEADER)
         if name not in _ONLY_IF_FILLED or any(row[number] for row in rows)
     ]
-
-
-def named(metric: str) -> str:
-    """Return the label of a rate or column, with its unit."""
-    column, _, more = metric.partition(", ")
-    label = column if column in RATES else METRICS[column].label_with_unit
-    return f"{label}, {more}" if more else label
 
 
 def export(lines: Sequence[Line], path: Path, caption: str = "") -> None:
@@ -156,12 +148,6 @@ EXPORTS: dict[str, Callable[[Sequence[Line]], str]] = {
     ".md": as_markdown,
     ".tex": as_latex,
 }
-
-
-def _alignment(lines: Sequence[Line]) -> str:
-    """Return the columns of the LaTeX table: words to the left, numbers right."""
-    words = {"metric", "where", "planner", "note"}
-    return "".join("l" if name in words else "r" for name in header(lines))
 
 
 def _cells(line: Line) -> tuple[str, ...]:

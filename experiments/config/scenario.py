@@ -249,6 +249,9 @@ class Scenario(Strict):
         if isinstance(self.traffic, Traffic) and self.traffic.slow_leader is not None:
             problem = "is beside conflict; allowed: one of them"
             raise mismatch("traffic.slow_leader", problem)
+        if self.network is not None and self.network.vehicle is not None:
+            problem = "is beside conflict; allowed: one of them"
+            raise mismatch("network.vehicle", problem)
         if self.simulation.without_ego:
             problem = "allowed with a conflict: false"
             raise mismatch("simulation.without_ego", problem)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.config import Scenario
+from experiments.config.ego import TUBE_WORDS
 from experiments.config.scenario_file import config_hash
 from experiments.planners.registry import user_module
 from experiments.planners.source_files import planner_sources
@@ -44,6 +45,7 @@ def run_hashes(scenario: Scenario, net_file: Path | None) -> dict[str, str | Non
     return {
         "run_hash": manifest.text_hash(
             f"{configuration} {network} {code} {planner}{_demand_hashes(scenario)}"
+            f"{_tube_hash(scenario)}"
         ),
         "config_hash": configuration,
         "network_hash": network,
@@ -69,6 +71,14 @@ def _demand_hashes(scenario: Scenario) -> str:
     hashes = (_file_hash(*_stamp(file)) for file in files if file.is_file())
     options = () if demand is None else (demand.begin, *demand.options)
     return "".join(f" {item}" for item in (*hashes, *options))
+
+
+def _tube_hash(scenario: Scenario) -> str:
+    """Hash the file of a tube; "" without one."""
+    tube = scenario.ego.tube
+    if tube is None or tube in TUBE_WORDS or not Path(tube).is_file():
+        return ""
+    return f" {_file_hash(*_stamp(Path(tube)))}"
 
 
 @cache

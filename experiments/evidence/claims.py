@@ -6,10 +6,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from experiments.comparison.compare import PENALISED, Line, compare
+from experiments.comparison.compare import PENALISED, Line, compare, named
 from experiments.comparison.question import claimed
 from experiments.comparison.results import LABEL, Row, rows
-from experiments.comparison.table import cells, header, named
+from experiments.comparison.table import cells, header
 from experiments.config.sweep import Sweep
 from experiments.errors import ResultsError
 from experiments.evidence.published_sweeps import PublishedSweep

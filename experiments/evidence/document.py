@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from experiments.comparison.table import named
+from experiments.comparison.compare import named
 
 Data = Mapping[str, Any]
 

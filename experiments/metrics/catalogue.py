@@ -223,8 +223,8 @@ _SAFETY = (
         label="min PET",
         compute=lambda e: exposure.min_post_encroachment_time(e.trace),
         formula="post-encroachment time: shortest time from when the ego or a vehicle "
-        "leaves a cell of 0.5 m of the road to when the other covers it; null above "
-        "5 s",
+        "leaves a cell of 0.5 m of the road to when the other covers it, anywhere and "
+        "in any direction, followers and leaders too; null above 5 s",
         unit="s",
         digits=1,
         better=HIGHER,
@@ -342,7 +342,8 @@ _RULES = (
         label="least time in between at junctions",
         compute=lambda e: right_of_way.post_encroachment_time(e.trace),
         formula="post-encroachment time: least time between one of ego and another "
-        "vehicle leaving a conflict zone and the other entering it; null if none did",
+        "vehicle leaving a conflict zone of a junction and the other entering it, "
+        "crossing and merging traffic alone, however long; null if none did",
         unit="s",
         digits=1,
         better=HIGHER,

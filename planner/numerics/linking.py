@@ -145,7 +145,9 @@ def _without_counts(function: str) -> str:
     arguments = set(_ARGUMENT.findall(head))
     counted = {found[1] for line in body if (found := _COUNT.search(line))} & arguments
     for line in body:
-        if counted and _CALL.search(line) is None:
+        # A count that is written in another way would be kept without its opposite.
+        unread = _RUNTIME in line and _COUNT.search(line) is None
+        if counted and (unread or _CALL.search(line) is None):
             counted.difference_update(_ARGUMENT.findall(line))
     return head + "".join(
         line

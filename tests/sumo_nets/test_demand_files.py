@@ -30,19 +30,24 @@ def test_configuration_names_files_begin_and_options_of_the_traffic(tmp_path):
     file = tmp_path / "a.sumocfg"
     file.write_text(
         "<configuration><input><net-file value='n.net.xml'/>"
-        "<route-files value='a.rou.xml,sub/b.rou.xml'/>"
+        "<route-files value='a.rou.xml,sub/b 2.rou.xml'/>"
         "<additional-files value='c.add.xml'/></input>"
         "<time><begin value='25200'/></time>"
         "<processing><lateral-resolution value='0.8'/><step-length value='1'/>"
-        "<time-to-teleport value='300'/></processing>"
+        "<time-to-teleport value='300'/><log value='a.log'/>"
+        "<ignore-route-errors value='--log=b.log'/></processing>"
+        "<routing><device.rerouting.output value='c.xml'/></routing>"
         "<output><fcd-output value='big.xml'/></output></configuration>"
     )
     found = read_sumocfg(file)
-    assert found.route_files == (tmp_path / "a.rou.xml", tmp_path / "sub/b.rou.xml")
+    assert found.route_files == (tmp_path / "a.rou.xml", tmp_path / "sub/b 2.rou.xml")
     assert found.additional_files == (tmp_path / "c.add.xml",)
     assert found.net_file == tmp_path / "n.net.xml"
     assert found.begin == 25200.0
-    assert list(command_options(found)) == ["--lateral-resolution", "0.8"]
+    assert list(command_options(found)) == [
+        "--lateral-resolution=0.8",
+        "--ignore-route-errors=--log=b.log",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -54,6 +59,11 @@ def test_configuration_names_files_begin_and_options_of_the_traffic(tmp_path):
             "<c><route-files value='a'/><begin value='noon'/></c>",
             'begin: is "noon"; allowed: seconds',
         ),
+        (
+            "<c><route-files value='a'/><begin value='nan'/></c>",
+            'begin: is "nan"; allowed: seconds >= 0',
+        ),
+        ("<?xml version='1.0' encoding='foo'?><c/>", "damaged configuration"),
         ("<c><load-state value='a'/></c>", "load-state: is not supported"),
     ],
 )
@@ -88,6 +98,17 @@ def test_damaged_configurations_name_what_is_wrong(tmp_path, content, expected):
 )
 def test_demand_that_does_not_fit_names_file_id_and_edge(tmp_path, content, expected):
     assert expected in message(tmp_path, content)
+
+
+@pytest.mark.parametrize("encoding", ["foo", "big5"])
+def test_unknown_encodings_are_damage(tmp_path, encoding):
+    text = f"<?xml version='1.0' encoding='{encoding}'?><routes/>"
+    file = tmp_path / "d.rou.xml"
+    file.write_text(text)
+    with pytest.raises(NetworkError, match="damaged demand"):
+        check_demand(DemandFiles((file,)), read_net(NET))
+    with pytest.raises(NetworkError, match="damaged network file"):
+        read_net(file)
 
 
 def test_network_given_as_demand_is_refused():

@@ -103,12 +103,23 @@ def measure_tube(settings: PlantSettings) -> ErrorTube:
     cells: dict[tuple[float, float], ErrorBounds] = {}
     for speed in SPEEDS:
         for one in manoeuvres(speed):
-            key = speed, next((k for k in CURVATURES if k >= one.curvature), 0.2)
+            key = _cell(speed, one)
             driven = _errors(settings, one)
             found = cells.get(key, NONE)
             cells[key] = found.with_errors(driven.lateral, driven.behind)
             cells[key] = cells[key].with_errors(0.0, -driven.ahead)
     return ErrorTube(plant_identity(settings), cells)
+
+
+def _cell(speed: float, manoeuvre: Manoeuvre) -> tuple[float, float]:
+    """Return the upper ends of the cell that a manoeuvre is driven in."""
+    curvature = manoeuvre.curvature
+    return speed, next((k for k in CURVATURES if k >= curvature), CURVATURES[-1])
+
+
+def _grid() -> set[tuple[float, float]]:
+    """Return all cells of a tube: those that a manoeuvre is driven in."""
+    return {_cell(speed, one) for speed in SPEEDS for one in manoeuvres(speed)}
 
 
 def _errors(settings: PlantSettings, manoeuvre: Manoeuvre) -> ErrorBounds:
@@ -157,6 +168,8 @@ def _restored(content: Any) -> ErrorTube:
             raise ValueError("a bound is not a length")
         key = float(row["speed_mps"]), float(row["curvature_1pm"])
         cells[key] = ErrorBounds(*numbers)
+    if set(cells) != _grid():
+        raise ValueError("cells are missing, or are not of the grid")
     return ErrorTube(str(content["plant"]), cells)
 
 

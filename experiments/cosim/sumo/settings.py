@@ -76,13 +76,12 @@ def command_line(settings: SumoSettings) -> list[str]:
     command += ["--collision.action", "warn"]
     command += ["--collision.mingap-factor", "0"]
     command += ["--collision.check-junctions", "true"]
-    options = [] if demand is None else list(command_options(demand))
-    command += options
+    command += [] if demand is None else command_options(demand)
     resolution = 0.0 if settings.driver is None else settings.driver.lateral_resolution
-    if resolution > 0.0 and "--lateral-resolution" not in options:
-        options += ["--lateral-resolution", repr(float(resolution))]
-        command += options[-2:]
-    if "--lateral-resolution" not in options:  # SUMO allows one of them
+    given = demand is not None and "lateral-resolution" in dict(demand.options)
+    if resolution > 0.0 and not given:
+        command += ["--lateral-resolution", repr(float(resolution))]
+    if resolution <= 0.0 and not given:  # SUMO allows one of them
         command += ["--lanechange.duration", repr(LANE_CHANGE_DURATION)]
     if settings.gui:
         # No delay of SUMO's: it would hold for the warm-up too.

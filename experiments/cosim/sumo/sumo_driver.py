@@ -91,6 +91,12 @@ class SumoDriverWorld(SumoWorld):
         driver = self._settings.driver
         return driver is not None and driver.told and bool(self._settings.closed.lanes)
 
+    def _replace(self, sumo: Libsumo, name: str) -> CartesianState:
+        """Put the ego in a vehicle's place and leave its speed to SUMO's driver."""
+        ego = super()._replace(sumo, name)
+        sumo.vehicle.setSpeed(EGO_ID, -1.0)  # until then it kept the vehicle's
+        return ego
+
     def _take_over(self, sumo: Libsumo) -> None:
         """Keep SUMO's driver, with the ego's limits and target speed.
 

@@ -8,9 +8,9 @@ from urllib.parse import quote
 
 import yaml
 
-from experiments.comparison.compare import Line, Question, compare
+from experiments.comparison.compare import Line, Question, compare, named
 from experiments.comparison.results import LABEL, RUN_ID, Row, axis_columns, rows
-from experiments.comparison.table import cells, header, named
+from experiments.comparison.table import cells, header
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.config.sweep import Sweep
 from experiments.errors import ResultsError

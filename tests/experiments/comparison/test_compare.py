@@ -5,6 +5,7 @@ import io
 import json
 import os
 import signal
+from dataclasses import replace
 from pathlib import Path
 from threading import Timer
 from time import monotonic
@@ -210,9 +211,14 @@ def test_exports(sweep, tmp_path):
     whole = as_latex(lines, "5 % of a_b")
     assert r"\caption{5 \% of a\_b}" in whole
     assert whole.count(r"\begin{") == whole.count(r"\end{") == 2
-    for row in latex.splitlines():
-        if row.endswith(r"\\"):
-            assert row.count(" & ") == latex.split("{tabular}{")[1].index("}") - 1
+    noted = as_latex([replace(lines[0], note="5 % lost"), *lines[1:]])
+    assert r"& $p$ & note \\" in noted
+    assert r" & 5 \% lost" in noted
+    for text in (latex, noted):
+        columns = text.split("{tabular}{")[1].splitlines()[0].partition("p{")[0]
+        count = sum(sign in "lr" for sign in columns) + ("p{" in text)
+        rows = [row for row in text.splitlines() if row.endswith(r"\\")]
+        assert {row.count(" & ") for row in rows} == {count - 1}
     for name in ("t.csv", "t.md", "t.tex"):
         export(lines, tmp_path / name)
         assert (tmp_path / name).read_text()

@@ -1,6 +1,9 @@
+import os
+
 import pytest
 
 from experiments.config.scenario_file import load_scenario
+from experiments.episode.identity import run_hashes
 from experiments.errors import ConfigError
 from experiments.world_setup.vehicle_model import (
     make_plant,
@@ -67,6 +70,17 @@ def test_a_tube_file_is_looked_for_where_it_was_written(tmp_path, monkeypatch):
     assert tube_of(scenario).upto(10.0).lateral > 0.0
     with pytest.raises(ConfigError, match="of another plant"):
         tube_of(load(*PLANT, "ego.actuators=nuplan", "ego.tube=tube.json"))
+
+
+def test_the_content_of_a_tube_file_is_part_of_the_run(tmp_path):
+    file = tmp_path / "tube.json"
+    scenario = load(*PLANT, f"ego.tube={file}")
+    found = set()
+    for content in ("one", "other"):
+        file.write_text(content)
+        os.utime(file, ns=(len(found), len(found)))
+        found.add(run_hashes(scenario, None)["run_hash"])
+    assert len(found) == 2
 
 
 def test_numbers_override_presets():

@@ -20,7 +20,7 @@ def town(tmp_path_factory):
     return folder, net_file, config, routes
 
 
-def load(town, network, traffic):
+def load(town, network, traffic, planner=None):
     folder, net_file, _, _ = town
     file = folder / "town.yaml"
     content = {
@@ -31,7 +31,7 @@ def load(town, network, traffic):
         "simulation": {"warmup_s": 40, "duration_s": 60},
     }
     file.write_text(yaml.safe_dump(content))
-    return load_scenario(str(file))
+    return load_scenario(str(file), planner=planner)
 
 
 def watch(scenario, out):
@@ -60,6 +60,16 @@ def test_ego_takes_the_place_of_a_vehicle(town, tmp_path):
     assert outcome.ending.status == "arrived"
     assert f"v{DRIVEN}" not in seen
     assert seen
+
+
+def test_sumos_driver_is_free_to_drive_in_a_vehicles_place(town, tmp_path):
+    traffic = {"route_files": ["town.rou.xml"], "additional_files": ["stops.add.xml"]}
+    scenario = load(town, {"vehicle": f"v{DRIVEN}"}, traffic, planner="sumo")
+    speeds = []
+    run_episode(
+        scenario, out=tmp_path, on_step=lambda record: speeds.append(record.ego.speed)
+    )
+    assert max(speeds) > speeds[0] + 1.0
 
 
 @pytest.mark.parametrize(

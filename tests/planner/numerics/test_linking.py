@@ -117,11 +117,13 @@ entry:
         "%q = select i1 %c, ptr %arg.x.0, ptr null",
         "%v = insertvalue {ptr} undef, ptr %arg.x.0, 0",
         "call void %unknown(ptr %arg.x.0)",
+        "call void @NRT_incref(ptr nonnull %arg.x.0)",
     ],
 )
 def test_an_argument_that_may_escape_keeps_its_counts(line):
     found = _without_counts_of_arguments(FUNCTION.replace("LINE", line))
     assert found.count("ref(ptr %arg.x.0)") == 2
+    assert line in found
     assert 'ref(ptr %"arg.y$1.0")' not in found
 
 

@@ -39,7 +39,18 @@ def test_files_that_are_not_of_this_plant_are_refused(tmp_path):
         read_tube(file, ICE)
     damaged = json.loads(file.read_text())
     damaged["cells"][0]["lateral_m"] = -1
-    for content in ("[]", "no JSON", json.dumps(damaged), '{"plant": "x"}'):
+    whole = json.loads(file.read_text())
+    strange = json.loads(file.read_text())
+    strange["cells"][0]["speed_mps"] = float("nan")
+    for content in (
+        "[]",
+        "no JSON",
+        json.dumps(damaged),
+        '{"plant": "x"}',
+        json.dumps({**whole, "cells": []}),
+        json.dumps({**whole, "cells": whole["cells"][1:]}),
+        json.dumps(strange),
+    ):
         file.write_text(content)
         with pytest.raises(ConfigError, match="no tube file"):
             read_tube(file, SLOW)

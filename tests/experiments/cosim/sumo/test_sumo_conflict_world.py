@@ -99,6 +99,10 @@ def test_it_moves_for_the_planner_with_its_lateral_speed(drive):
         (["network=lane_change"], "the ego's lane has none beside it there"),
         (["planner=sumo"], "allowed with a conflict: any other planner"),
         (["simulation.without_ego=true"], "allowed with a conflict: false"),
+        (
+            ["network={file: a.net.xml, vehicle: v}", "traffic={sumocfg: a.sumocfg}"],
+            "network.vehicle: is beside conflict",
+        ),
     ],
 )
 def test_impossible_conflicts_in_traffic_are_refused(overrides, words, tmp_path):
