@@ -15,6 +15,7 @@ QUEUE_WIDTH = 2.5  # lateral offset up to which a vehicle is in the ego's queue 
 QUEUE_SPEED = 2.0  # slower vehicles before a closed line are its queue [m/s]
 NEAR = 30.0  # a vehicle that moves within this may be what the ego gives way to [m]
 UNNAMED = 3.0  # patience with a planner that names no reason while others drive by [-]
+NOTHING_AHEAD = ", and nothing stands ahead: its plans do not move off"
 _TOLERANCE = 1e-9  # [s]
 
 
@@ -182,7 +183,8 @@ class BlockageDetector:
             return stats.reason
         if stats.blocker:
             return f"{stats.blocker} is in the way"
-        return f"the planner gives no reason{self._ahead(place, traffic)}"
+        ahead = self._ahead(place, traffic)
+        return f"the planner gives no reason{ahead or NOTHING_AHEAD}"
 
     def _ahead(self, place: FrenetState, traffic: TrafficState) -> str:
         """Describe the nearest body that stands before the ego; empty without one."""

