@@ -166,7 +166,7 @@ def test_without_a_reason_the_body_that_stands_ahead_is_named():
     assert reason(wall) == "; obstacle.0 stands 4.2 m ahead"
     assert reason((60.0, 0.0, 0.0, 0.0, 1.0), wall) == "; obstacle.1 stands 4.2 m ahead"
     assert reason((20.0, 1.9, 0.0, 0.0, 1.0)) == "; obstacle.0 stands 5.2 m ahead"
-    assert reason((20.0, 2.0, 0.0, 0.0, 1.0)) == NOTHING_AHEAD  # beside the way of 1.9 m
+    assert reason((20.0, 2.0, 0.0, 0.0, 1.0)) == NOTHING_AHEAD  # beside the way
     assert reason((8.0, 0.0, 4.0, 2.0, 0.0)) == NOTHING_AHEAD  # behind
     parked = [("a", 17.8, 0.5, 0.0, 0.0)]
     assert reason(wall, cars=parked) == "; a stands 2.0 m ahead"
