@@ -23,7 +23,12 @@ def robustness(
         Path | None, typer.Option("-o", "--out", help="Markdown file; default: print.")
     ] = None,
 ) -> None:
-    """Write what imperfect vehicles and eyes cost, from finished sweeps."""
+    """Write what imperfect vehicles and eyes cost, from finished sweeps.
+
+    Example: rearview robustness sweeps/robustness -o robustness.md
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         from experiments.comparison.robustness import robustness_page
         from experiments.errors import ResultsError

@@ -30,7 +30,12 @@ def tube(
         Path | None, typer.Option("-o", "--out", help="Tube file; default: print it.")
     ] = None,
 ) -> None:
-    """Write by how much a plant misses its plans, by speed and curvature."""
+    """Write by how much a plant misses its plans, by speed and curvature.
+
+    Example: rearview tube straight --set ego.plant=dynamic -o tube.json
+
+    Exit status: 0 done, 2 bad input.
+    """
     with report_user_errors():
         from experiments.config.scenario_file import load_scenario
         from experiments.cosim.plants.tube import measure_tube

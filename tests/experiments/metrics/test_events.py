@@ -44,6 +44,7 @@ def with_lanes(trace, centres=(-1.75, 1.75), width=3.5):
         "s_m": np.tile([0.0, 1000.0], n),
         "centre_m": np.repeat(np.array(centres), 2),
         "width_m": np.full(2 * n, width),
+        "left_hand": np.zeros(2 * n, dtype=np.int64),
     }
     return replace(trace, lanes=lanes)
 
