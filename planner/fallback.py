@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from planner.contact_check import Contact
-from planner.errors import OutsidePathDomainError
 from planner.interface import PlanStatus
 from planner.numerics import polynomials
-from planner.reference_path.frenet import frenet_to_cartesian
+from planner.reference_path.frenet import frenet_trajectory
 from planner.scene import Scene
 from planner.states import CartesianState, FloatArray, FrenetStates, Trajectory
 
@@ -191,21 +190,7 @@ def _motion_along(
         l_prime,
         l_second,
     )
-    try:
-        plane = frenet_to_cartesian(scene.path, states)
-    except OutsidePathDomainError:
-        return None
-    return Trajectory(
-        t,
-        plane.x,
-        plane.y,
-        plane.heading,
-        plane.curvature,
-        plane.speed,
-        plane.acceleration,
-        s,
-        l,
-    )
+    return frenet_trajectory(scene.path, t, states)
 
 
 def braking_on_arc(

@@ -21,11 +21,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.bodies import bodies_of
-from planner.errors import OutsidePathDomainError
 from planner.fallback import braking_on_arc
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.numerics import polynomials
-from planner.reference_path.frenet import frenet_to_cartesian
+from planner.reference_path.frenet import frenet_trajectory
 from planner.scene import Scene
 from planner.scene_checks import invalid
 from planner.states import BoolArray, FloatArray, FrenetStates, Trajectory
@@ -183,21 +182,7 @@ class IdmMobilPlanner:
             slope,
             bend,
         )
-        try:
-            plane = frenet_to_cartesian(scene.path, states)
-        except OutsidePathDomainError:
-            return None
-        return Trajectory(
-            t,
-            plane.x,
-            plane.y,
-            plane.heading,
-            plane.curvature,
-            plane.speed,
-            plane.acceleration,
-            s,
-            l,
-        )
+        return frenet_trajectory(scene.path, t, states)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -27,6 +27,7 @@ from planner.states import (
     FloatArray,
     FrenetState,
     FrenetStates,
+    Trajectory,
 )
 
 FRENET_REACH = 40.0  # farther from the path another vehicle has no place on it [m]
@@ -324,6 +325,33 @@ def _frenet_one(
         path.knots, path.bins, s, l, heading, curvature, speed, acceleration
     )
     return s, s_dot, s_ddot, l, l_dot, l_ddot, l_prime, l_second, inside
+
+
+def frenet_trajectory(
+    path: ReferencePath, t: FloatArray, states: FrenetStates
+) -> Trajectory | None:
+    """Return Frenet states as a trajectory; None where they leave the frame's domain.
+
+    Args:
+        path: Of the states.
+        t: Times of the states, (n,) [s].
+        states: (n,) each, see `frenet_to_cartesian`.
+    """
+    try:
+        plane = frenet_to_cartesian(path, states)
+    except OutsidePathDomainError:
+        return None
+    return Trajectory(
+        t,
+        plane.x,
+        plane.y,
+        plane.heading,
+        plane.curvature,
+        plane.speed,
+        plane.acceleration,
+        states.s,
+        states.l,
+    )
 
 
 def frenet_to_cartesian_one(path: ReferencePath, state: FrenetState) -> CartesianState:

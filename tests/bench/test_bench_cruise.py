@@ -90,7 +90,8 @@ def test_plan_lazily(benchmark, scene, name):
 
 
 def test_gathering_the_bodies(benchmark, scene):
-    benchmark(bodies_of, scene, 51)
+    found = benchmark(bodies_of, scene, 51)
+    assert len(found.ids) == len(scene.vehicles.ids) + len(scene.obstacles.ids)
 
 
 def test_predicting_thirty_vehicles(benchmark, scene):
