@@ -31,6 +31,30 @@ class Outlook:
         object.__setattr__(self, "times", times)
 
 
+def predicted_vehicles(
+    road: Road, outlook: Outlook, traffic: TrafficState, ego: CartesianState
+) -> Vehicles:
+    """Predict every vehicle within `PLANNED_RADIUS` of the ego.
+
+    Args:
+        road: Of the episode.
+        outlook: How vehicles are predicted.
+        traffic: All other vehicles, now.
+        ego: Rear axle, now.
+    """
+    users = traffic.vehicles
+    near = np.hypot(users.x - ego.x, users.y - ego.y) <= PLANNED_RADIUS
+    planned = users.among(near)
+    prediction = outlook.predictor(road.path, planned, outlook.times)
+    if traffic.ways is not None:
+        ways = traffic.ways.among(np.flatnonzero(near))
+        brake = outlook.predictor is held_braking
+        prediction = along_ways(
+            prediction, road.path, planned, ways, outlook.times, brake=brake
+        )
+    return Vehicles.predicted(planned, prediction)
+
+
 def build_scene(
     road: Road,
     task: EgoTask,
@@ -39,6 +63,7 @@ def build_scene(
     ego: CartesianState,
     ego_frenet: FrenetState,
     stop_lines: tuple[float, ...],
+    vehicles: Vehicles | None = None,
 ) -> Scene:
     """Build the scene of one planning cycle.
 
@@ -50,21 +75,14 @@ def build_scene(
         ego: Rear axle, now.
         ego_frenet: The same state along the path.
         stop_lines: Arc lengths that the front bumper must not pass now [m].
+        vehicles: As of `predicted_vehicles`, if they are known already.
 
     Returns:
-        The scene with predictions for every vehicle within `PLANNED_RADIUS`.
+        The scene.
     """
-    users = traffic.vehicles
     front = ego_frenet.s + task.vehicle.front_reach
-    near = np.hypot(users.x - ego.x, users.y - ego.y) <= PLANNED_RADIUS
-    planned = users.among(near)
-    prediction = outlook.predictor(road.path, planned, outlook.times)
-    if traffic.ways is not None:
-        ways = traffic.ways.among(np.flatnonzero(near))
-        brake = outlook.predictor is held_braking
-        prediction = along_ways(
-            prediction, road.path, planned, ways, outlook.times, brake=brake
-        )
+    if vehicles is None:
+        vehicles = predicted_vehicles(road, outlook, traffic, ego)
     return Scene(
         time=traffic.time,
         step=outlook.step,
@@ -74,7 +92,7 @@ def build_scene(
         path=road.path,
         road=road.bounds,
         obstacles=road.known_obstacles(front),
-        vehicles=Vehicles.predicted(planned, prediction),
+        vehicles=vehicles,
         stop_lines=stop_lines,
         target_speed=min(task.target_speed, road.allowed_speed(front, ego.speed)),
         lanes=road.lanes,

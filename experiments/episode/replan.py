@@ -17,7 +17,7 @@ import numpy as np
 
 from experiments.config import Scenario
 from experiments.config.scenario_file import CONFIG_FILE, load_scenario
-from experiments.cosim.loop import failures_of_the_planner
+from experiments.cosim.ego_driver import failures_of_the_planner
 from experiments.cosim.perception.perceive import reckoned
 from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.road import EgoTask, Road

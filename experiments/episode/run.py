@@ -4,7 +4,8 @@ from pathlib import Path
 from time import perf_counter
 
 from experiments.config import Scenario
-from experiments.cosim.loop import EpisodeOptions, run_loop
+from experiments.cosim.ego_driver import EpisodeOptions
+from experiments.cosim.loop import run_loop
 from experiments.cosim.records import Ending, EpisodeStatus
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.cosim.world import PlanDisplay

@@ -19,8 +19,9 @@ from experiments.cosim.conflict_world import (
     ScriptedMotion,
 )
 from experiments.cosim.conflicts import STEP_S, Conflicts, LateralProfile, Sizes
+from experiments.cosim.ego_driver import EpisodeOptions
 from experiments.cosim.kinematic_world import constant_bounds
-from experiments.cosim.loop import EpisodeOptions, run_loop
+from experiments.cosim.loop import run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.cosim.road import EgoTask, Road, Start

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from experiments.config.scenario_file import load_scenario
-from experiments.cosim.loop import EpisodeOptions, run_loop
+from experiments.cosim.ego_driver import EpisodeOptions
+from experiments.cosim.loop import run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.metrics.comfort import JERK_COST, OFFSET_COST

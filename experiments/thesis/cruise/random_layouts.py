@@ -17,7 +17,8 @@ from rich.progress import track
 from rich.table import Table
 
 from experiments.config.scenario_file import load_scenario
-from experiments.cosim.loop import EpisodeOptions, run_loop
+from experiments.cosim.ego_driver import EpisodeOptions
+from experiments.cosim.loop import run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.planners.registry import make_planner

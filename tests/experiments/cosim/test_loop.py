@@ -10,12 +10,13 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 import pytest
 
+from experiments.cosim.ego_driver import EpisodeOptions
 from experiments.cosim.kinematic_world import (
     KinematicWorld,
     ScriptedVehicle,
     constant_bounds,
 )
-from experiments.cosim.loop import EpisodeOptions, run_loop
+from experiments.cosim.loop import run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import (
     EpisodeStatus,
