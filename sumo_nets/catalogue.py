@@ -131,6 +131,7 @@ def networks() -> Mapping[str, Network]:
         _dense(),
         _dense_curved(),
         *_crossroads(),
+        *_for_many_egos(),
     )
     return MappingProxyType({record.name: record for record in records})
 
@@ -305,6 +306,20 @@ def _intersection() -> Network:
             arc(7.5 * pi, 1.0 / 15.0),
             line(250.0),
         ),
+    )
+
+
+def _for_many_egos() -> tuple[Network, ...]:
+    """Describe the roads on which traffic with many egos is measured."""
+    circle = tuple(f"ring{number}" for number in range(8))
+    ramp = Stream("cross_ramp", (Turn(("ramp", "own2", "own3"), 1.0),))
+    merge = _one_way("merge_ramp", 3, 0, "motorway of two lanes with a ramp")
+    ring = _one_way("ring", 1, 0, "circle of 230 m, one lane")
+    return (
+        _one_way("motorway", 1, 1, "straight motorway of 5 km, three lanes"),
+        _one_way("bottleneck", 2, 1, "motorway of 2.6 km, one of three lanes ends"),
+        replace(merge, streams=(*merge.streams, ramp)),
+        replace(ring, route=circle, streams=()),
     )
 
 

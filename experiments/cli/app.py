@@ -51,6 +51,7 @@ from experiments.errors import ConfigError
 
 if TYPE_CHECKING:
     from experiments.config import Scenario
+    from experiments.cosim.fleet.records import FleetStep
     from experiments.cosim.records import StepRecord
     from experiments.episode.run_folder import Outcome
 
@@ -268,22 +269,24 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
     with report_user_errors():
         from experiments.cli.compile_notice import compilation_announced
         from experiments.cli.episode_progress import progress
-        from experiments.episode.run import run_episode
+        from experiments.episode.drive import run_scenario
         from experiments.episode.run_folder import OutputOptions
         from experiments.interrupts import interrupts_between_steps
 
         with (
-            compilation_announced([scenario.planner.name]),
+            compilation_announced(
+                [choice.name for _, choice in scenario.planner_choices()]
+            ),
             _stdout_to_stderr(),
             interrupts_between_steps() as check_interrupt,
             progress(scenario) as show,
         ):
 
-            def on_step(record: "StepRecord") -> None:
+            def on_step(record: "StepRecord | FleetStep") -> None:
                 check_interrupt()
                 show(record)
 
-            outcome = run_episode(
+            outcome = run_scenario(
                 scenario,
                 out=out,
                 gui=gui,

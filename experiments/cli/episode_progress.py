@@ -6,12 +6,13 @@ from contextlib import contextmanager
 from time import monotonic
 
 from experiments.config import Scenario
+from experiments.cosim.fleet.records import FleetStep
 from experiments.cosim.records import StepRecord
 
 LINE_INTERVAL = 10.0  # between plain lines [s]
 BAR_INTERVAL = 0.2  # between updates of the bar [s]
 
-OnStep = Callable[[StepRecord], None]
+OnStep = Callable[[StepRecord | FleetStep], None]
 
 
 @contextmanager
@@ -35,24 +36,25 @@ def _bar(scenario: Scenario) -> Iterator[OnStep]:
     from rich.progress import BarColumn, Progress, TextColumn
 
     last = 0.0
-    ego = scenario.ego
+    begin, total = 0.0, scenario.simulation.duration_s
+    if scenario.single_ego is not None:
+        begin = scenario.single_ego.start_m
+        total = scenario.single_ego.goal_m - begin
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.fields[now]}"),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as shown:
-        task = shown.add_task(
-            scenario.name, total=ego.goal_m - ego.start_m, now="warming up"
-        )
+        task = shown.add_task(scenario.name, total=total, now="warming up")
 
-        def on_step(record: StepRecord) -> None:
+        def on_step(record: StepRecord | FleetStep) -> None:
             nonlocal last
             now = monotonic()
             if now - last < BAR_INTERVAL:
                 return
             last = now
-            done = record.ego_frenet.s - ego.start_m if record.ego_frenet else 0.0
+            done = _done(record) - begin
             shown.update(task, completed=max(done, 0.0), now=_words(record))
 
         yield on_step
@@ -62,7 +64,7 @@ def _lines(scenario: Scenario) -> OnStep:
     """Write a line every `LINE_INTERVAL` seconds."""
     last = monotonic()
 
-    def on_step(record: StepRecord) -> None:
+    def on_step(record: StepRecord | FleetStep) -> None:
         nonlocal last
         now = monotonic()
         if now - last < LINE_INTERVAL:
@@ -74,7 +76,17 @@ def _lines(scenario: Scenario) -> OnStep:
     return on_step
 
 
-def _words(record: StepRecord) -> str:
-    """Format time, position and speed of the ego."""
+def _done(record: StepRecord | FleetStep) -> float:
+    """Return how far a run is: along the road [m], or in time [s]."""
+    if isinstance(record, FleetStep):
+        return record.time
+    return record.ego_frenet.s if record.ego_frenet else 0.0
+
+
+def _words(record: StepRecord | FleetStep) -> str:
+    """Format time, position and speed of the ego, or how many egos there are."""
+    if isinstance(record, FleetStep):
+        n = len(record.snapshot.users.ids)
+        return f"t = {record.time:.1f} s, {len(record.egos)} egos of {n} vehicles"
     s = "" if record.ego_frenet is None else f"s = {record.ego_frenet.s:.0f} m, "
     return f"t = {record.time:.1f} s, {s}v = {record.ego.speed:.1f} m/s"

@@ -148,14 +148,14 @@ def called_now() -> Iterator[Signature]:
 def drive(family: str) -> list[Signature]:
     """Drive the scenarios of a family; list the functions that were called."""
     from experiments.config.scenario_file import load_scenario
-    from experiments.episode.run import run_episode
+    from experiments.episode.drive import run_scenario
     from experiments.episode.run_folder import OutputOptions
 
     output = OutputOptions(keeps_candidates=True)  # as `rearview run` does
     with TemporaryDirectory() as folder:
         for scenario, planner in DRIVES[family]:
             loaded = load_scenario(scenario, planner=planner, seed=0)
-            run_episode(loaded, out=Path(folder), output=output)
+            run_scenario(loaded, out=Path(folder), output=output)
     return sorted(called_now(), key=json.dumps)
 
 

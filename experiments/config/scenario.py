@@ -15,6 +15,7 @@ from pydantic import (
 from experiments.config.base import Strict, as_section, mismatch
 from experiments.config.conflict import N_LANES, STEP_S, Conflict
 from experiments.config.ego import Ego
+from experiments.config.egos import EgoGroup, Measurement, read_groups
 from experiments.config.obstacles import (
     ClosureSection,
     DrawnSection,
@@ -22,7 +23,9 @@ from experiments.config.obstacles import (
     ObstaclesConfig,
     read_obstacles,
 )
+from experiments.config.planner_choice import PlannerChoice as PlannerChoice
 from experiments.config.road import KinematicRoad, NetworkConfig
+from experiments.config.self_driven import SELF_DRIVEN, SUMO
 from experiments.config.traffic import (
     ScriptedVehicleConfig,
     SumoTraffic,
@@ -44,13 +47,6 @@ AnyTraffic = Annotated[
     Annotated[Traffic, Tag("flows")] | Annotated[SumoTraffic, Tag("files")],
     Discriminator(traffic_kind),
 ]
-
-
-class PlannerChoice(Strict):
-    """A planner by name or `module:factory`, and its settings."""
-
-    name: str = Field(min_length=1)
-    settings: dict[str, Any] = Field(default_factory=dict)
 
 
 class Simulation(Strict):
@@ -132,7 +128,21 @@ class Scenario(Strict):
         default=None, description="world sumo: a network of the catalogue or a file"
     )
     road: KinematicRoad | None = Field(default=None, description="world kinematic")
-    ego: Ego
+    single_ego: Ego | None = Field(
+        default=None, alias="ego", description="needed unless there are `egos`"
+    )
+    egos: Annotated[
+        tuple[EgoGroup, ...] | None,
+        Field(min_length=1),
+        BeforeValidator(
+            read_groups, json_schema_input_type=EgoGroup | tuple[EgoGroup, ...]
+        ),
+    ] = Field(
+        default=None,
+        description="world sumo: vehicles of the traffic driven by planners, instead "
+        "of one ego",
+    )
+    measurement: Measurement | None = Field(default=None, description="with egos")
     obstacles: Annotated[
         ObstaclesConfig,
         BeforeValidator(
@@ -162,6 +172,63 @@ class Scenario(Strict):
         BeforeValidator(as_section("name"), json_schema_input_type=str | PlannerChoice),
     ] = PlannerChoice(name=DEFAULT_PLANNER)
     simulation: Simulation = Simulation()
+
+    @property
+    def ego(self) -> Ego:
+        """The ego's section.
+
+        Raises:
+            ConfigError: If the scenario has many egos.
+        """
+        if self.single_ego is None:
+            problem = "is missing: this is for one ego; allowed: ego instead of egos"
+            raise self.error(("ego",), problem, ("egos",))
+        return self.single_ego
+
+    @model_validator(mode="after")
+    def _one_or_many(self) -> Self:
+        """Reject both kinds of egos, none, and what is of a single one."""
+        if self.egos is None:
+            if self.single_ego is None:
+                keys = ", ".join(Ego.model_fields)
+                raise mismatch("ego", f"is missing; allowed: a section with {keys}")
+            if self.measurement is not None:
+                raise mismatch("measurement", "is of many egos; allowed with egos")
+            return self
+        if self.single_ego is not None:
+            raise mismatch("egos", "is beside ego; allowed: one of them")
+        if self.world != "sumo":
+            raise mismatch("egos", "is for world sumo; allowed there: ego")
+        if self.traffic is None:
+            raise mismatch("egos", "needs vehicles; allowed: with a traffic section")
+        if isinstance(self.traffic, Traffic) and not self.traffic.has_flow:
+            raise mismatch("egos", "needs vehicles; allowed: with a flow in traffic")
+        driver = self.planner.name
+        if driver in SELF_DRIVEN and driver != SUMO:
+            raise mismatch("planner", f"is {driver}; allowed with egos: others, {SUMO}")
+        self._without_single_ego()
+        return self
+
+    def _without_single_ego(self) -> None:
+        """Reject keys that are about a single ego."""
+        if self.conflict is not None:
+            raise mismatch("conflict", "is of a single ego; allowed with ego")
+        if self.obstacles != ObstaclesConfig():
+            raise mismatch("obstacles", "are of a single ego; allowed: none")
+        if isinstance(self.traffic, Traffic):
+            for key in ("slow_leader", "ego_lane_veh_per_h"):
+                if getattr(self.traffic, key):
+                    problem = "is of a single ego; allowed with ego"
+                    raise mismatch(f"traffic.{key}", problem)
+        if self.network is not None and self.network.vehicle is not None:
+            raise mismatch("network.vehicle", "is of a single ego; allowed with ego")
+        if self.network is not None and self.network.is_drawn:
+            problem = "is missing; allowed with egos: a network with a route"
+            raise mismatch("network.route", problem)
+        for key in ("without_ego", "placebo"):
+            if getattr(self.simulation, key):
+                problem = "is of a single ego; allowed: false"
+                raise mismatch(f"simulation.{key}", problem)
 
     @model_validator(mode="after")
     def _fits_world(self) -> Self:
@@ -197,7 +264,7 @@ class Scenario(Strict):
     @model_validator(mode="after")
     def _fits_time(self) -> Self:
         """Reject periods and delays that are no multiples, or end too late."""
-        simulation, ego = self.simulation, self.ego
+        simulation, ego = self.simulation, self.single_ego
         for key in ("planning_period_s", "planning_delay_s"):
             value, step = getattr(simulation, key), simulation.step_s
             if isinstance(value, float) and not is_multiple(value, step):
@@ -211,7 +278,7 @@ class Scenario(Strict):
         if isinstance(delay, float) and delay >= simulation.horizon_s:
             problem = f"is {delay:g}; allowed: less than the horizon"
             raise mismatch("simulation.planning_delay_s", problem)
-        if ego.plant is not None:
+        if ego is not None and ego.plant is not None:
             controller = ego.controller or ControllerConfig()
             check_delays(
                 ego.actuators, controller, simulation.step_s, simulation.horizon_s
@@ -256,6 +323,18 @@ class Scenario(Strict):
             problem = "allowed with a conflict: false"
             raise mismatch("simulation.without_ego", problem)
 
+    def planner_choices(self) -> list[tuple[KeyPath, PlannerChoice]]:
+        """List all planners that the scenario names, and the keys that name them."""
+        found: list[tuple[KeyPath, PlannerChoice]] = [
+            (("planner", "name"), self.planner)
+        ]
+        for number, group in enumerate(self.egos or ()):
+            if group.planner is not None:
+                one = len(self.egos or ()) == 1
+                place: KeyPath = ("egos",) if one else ("egos", number)
+                found.append(((*place, "planner", "name"), group.planner))
+        return found
+
     def beyond(self, length: float) -> tuple[KeyPath, str] | None:
         """Find a goal, obstacle or vehicle that is not on the road.
 
@@ -265,7 +344,9 @@ class Scenario(Strict):
         Returns:
             The key and what is wrong with it, None if all is on the road.
         """
-        places: dict[KeyPath, float] = {("ego", "goal_m"): self.ego.goal_m}
+        places: dict[KeyPath, float] = {}
+        if self.single_ego is not None:
+            places["ego", "goal_m"] = self.single_ego.goal_m
         for index, obstacle in enumerate(self.obstacles.listed):
             key: KeyPath = ("obstacles", *self.obstacles.listed_key, index, "s_m")
             places[key] = obstacle.s_m
@@ -312,6 +393,8 @@ class Scenario(Strict):
         )
         if self.network is not None and self.network.name is not None:
             data["network"] = self.network.name
+        if self.egos is not None and len(self.egos) == 1:
+            data["egos"] = data["egos"][0]
         if self.obstacles.closure is None:
             listed = data["obstacles"].pop("listed")
             data["obstacles"] = data["obstacles"] or listed

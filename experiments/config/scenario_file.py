@@ -115,10 +115,11 @@ def load_scenario(
         _override(document, *_parse_override(override))
     _anchor_files(document)
     scenario = check_scenario(document)
-    named = document.where(("planner", "name"))
-    if scenario.planner.name != planner and not named.startswith(OPTION):
-        folder = Path(document.name).parent
-        require_allowed(scenario.planner.name, named, folder, allow_planners)
+    for key, choice in scenario.planner_choices():
+        named = document.where(key)
+        if choice.name != planner and not named.startswith(OPTION):
+            folder = Path(document.name).parent
+            require_allowed(choice.name, named, folder, allow_planners)
     return scenario
 
 

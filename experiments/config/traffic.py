@@ -107,6 +107,13 @@ class Traffic(Strict):
         description="car-following models and their relative shares",
     )
 
+    @property
+    def has_flow(self) -> bool:
+        """Whether any vehicle enters."""
+        flows = (self.own_veh_per_h, self.ego_lane_veh_per_h)
+        others = (self.oncoming_veh_per_h, self.cross_veh_per_h)
+        return self.density is not None or any(flows) or any(others)
+
     @model_validator(mode="after")
     def _shares_fit(self) -> Self:
         """Reject shares that exceed 1 in total."""

@@ -116,24 +116,32 @@ class CollisionMonitor:
 
     def _ego_row(self, ego: CartesianState) -> FloatArray:
         """Return the ego's rectangle as numbers, (6,)."""
-        x, y = centre_from_rear_axle(ego, self._vehicle)
-        half_length, half_width = self._vehicle.length / 2.0, self._vehicle.width / 2.0
-        return np.array((x, y, ego.heading, half_length, half_width, 0.0))
+        return ego_rectangle(ego, self._vehicle)
 
     def _rows_before(self, ids: tuple[str, ...]) -> IntArray:
         """Return each vehicle's column in the table a step ago, (n,), or `UNKNOWN`."""
-        if self._before is None:
-            return np.full(len(ids), UNKNOWN, np.int64)
-        if ids == self._before.ids:
+        if self._before is not None and ids == self._before.ids:
             if self._same.size != len(ids):
                 self._same = np.arange(len(ids))
             return self._same
-        place = {name: i for i, name in enumerate(self._before.ids)}
-        return np.array([place.get(name, UNKNOWN) for name in ids], np.int64)
+        return columns_before(() if self._before is None else self._before.ids, ids)
+
+
+def ego_rectangle(ego: CartesianState, vehicle: Vehicle) -> FloatArray:
+    """Return the ego's rectangle as numbers, (6,)."""
+    x, y = centre_from_rear_axle(ego, vehicle)
+    half_length, half_width = vehicle.length / 2.0, vehicle.width / 2.0
+    return np.array((x, y, ego.heading, half_length, half_width, 0.0))
+
+
+def columns_before(before: tuple[str, ...], ids: tuple[str, ...]) -> IntArray:
+    """Return the place of each id among those of a step ago, or `UNKNOWN`, (n,)."""
+    place = {name: i for i, name in enumerate(before)}
+    return np.array([place.get(name, UNKNOWN) for name in ids], np.int64)
 
 
 @inlined
-def _fill_rectangle(table: FloatArray, k: int, row: FloatArray) -> None:
+def fill_rectangle(table: FloatArray, k: int, row: FloatArray) -> None:
     """Copy vehicle `k` of a table of road users into the numbers of a rectangle."""
     row[X], row[Y], row[HEADING] = table[0, k], table[1, k], table[2, k]
     row[HALF_LENGTH], row[HALF_WIDTH] = table[6, k] / 2.0, table[7, k] / 2.0
@@ -167,11 +175,11 @@ def _check_step(
         egos[0], egos[1], vehicles[0], vehicles[1], vehicles[2], static
     )
     hits = [i for i in range(touched.size) if touched[i]]
-    return hits, nearest, clearance, _off_road(egos[1], path, edges, limits)
+    return hits, nearest, clearance, excess_over_edges(egos[1], path, edges, limits)
 
 
 @inlined
-def _off_road(
+def excess_over_edges(
     ego: FloatArray,
     path: PathTable,
     edges: tuple[FloatArray, FloatArray, FloatArray],
@@ -196,6 +204,55 @@ def _off_road(
     return farthest
 
 
+@inlined
+def check_pair(
+    ego: tuple[FloatArray, FloatArray, float, float],
+    was: FloatArray,
+    body: FloatArray,
+    farthest: float,
+    known: bool,  # noqa: FBT001 - compiled
+) -> tuple[float, bool]:
+    """Check the ego and one body.
+
+    Circles about the rectangles decide for bodies that are far away.
+
+    Args:
+        ego: Its rectangle a step ago and now, (6,) each, radius of the circle about it
+            and how far it has moved [m].
+        was: The body's rectangle a step ago, (6,).
+        body: The same now.
+        farthest: A larger gap need not be known [m].
+        known: Whether the body was there a step ago.
+
+    Returns:
+        (gap now, infinite where it is not known; whether they touched in between).
+    """
+    before, now, ego_circle, ego_travel = ego
+    circle = math.hypot(body[HALF_LENGTH], body[HALF_WIDTH]) + body[RADIUS]
+    dx, dy = body[X] - now[X], body[Y] - now[Y]
+    apart = math.hypot(dx, dy) - circle - ego_circle
+    gap, touches = np.inf, False
+    if apart < farthest:
+        gap = core_distance(
+            dx,
+            dy,
+            now[HEADING],
+            now[HALF_LENGTH],
+            now[HALF_WIDTH],
+            body[HEADING],
+            body[HALF_LENGTH],
+            body[HALF_WIDTH],
+        )
+        gap = max(gap - body[RADIUS], 0.0)
+        touches = gap <= CONTACT_TOLERANCE
+    if known and not touches:
+        # Circles turn with their bodies: only the centres' travel counts.
+        travel = math.hypot(body[X] - was[X], body[Y] - was[Y])
+        if apart <= ego_travel + travel + CONTACT_TOLERANCE:
+            touches = swept_contact(before, now, was, body)
+    return gap, touches
+
+
 @compiled
 def _check_bodies(
     ego_before: FloatArray,
@@ -206,8 +263,6 @@ def _check_bodies(
     static: FloatArray,
 ) -> tuple[BoolArray, int, float]:
     """Check all bodies, vehicles before static ones.
-
-    Circles about the rectangles decide for bodies that are far away.
 
     Args:
         ego_before: The ego's rectangle a step ago, (6,).
@@ -229,35 +284,17 @@ def _check_bodies(
     for i in range(n + static.shape[0]):
         known = True
         if i < n:
-            _fill_rectangle(now, i, body)
+            fill_rectangle(now, i, body)
             known = rows_before[i] != UNKNOWN
             if known:
-                _fill_rectangle(before, rows_before[i], was)
+                fill_rectangle(before, rows_before[i], was)
         else:
             body[:] = static[i - n]
             was[:] = body
-        circle = math.hypot(body[HALF_LENGTH], body[HALF_WIDTH]) + body[RADIUS]
-        dx, dy = body[X] - ego[X], body[Y] - ego[Y]
-        apart = math.hypot(dx, dy) - circle - ego_circle
-        if apart < clearance:
-            gap = core_distance(
-                dx,
-                dy,
-                ego[HEADING],
-                ego[HALF_LENGTH],
-                ego[HALF_WIDTH],
-                body[HEADING],
-                body[HALF_LENGTH],
-                body[HALF_WIDTH],
-            )
-            gap = max(gap - body[RADIUS], 0.0)
-            if gap < clearance:
-                nearest, clearance = i, gap
-            if gap <= CONTACT_TOLERANCE:
-                touched[i] = True
-        if known and not touched[i]:
-            # Circles turn with their bodies: only the centres' travel counts.
-            travel = math.hypot(body[X] - was[X], body[Y] - was[Y])
-            if apart <= ego_travel + travel + CONTACT_TOLERANCE:
-                touched[i] = swept_contact(ego_before, ego, was, body)
+        gap, touches = check_pair(
+            (ego_before, ego, ego_circle, ego_travel), was, body, clearance, known
+        )
+        if gap < clearance:
+            nearest, clearance = i, gap
+        touched[i] = touches
     return touched, nearest, clearance

@@ -40,7 +40,8 @@ def run_hashes(scenario: Scenario, net_file: Path | None) -> dict[str, str | Non
     """Hash configuration, network, code and a user's planner, and all in one."""
     configuration = config_hash(scenario.resolved())
     network = _file_hash(*_stamp(net_file)) if net_file else None
-    planner = _planner_hash(user_module(scenario.planner.name))
+    modules = [user_module(choice.name) for _, choice in scenario.planner_choices()]
+    planner = " ".join(dict.fromkeys(filter(None, map(_planner_hash, modules)))) or None
     code = code_hash()
     return {
         "run_hash": manifest.text_hash(
@@ -75,7 +76,9 @@ def _demand_hashes(scenario: Scenario) -> str:
 
 def _tube_hash(scenario: Scenario) -> str:
     """Hash the file of a tube; "" without one."""
-    tube = scenario.ego.tube
+    if scenario.single_ego is None:
+        return ""
+    tube = scenario.single_ego.tube
     if tube is None or tube in TUBE_WORDS or not Path(tube).is_file():
         return ""
     return f" {_file_hash(*_stamp(Path(tube)))}"

@@ -13,14 +13,17 @@ from experiments.episode.identity import run_identity
 from experiments.episode.newest_run import RUNS
 from experiments.episode.recorder import OnStep, Recorder
 from experiments.episode.run_folder import (
+    EpisodeOutcome,
     Outcome,
     OutputOptions,
     RunOutput,
     folder_name,
+    write_folder,
     write_run,
 )
 from experiments.episode.without_ego import vehicles_without_ego
 from experiments.errors import ConfigError
+from experiments.metrics.row import row_without_episode
 from experiments.planners.registry import make_planner
 from experiments.storage.atomic_folder import atomic_folder
 from experiments.trace.candidates import CandidateLog, write_candidates
@@ -29,6 +32,7 @@ from experiments.trace.recording import RunFacts, build_trace
 from experiments.trace.road_map import RoadMap, map_around, write_map
 from experiments.trace.schema import TABLES, Trace
 from experiments.trace.speed_graphs import write_graphs
+from experiments.world_setup.fleet import fleet_network
 from experiments.world_setup.layout import make_layout
 from experiments.world_setup.road import Layout
 from experiments.world_setup.vehicle_model import (
@@ -52,7 +56,7 @@ def run_episode(
     gui: bool = False,
     on_step: OnStep | None = None,
     output: OutputOptions | None = None,
-) -> Outcome:
+) -> EpisodeOutcome:
     """Run a scenario and write its run folder `<scenario>-<planner>-<seed>-<hash>`.
 
     Args:
@@ -123,8 +127,10 @@ def record_crash(scenario: Scenario, reason: str, out: Path = RUNS) -> Outcome:
     Its trace has no steps: they were lost with the process.
     """
     started = perf_counter()
-    layout = make_layout(scenario)
     ending = Ending(EpisodeStatus.CRASHED, reason)
+    if scenario.egos is not None:
+        return _record_fleet_crash(scenario, ending, out, started)
+    layout = make_layout(scenario)
     identity = run_identity(scenario, _net_file(layout))
     target = out / folder_name(scenario, identity["run_hash"])
     trace = _trace(scenario, layout, Recorder(None), ending)
@@ -133,6 +139,21 @@ def record_crash(scenario: Scenario, reason: str, out: Path = RUNS) -> Outcome:
         write_map(road_map, folder)
         place = RunOutput(folder, target, OutputOptions(), started)
         return write_run(scenario, identity, ending, trace, place)
+
+
+def _record_fleet_crash(
+    scenario: Scenario, ending: Ending, out: Path, started: float
+) -> Outcome:
+    """Write the run folder of a run with many egos whose process died."""
+    identity = run_identity(scenario, fleet_network(scenario).net_file)
+    target = out / folder_name(scenario, identity["run_hash"])
+    names = scenario.name, scenario.planner.name, scenario.simulation.seed
+    row = row_without_episode(*names, str(ending.status))
+    with atomic_folder(target) as folder:
+        options = OutputOptions(keeps_trace=lambda _: False)
+        place = RunOutput(folder, target, options, started)
+        write_folder(scenario, identity, ending, "", row, place)
+    return Outcome(ending, row, "", target)
 
 
 def make_scenario_planner(scenario: Scenario) -> Planner:

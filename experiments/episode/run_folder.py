@@ -24,13 +24,19 @@ ID_LENGTH = 8  # characters of the run's hash in the folder's name
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
-    """The results of an episode."""
+    """The results of a run."""
 
     ending: Ending
     row: dict[str, Cell]
-    trace: Trace
     trace_hash: str
     folder: Path
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EpisodeOutcome(Outcome):
+    """The results of an episode with one ego."""
+
+    trace: Trace
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +78,7 @@ def write_run(
     trace: Trace,
     output: RunOutput,
     runs_without_ego: Sequence[Table | None] = (),
-) -> Outcome:
+) -> EpisodeOutcome:
     """Compute the metrics of an episode and write its files.
 
     Args:
@@ -90,10 +96,32 @@ def write_run(
     limits = scenario.ego.vehicle.limits.to_planner()
     row = metric_row(trace, *runs_without_ego, limits=limits)
     hashed = trace_hash(trace)
-    kept = output.options.keeps_trace(ending)
-    if kept:
+    if output.options.keeps_trace(ending):
         write_trace(trace, output.aside)
-    else:
+    write_folder(scenario, identity, ending, hashed, row, output)
+    return EpisodeOutcome(ending, row, hashed, output.target, trace)
+
+
+def write_folder(
+    scenario: Scenario,
+    identity: Mapping[str, Any],
+    ending: Ending,
+    hashed: str,
+    row: Mapping[str, Cell],
+    output: RunOutput,
+) -> None:
+    """Write the files that a run has beside its trace.
+
+    Args:
+        scenario: Checked.
+        identity: See `run_identity`.
+        ending: How the run ended.
+        hashed: Hash of its trace.
+        row: Its metrics.
+        output: The folder.
+    """
+    kept = output.options.keeps_trace(ending)
+    if not kept:
         (output.aside / TRAFFIC_FILE).unlink(missing_ok=True)
     command = ["rearview", "run", f"{output.target}/{CONFIG_FILE}"]
     manifest = {
@@ -111,7 +139,6 @@ def write_run(
         **output.options.facts,
     }
     write_files(output.aside, row, manifest, scenario.resolved())
-    return Outcome(ending, row, trace, hashed, output.target)
 
 
 def write_files(
@@ -134,6 +161,7 @@ def write_files(
 
 
 def _allowance(scenario: Scenario) -> list[str]:
-    """Return the option without which a user's planner is refused in a file."""
-    module = user_module(scenario.planner.name)
-    return [] if module is None else ["--allow-planner", module]
+    """Return the options without which users' planners are refused in a file."""
+    named = {choice.name for _, choice in scenario.planner_choices()}
+    modules = sorted({module for name in named if (module := user_module(name))})
+    return [word for module in modules for word in ("--allow-planner", module)]

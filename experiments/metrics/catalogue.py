@@ -28,6 +28,7 @@ from experiments.metrics import (
     without_ego,
 )
 from experiments.metrics.computation import PlanningClock
+from experiments.metrics.fleet_catalogue import FLEET_METRICS
 from experiments.metrics.metric import Better, CellKind, MeasuredEpisode, Metric
 
 LOWER, HIGHER = Better.LOWER, Better.HIGHER
@@ -776,6 +777,7 @@ METRICS: Final[Mapping[str, Metric]] = {
         *_WITHOUT_EGO,
         *_CAUSAL,
         *_TRACKING,
+        *FLEET_METRICS,
     )
 }
 ALL_COLUMNS: Final = tuple(METRICS)

@@ -10,7 +10,10 @@ from experiments.errors import ResultsError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import ALL_COLUMNS, METRICS
 from experiments.metrics.columns import Cell as Cell  # part of the signatures below
+from experiments.metrics.egos import egos_values
+from experiments.metrics.fleet_catalogue import fleet_values
 from experiments.metrics.metric import MeasuredEpisode
+from experiments.metrics.traffic_flow import FleetMeasurement
 from experiments.storage.json_files import read_json, short, short_text
 from experiments.storage.run_files import METRICS as METRICS_FILE
 from experiments.trace.schema import Table, Trace
@@ -46,6 +49,20 @@ def metric_row(
         else _finite(metric.compute(episode))
         for column, metric in METRICS.items()
     }
+
+
+def fleet_row(identity: Mapping[str, Cell], found: FleetMeasurement) -> dict[str, Cell]:
+    """Compute all metrics of a run with many egos.
+
+    Args:
+        identity: Scenario, planner, seed, status, and whether it went well.
+        found: The run.
+
+    Returns:
+        As `metric_row`; what is of a single ego is None.
+    """
+    known = {**identity, **egos_values(found.trace), **fleet_values(found)}
+    return {column: _finite(known.get(column)) for column in ALL_COLUMNS}
 
 
 def read_row(run: Path) -> dict[str, Cell]:

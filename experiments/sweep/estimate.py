@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from experiments.config import Scenario
 from experiments.config.scenario_file import check_scenario
 from experiments.config.yaml_reader import Document
-from experiments.episode.run import run_episode
+from experiments.episode.drive import run_scenario
 from experiments.errors import described
 from experiments.interrupts import interrupts_between_steps
 from experiments.planners.registry import PLANNERS
@@ -87,7 +87,7 @@ def time_run(config: Config) -> float | None:
     started = perf_counter()
     try:
         with tempfile.TemporaryDirectory(prefix="rearview-") as out:
-            run_episode(scenario, out=Path(out))
+            run_scenario(scenario, out=Path(out))
     except BaseException as error:  # noqa: BLE001, the run itself reports it
         log.warning("estimate: %s", described(error))
         return None

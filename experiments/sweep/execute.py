@@ -8,8 +8,8 @@ from experiments.config.scenario_file import check_scenario
 from experiments.config.sweep import KeepTraces
 from experiments.config.yaml_reader import Document
 from experiments.cosim.records import Ending, EpisodeStatus
+from experiments.episode.drive import run_scenario
 from experiments.episode.identity import code_hash
-from experiments.episode.run import run_episode
 from experiments.episode.run_folder import OutputOptions
 from experiments.errors import ConfigError, ExperimentError, ResultsError, described
 from experiments.interrupts import is_interrupt
@@ -36,7 +36,7 @@ def execute_run(task: RunTask) -> RunReport:
         return failed(task, Failure.OTHER_CODE, words)
     try:
         scenario = scenario_of(task)
-        outcome = run_episode(scenario, output=_run_folder(task))
+        outcome = run_scenario(scenario, output=_run_folder(task))
     except ResultsError as error:
         return failed(task, Failure.DISK, str(error))
     except ConfigError as error:

@@ -293,11 +293,11 @@ def trace_hash(trace: Trace) -> str:
         table = getattr(trace, name)
         for key, kind in columns.items():
             digest.update(f"\n{name}.{key}:{len(table[key])}\n".encode())
-            digest.update(_canonical_bytes(table[key], kind))
+            digest.update(canonical_bytes(table[key], kind))
     return digest.hexdigest()
 
 
-def _canonical_bytes(values: Column, kind: Kind) -> bytes:
+def canonical_bytes(values: Column, kind: Kind) -> bytes:
     """Return a column as bytes that do not depend on the machine."""
     mask = np.ma.getmaskarray(values)
     data = np.ma.getdata(values)

@@ -50,6 +50,16 @@ def make_demand(scenario: Scenario, layout: Layout) -> Demand:
     Raises:
         ConfigError: If the density is of a road without lanes.
     """
+    return make_flows(scenario, _lanes_at_start(layout.road.lanes))
+
+
+def make_flows(scenario: Scenario, n_lanes: int | None = None) -> Demand:
+    """Make the demand; see `make_demand`.
+
+    Args:
+        scenario: Checked.
+        n_lanes: Of the ego's road where it begins; None: there is no single ego.
+    """
     traffic = scenario.traffic
     if not isinstance(traffic, Traffic):
         return Demand()
@@ -59,9 +69,10 @@ def make_demand(scenario: Scenario, layout: Layout) -> Demand:
     if "models" in fields:
         fields["models"] = tuple(fields["models"].items())
     if traffic.density is not None:
-        n_fed = (
-            1 if traffic.own_lane is not None else _lanes_at_start(layout.road.lanes)
-        )
+        n_fed = 1 if traffic.own_lane is not None else n_lanes
+        if n_fed is None:
+            problem = "is of the lanes of an ego's road; allowed: own_veh_per_h"
+            raise scenario.error(("traffic", "density"), problem)
         if n_fed == 0:
             problem = "is of a road without lanes; allowed: own_veh_per_h"
             raise scenario.error(("traffic", "density"), problem)

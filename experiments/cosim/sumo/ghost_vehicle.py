@@ -26,8 +26,8 @@ from experiments.cosim.sumo.libsumo_api import Libsumo
 from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
 
-GHOST_ID = "ghost@ego"
-GHOST_TYPE = "type@ghost"
+GHOST = "ghost@"  # before the id of the ego in the id of its ghost
+GHOST_TYPE = "type@ghost@"  # before the ego's type in that of its ghost
 NO_LIMIT = 100.0  # [m/s], and as a factor of a lane's limit
 KEEP_ROUTE_EXACT = 3  # moveToXY: exact position, route kept
 NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
@@ -114,17 +114,20 @@ class Ghost:
         ego_id: str,
         route_id: str,
         type_id: str,
-        strips: Sequence[Sequence[Lane]],
+        strips: Sequence[Strip],
     ) -> None:
         self._sumo = sumo
         self._ego_id = ego_id
+        self.id = GHOST + ego_id
         self._route_id = route_id
+        self._type_id = GHOST_TYPE + type_id
         # SUMO refuses a departure above the lane's limit or the type's own; the ghost
         # has to keep up with the ego whatever it does.
-        sumo.vehicletype.copy(type_id, GHOST_TYPE)
-        sumo.vehicletype.setSpeedFactor(GHOST_TYPE, NO_LIMIT)
-        sumo.vehicletype.setMaxSpeed(GHOST_TYPE, NO_LIMIT)
-        self._strips = tuple(Strip(strip) for strip in strips)
+        if self._type_id not in sumo.vehicletype.getIDList():
+            sumo.vehicletype.copy(type_id, self._type_id)
+            sumo.vehicletype.setSpeedFactor(self._type_id, NO_LIMIT)
+            sumo.vehicletype.setMaxSpeed(self._type_id, NO_LIMIT)
+        self._strips = tuple(strips)
         self._strip = 0  # where the ego was last seen
         self._noted = False  # SUMO may think that the ego is over a line
         self.pose: GhostPose | None = None
@@ -148,9 +151,15 @@ class Ghost:
             self._place(self.pose, max(ego.speed, 0.0), alive=alive)
             self._noted = True
         elif alive:
-            self._sumo.vehicle.remove(GHOST_ID)
+            self._sumo.vehicle.remove(self.id)
         elif self._noted:  # a step later: SUMO has the ego inside its lane too
             self._noted = not _clear_note(self._sumo, self._ego_id)
+
+    def remove(self) -> None:
+        """Take the ghost out of SUMO, where there is one."""
+        if self.pose is not None:
+            self._sumo.vehicle.remove(self.id)
+            self.pose = None
 
     def _locate(self, front: tuple[float, float]) -> int:
         """Return the strip that the ego is on, from the last one on."""
@@ -167,16 +176,16 @@ class Ghost:
         vehicles = self._sumo.vehicle
         if not alive:
             vehicles.add(
-                GHOST_ID,
+                self.id,
                 self._route_id,
-                typeID=GHOST_TYPE,
+                typeID=self._type_id,
                 departSpeed=repr(float(speed)),
             )
-            vehicles.setSpeedMode(GHOST_ID, NO_CHECKS)
-            vehicles.setLaneChangeMode(GHOST_ID, 0)
-        vehicles.setSpeed(GHOST_ID, speed)
+            vehicles.setSpeedMode(self.id, NO_CHECKS)
+            vehicles.setLaneChangeMode(self.id, 0)
+        vehicles.setSpeed(self.id, speed)
         vehicles.moveToXY(
-            GHOST_ID,
+            self.id,
             pose.edge,
             pose.lane,
             pose.x,

@@ -14,9 +14,9 @@ import numpy as np
 
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.vehicle_reader import PERSON
-from planner.numerics.compiled import compiled
+from planner.numerics.compiled import compiled, inlined
 from planner.scene import RoadUsers
-from planner.states import CartesianState, FloatArray
+from planner.states import BoolArray, CartesianState, FloatArray
 from planner.vehicle import Vehicle, centre_from_rear_axle
 
 LENGTHWISE_MARGIN = 0.5  # bumper to bumper; SUMO decides a step later [m]
@@ -50,17 +50,44 @@ def _abreast(
         ego_length: Of its body [m].
         others: Table of road users, (8, n).
     """
+    inside = np.zeros(others.shape[1], np.bool_)
+    _mark_abreast(ego, ego_length, others, inside)
+    return [k for k in range(inside.size) if inside[k]]
+
+
+@inlined
+def _mark_abreast(
+    ego: tuple[float, float, float],
+    ego_length: float,
+    others: FloatArray,
+    inside: BoolArray,
+) -> None:
+    """Mark the vehicles that overlap the ego; see `_abreast`."""
     x, y, ego_heading = ego
     cos, sin = math.cos(ego_heading), math.sin(ego_heading)
-    inside = np.zeros(others.shape[1], np.bool_)
     for k in range(inside.size):
         dx, dy = others[0, k] - x, others[1, k] - y
         along = abs(dx * cos + dy * sin)
         across = abs(dy * cos - dx * sin)
         reach = (ego_length + others[6, k]) / 2.0 + LENGTHWISE_MARGIN
         same_way = math.cos(others[2, k] - ego_heading) > 0.0
-        inside[k] = along < reach and across < SIDEWAYS_REACH and same_way
-    return [k for k in range(inside.size) if inside[k]]
+        if along < reach and across < SIDEWAYS_REACH and same_way:
+            inside[k] = True
+
+
+@compiled
+def abreast_of_any(egos: FloatArray, others: FloatArray) -> BoolArray:
+    """Mark the vehicles that overlap one of many egos, and egos that do, (n,).
+
+    Args:
+        egos: Centre x, y [m], heading [rad] and length [m], (n_egos, 4).
+        others: Table of road users, (8, n).
+    """
+    inside = np.zeros(others.shape[1], np.bool_)
+    for e in range(egos.shape[0]):
+        pose = (egos[e, 0], egos[e, 1], egos[e, 2])
+        _mark_abreast(pose, egos[e, 3], others, inside)
+    return inside
 
 
 class LaneChangeGuard:

@@ -57,7 +57,24 @@ class SumoSettings:
     gui: bool = False
 
 
-def command_line(settings: SumoSettings) -> list[str]:
+@dataclass(frozen=True, slots=True, eq=False)
+class FleetSettings:
+    """All that a SUMO world with many egos is made of."""
+
+    net_file: Path
+    route_file: Path  # demand
+    step: float = 0.1  # [s]
+    seed: int = 42
+    warm_up: float = 60.0  # of traffic before any vehicle is taken over [s]
+    begin: float = BEGIN  # of the simulation [s]
+    demand: DemandFiles | None = None  # of the user
+    ghost: bool = True  # followers see egos that reach over a lane line
+    lane_change_guard: bool = True  # no lane change into an ego abreast
+    driver: None = None  # SUMO's in an ego's place
+    gui: bool = False
+
+
+def command_line(settings: SumoSettings | FleetSettings) -> list[str]:
     """Build SUMO's command line, program first."""
     command = ["sumo-gui" if settings.gui else "sumo"]
     command += ["--net-file", str(settings.net_file)]

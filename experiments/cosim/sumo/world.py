@@ -7,6 +7,7 @@ silently replace the first.
 import math
 from collections.abc import Iterator, Sequence, Set
 from contextlib import contextmanager
+from pathlib import Path
 from time import monotonic, sleep
 
 import numpy as np
@@ -24,13 +25,13 @@ from experiments.cosim.sumo.ego_entry import (
     stands_free,
 )
 from experiments.cosim.sumo.ghost_vehicle import (
-    GHOST_ID,
+    GHOST,
     KEEP_ROUTE_EXACT,
     NO_CHECKS,
     Ghost,
 )
 from experiments.cosim.sumo.lane_change_guard import LaneChangeGuard, abreast
-from experiments.cosim.sumo.lanes import all_lanes, edge_lanes, route_strips
+from experiments.cosim.sumo.lanes import Strip, all_lanes, edge_lanes, route_strips
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.movements import MovementReader
 from experiments.cosim.sumo.settings import (
@@ -121,7 +122,7 @@ class SumoWorld:
                 ego = self._replace(sumo, settings.taken)
         edge = 0 if settings.taken is not None else entering[0].edge
         with sumo_errors(sumo, "reading the lanes"):
-            strips = route_strips(sumo, settings.route[edge:])
+            strips = [Strip(x) for x in route_strips(sumo, settings.route[edge:])]
             if settings.ghost:
                 self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, EGO_TYPE, strips)
         if settings.lane_change_guard:
@@ -255,7 +256,7 @@ class SumoWorld:
             entering = departures(sumo, settings, route_lanes)
             for one in entering:
                 sumo.route.add(one.route, list(settings.route[one.edge :]))
-            self._hidden = {EGO_ID, GHOST_ID, *self._place_obstacles(sumo)}
+            self._hidden = {EGO_ID, GHOST + EGO_ID, *self._place_obstacles(sumo)}
             self._reader = VehicleReader(
                 sumo, self._hidden, left_hand=self.road.lanes.left_hand
             )
@@ -268,13 +269,7 @@ class SumoWorld:
 
     def _start(self) -> Libsumo:
         """Start SUMO on the settings' files."""
-        sumo = load_libsumo()
-        try:
-            check_complete(self._settings.net_file)
-        except NetworkError as error:
-            raise SimulationError(str(error)) from error
-        if sumo.isLoaded():
-            raise SimulationError("this process already runs a simulation: close it")
+        sumo = ready_libsumo(self._settings.net_file)
         # From here on close() has something to end, also after a failed start.
         self._sumo = sumo
         with sumo_errors(sumo, "starting"):
@@ -423,9 +418,25 @@ class SumoWorld:
         """Count the step if SUMO reports the ego with a real body."""
         for collision in sumo.simulation.getCollisions():
             pair = {collision.collider, collision.victim}
-            if EGO_ID in pair and GHOST_ID not in pair:
+            if EGO_ID in pair and GHOST + EGO_ID not in pair:
                 self._reported_collisions += 1
                 return
+
+
+def ready_libsumo(net_file: Path) -> Libsumo:
+    """Return libsumo, which can be started on a network.
+
+    Raises:
+        SimulationError: If it cannot be loaded, is in use, or would die of the file.
+    """
+    sumo = load_libsumo()
+    try:
+        check_complete(net_file)
+    except NetworkError as error:
+        raise SimulationError(str(error)) from error
+    if sumo.isLoaded():
+        raise SimulationError("this process already runs a simulation: close it")
+    return sumo
 
 
 @contextmanager

@@ -18,8 +18,9 @@ from typing import Any, NoReturn, TypeVar
 from experiments.config import Scenario
 from experiments.config.scenario_file import check_scenario
 from experiments.config.yaml_reader import Document
+from experiments.cosim.fleet.records import FleetStep
 from experiments.cosim.records import EpisodeStatus, StepRecord
-from experiments.episode.run import run_episode
+from experiments.episode.drive import run_scenario
 from experiments.planners.registry import PLANNERS
 from experiments.processes.guarded import (
     CallLimits,
@@ -124,12 +125,12 @@ def warm_up(scenarios: Iterable[Mapping[str, Any]]) -> None:
 def drive_shortly(scenario: Scenario) -> None:
     """Drive the beginning of a scenario, leaving no files."""
 
-    def on_step(record: StepRecord) -> None:
+    def on_step(record: StepRecord | FleetStep) -> None:
         if record.index * scenario.simulation.step_s >= WARM_UP_DRIVE:
             raise _WarmError
 
     with tempfile.TemporaryDirectory(prefix="rearview-") as out, suppress(_WarmError):
-        run_episode(scenario, out=Path(out), on_step=on_step)
+        run_scenario(scenario, out=Path(out), on_step=on_step)
 
 
 def _owner(config: Mapping[str, Any]) -> str:

@@ -1,0 +1,1 @@
+"""Many egos in one simulation."""
