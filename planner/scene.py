@@ -118,6 +118,8 @@ class SpeedLimits:
             The speed [m/s].
         """
         place = max(int(np.searchsorted(self.s, s, side="right")) - 1, 0)
+        if place == self.s.size - 1 and s >= self.s[place]:
+            return float(self.limit[place])  # the last one: many roads have one only
         way = np.maximum(self.s[place:] - s, 0.0)
         before = np.sqrt(self.limit[place:] ** 2 + 2.0 * braking * way)
         # the limit itself to the last bit where it holds

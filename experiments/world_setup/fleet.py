@@ -16,6 +16,7 @@ from experiments.world_setup.road import scenario_network, sumo_road
 from experiments.world_setup.traffic import TRAFFIC_FILE, make_flows
 from experiments.world_setup.world import random_stream
 from planner.errors import PlannerError
+from planner.reference_path.path import ReferencePath
 from planner.scene import SpeedLimits
 from planner.vehicle import Vehicle, VehicleLimits
 from sumo_nets.catalogue import Network
@@ -114,6 +115,8 @@ class FleetRoads:
     groups: tuple[EgoGroup, ...]
     _roads: dict[tuple[object, ...], Road | str] = field(default_factory=dict)
     _bodies: dict[tuple[str, float, float], Vehicle] = field(default_factory=dict)
+    # of roads that differ in bodies only the paths are one: so are the predictions
+    _paths: dict[bytes, ReferencePath] = field(default_factory=dict)
 
     def __call__(self, vehicle: EnteredVehicle, group: int) -> EgoWay:
         """Return the way of a vehicle from its present edge on.
@@ -171,7 +174,9 @@ class FleetRoads:
             return str(error)
         limits = road.speed_limits
         faster = SpeedLimits(limits.s, limits.limit * group.speed_factor)
-        return replace(road, speed_limits=faster)
+        key = road.path.table.knots.tobytes()
+        path = self._paths.setdefault(key, road.path)
+        return replace(road, path=path, speed_limits=faster)
 
 
 def _without_repeats(edges: tuple[str, ...]) -> tuple[str, ...]:

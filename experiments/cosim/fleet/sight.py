@@ -21,7 +21,7 @@ Looker = tuple[str, CartesianState, Road, Outlook]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Shared:
-    """The vehicles near any ego of a road, predicted along its path."""
+    """The vehicles near any ego of a path, predicted along its path."""
 
     rows: IntArray  # of each vehicle of the snapshot in the prediction, (m,)
     prediction: Prediction
@@ -39,29 +39,36 @@ class FleetSight:
         self._users = users
         self._lookers = lookers
         self._square = _squares(users, lookers)
+        self._near: dict[int, tuple[BoolArray, RoadUsers]] = {}
         self._shared: dict[tuple[int, int], _Shared] = {}
-        self._of_road: dict[tuple[int, int], list[int]] = {}
+        self._of_path: dict[tuple[int, int], list[int]] = {}
         for k, (_, _, road, outlook) in enumerate(lookers):
-            key = (id(road), id(outlook.predictor))
-            self._of_road.setdefault(key, []).append(k)
+            key = (id(road.path), id(outlook.predictor))
+            self._of_path.setdefault(key, []).append(k)
 
     def seen(self, k: int) -> RoadUsers:
         """Return everybody near ego `k` but itself."""
-        road = self._lookers[k][2]
-        radius = VIEW_RADIUS if road.junctions else PLANNED_RADIUS
-        return self._among(self._square[k] <= radius**2)
+        if not self._lookers[k][2].junctions:
+            return self._planned(k)[1]
+        return self._among(self._square[k] <= VIEW_RADIUS**2)
 
     def predicted(self, k: int) -> Vehicles:
         """Return everybody that ego `k` plans with, and where they will be."""
         _, _, road, outlook = self._lookers[k]
-        key = (id(road), id(outlook.predictor))
+        key = (id(road.path), id(outlook.predictor))
         if key not in self._shared:
-            self._shared[key] = self._predict(self._of_road[key], road, outlook)
-        shared, near = self._shared[key], self._square[k] <= PLANNED_RADIUS**2
-        rows = shared.rows[near]
-        table = np.take(shared.prediction.table, rows, axis=1)
+            self._shared[key] = self._predict(self._of_path[key], road, outlook)
+        shared, (near, users) = self._shared[key], self._planned(k)
+        table = np.take(shared.prediction.table, shared.rows[near], axis=1)
         prediction = Prediction.from_table(shared.prediction.step, table)
-        return Vehicles.predicted(self._among(near), prediction)
+        return Vehicles.predicted(users, prediction)
+
+    def _planned(self, k: int) -> tuple[BoolArray, RoadUsers]:
+        """Return whom ego `k` plans with: marks among everybody, and the vehicles."""
+        if k not in self._near:
+            near = self._square[k] <= PLANNED_RADIUS**2
+            self._near[k] = near, self._among(near)
+        return self._near[k]
 
     def _among(self, near: BoolArray) -> RoadUsers:
         """Return the vehicles that are marked."""
@@ -72,7 +79,7 @@ class FleetSight:
 
     def _predict(self, egos: list[int], road: Road, outlook: Outlook) -> _Shared:
         """Predict everybody near any of some egos."""
-        near = (self._square[egos] <= PLANNED_RADIUS**2).any(axis=0)
+        near: BoolArray = np.any(self._square[egos] <= PLANNED_RADIUS**2, axis=0)
         users = self._users.among(near)
         rows = np.cumsum(near) - 1
         return _Shared(rows, outlook.predictor(road.path, users, outlook.times))

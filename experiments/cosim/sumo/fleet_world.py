@@ -1,7 +1,7 @@
 """SUMO as a world with many egos: vehicles of its demand that are moved by us."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from typing import cast
 
 import numpy as np
@@ -336,7 +336,7 @@ class _RoadJunctions:
         self.road = road  # kept, so that its id stays its own
 
     def movements(
-        self, near: "set[int]", vehicles: RoadUsers
+        self, near: Set[int], vehicles: RoadUsers
     ) -> tuple[tuple[Foe, ...], Ways]:
         """Read the foes at junctions, and the ways of vehicles."""
         with sumo_errors(self._sumo, "reading the junctions"):
