@@ -240,7 +240,7 @@ class FleetLoop:
         Returns:
             The steps of the egos, where they go, and those that are egos no more.
         """
-        egos = [self._egos[name] for name in sorted(self._egos)]
+        egos = self._in_order()
         for ego in egos:
             if ego.index:
                 ego.place = ego.driver.place(ego.state, ego.place)
@@ -267,7 +267,13 @@ class FleetLoop:
             if after is not None:
                 moves[ego.id] = ego.state = after
                 ego.index += 1
+        steps.sort(key=lambda step: step.id)
+        leavings.sort(key=lambda leaving: leaving.id)
         return tuple(steps), moves, leavings
+
+    def _in_order(self) -> list[_FleetEgo]:
+        """Return the egos in the order in which they plan, which means nothing."""
+        return [self._egos[name] for name in sorted(self._egos)]
 
     def _step(
         self, ego: _FleetEgo, sight: FleetSight, k: int, check: StepCheck

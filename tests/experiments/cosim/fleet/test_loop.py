@@ -1,0 +1,200 @@
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from experiments.cosim.ego_driver import EpisodeOptions
+from experiments.cosim.fleet.loop import EgoWay, FleetGroup, FleetLoop, NoWayError
+from experiments.cosim.fleet.records import (
+    EnteredVehicle,
+    FleetSnapshot,
+    FleetStep,
+)
+from experiments.cosim.fleet.selection import EgoSelection, GroupShare
+from experiments.cosim.kinematic_world import (
+    KinematicWorld,
+    ScriptedVehicle,
+    constant_bounds,
+)
+from experiments.cosim.loop import run_loop
+from experiments.cosim.plant import PerfectTracking
+from experiments.cosim.records import EpisodeStatus, StepRecord
+from experiments.cosim.road import EgoTask, Road, Start
+from planner.cruise import proposed
+from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, line
+from planner.scene import RoadUsers
+from planner.states import CartesianState
+from planner.vehicle import Vehicle, centre_from_rear_axle
+
+CAR = Vehicle()
+PATH = ReferencePath.from_segments([line(40.0), arc(40.0, 0.01), line(60.0)])
+ROAD = Road(PATH, constant_bounds(PATH, 6.0))
+TASK = EgoTask(CAR, 120.0, 10.0, Start(speed=8.0))
+CARS = (
+    ScriptedVehicle("car.1", 30.0, 0.2, 5.0),
+    ScriptedVehicle("car.2", 60.0, 3.0, 3.0),
+    ScriptedVehicle("car.3", 110.0, -3.5, -6.0),
+)
+
+
+class OfOne:
+    """A kinematic world whose ego is one vehicle among the others."""
+
+    def __init__(self, world: KinematicWorld) -> None:
+        self._world = world
+        self._ego = CartesianState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self.step = world.step
+        self.lanes = ("road",)
+        self.left: list[str] = []
+
+    def enter(self) -> None:
+        self._ego = self._world.enter()
+
+    def observe(self) -> FleetSnapshot:
+        traffic = self._world.observe()
+        x, y = centre_from_rear_axle(self._ego, CAR)
+        own = (
+            x,
+            y,
+            self._ego.heading,
+            self._ego.speed,
+            0.0,
+            0.0,
+            CAR.length,
+            CAR.width,
+        )
+        there = not self.left
+        table = np.column_stack([traffic.vehicles.table, np.array(own)])
+        users = RoadUsers.from_table(
+            (*traffic.vehicles.ids, *(("ego",) if there else ())),
+            table if there else traffic.vehicles.table,
+        )
+        n = len(users.ids)
+        lane = np.where([name == "ego" for name in users.ids], 0, -1)
+        zero = np.zeros(n)
+        return FleetSnapshot(traffic.time, users, lane, zero, zero, zero, zero, 0)
+
+    def describe(self, name: str) -> EnteredVehicle:
+        size = (CAR.length, CAR.width, 20.0, 3.0)
+        return EnteredVehicle(name, "car", ("road",), 0, 0, *size)
+
+    def take_over(self, name: str, body: Vehicle) -> CartesianState:
+        assert name == "ego"
+        return self._ego
+
+    def hand_back(self, name: str) -> None:
+        self.left.append(name)
+
+    def take_out(self, name: str) -> None:
+        self.left.append(name)
+
+    def forget(self, name: str) -> None:
+        raise AssertionError(name)
+
+    def signals(self, road: Road) -> tuple[()]:
+        return ()
+
+    def junction_traffic(self, road: Road) -> None:
+        raise AssertionError(road)
+
+    def ghost(self, name: str) -> None:
+        return None
+
+    def advance(self, egos: Mapping[str, CartesianState]) -> None:
+        self._ego = self._world.advance(egos.get("ego", self._ego))
+
+    def close(self) -> None:
+        self._world.close()
+
+
+def kinematic() -> KinematicWorld:
+    return KinematicWorld(ROAD, TASK, CARS)
+
+
+def drive(world, planner, *, ends_run: bool = False, way=None, duration: float = 30.0):
+    steps: list[FleetStep] = []
+    loop = FleetLoop(
+        world,
+        [FleetGroup(planner, ends_run)],
+        EgoSelection([GroupShare(("ego",), count=1)], 0),
+        way or (lambda vehicle, group: EgoWay(ROAD, TASK)),
+        EpisodeOptions(duration=duration),
+        steps.append,
+    )
+    return loop.run(), steps
+
+
+def test_one_of_many_drives_bit_by_bit_as_a_single_ego():
+    records: list[StepRecord] = []
+    options = EpisodeOptions(duration=30.0, full_statistics=False)
+    ending = run_loop(
+        kinematic(), proposed(), PerfectTracking(), TASK, options, records.append
+    )
+    assert ending.status is EpisodeStatus.ARRIVED
+    world = OfOne(kinematic())
+    fleet_ending, steps = drive(world, proposed())
+    assert fleet_ending.status is EpisodeStatus.ARRIVED
+    assert world.left == ["ego"]
+    own = [step.egos[0] for step in steps if step.egos]
+    assert len(own) == len(records) > 50
+    for one, record in zip(own, records, strict=True):
+        assert one.ego == record.ego
+        assert one.clearance == record.clearance
+        assert one.contacts == record.contacts
+        status = "" if record.plan is None else str(record.plan.status)
+        assert one.status == status
+
+
+class Raises:
+    def plan(self, scene, memory):
+        raise ValueError("no idea")
+
+
+def test_an_ego_without_a_plan_is_handed_back_and_the_run_goes_on():
+    world = OfOne(kinematic())
+    ending, steps = drive(world, Raises(), duration=2.0)
+    assert ending.status is EpisodeStatus.PLANNER_FAILED
+    assert ending.reason == "ego: ValueError: no idea"
+    assert world.left == ["ego"]
+    assert len(steps) == 21
+    assert [len(step.egos) for step in steps] == [1] + [0] * 20
+    (leaving,) = [x for step in steps for x in step.leavings]
+    assert (leaving.index, leaving.how) == (0, "planner_failed")
+
+
+def test_an_ego_without_a_plan_ends_the_run_if_that_is_wanted():
+    ending, steps = drive(OfOne(kinematic()), Raises(), ends_run=True)
+    assert ending.status is EpisodeStatus.PLANNER_FAILED
+    assert len(steps) == 1
+
+
+def test_a_vehicle_without_a_way_is_no_ego():
+    def no_way(vehicle, group):
+        raise NoWayError("too long for the bend")
+
+    world = OfOne(kinematic())
+    ending, steps = drive(world, proposed(), way=no_way, duration=1.0)
+    assert ending.status is EpisodeStatus.ARRIVED
+    assert "1 kinds of vehicles could not be egos" in ending.reason
+    assert all(not step.egos and (step.group == -1).all() for step in steps)
+    assert world.left == []
+
+
+def test_a_road_laid_out_in_parts_is_driven_through():
+    parts: list[float] = []
+
+    def way(vehicle, group):
+        parts.append(world._ego.x)
+        return EgoWay(ROAD, EgoTask(CAR, np.inf, 10.0), 40.0 if len(parts) < 2 else 1e9)
+
+    world = OfOne(kinematic())
+    _, steps = drive(world, proposed(), way=way, duration=8.0)
+    assert len(parts) == 2
+    assert parts[0] == 0.0
+    assert 40.0 <= parts[1] < 42.0
+    x = np.array([step.egos[0].ego.x for step in steps])
+    speed = np.array([step.egos[0].ego.speed for step in steps])
+    assert np.abs(np.diff(speed)).max() < 0.5  # nothing jumps where the parts meet
+    assert np.diff(x).max() < 1.1
+    assert pytest.approx(0.0, abs=1e-9) == x[0]

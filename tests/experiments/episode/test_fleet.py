@@ -1,0 +1,132 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from experiments.config.scenario_file import load_scenario
+from experiments.cosim.fleet.loop import FleetLoop
+from experiments.episode.drive import run_scenario
+from experiments.episode.run_folder import Outcome
+from experiments.errors import ConfigError
+from experiments.metrics.catalogue import ALL_COLUMNS
+from experiments.metrics.row import read_row
+from experiments.trace.files import read_table
+from experiments.trace.fleet import FLEET_TABLES
+
+pytestmark = pytest.mark.sumo
+SHORT = ("simulation.warmup_s=12", "simulation.duration_s=4")
+
+
+def run(folder: Path, *overrides: str, name: str = "motorway") -> Outcome:
+    return run_scenario(load_scenario(name, overrides=[*SHORT, *overrides]), out=folder)
+
+
+def test_the_order_of_the_egos_does_not_matter(tmp_path, monkeypatch):
+    first = run(tmp_path / "sorted")
+    in_order = FleetLoop._in_order
+    monkeypatch.setattr(FleetLoop, "_in_order", lambda loop: in_order(loop)[::-1])
+    second = run(tmp_path / "reversed")
+    assert first.row["egos_driven"] >= 4
+    assert first.trace_hash == second.trace_hash
+
+
+def test_run_folder_holds_tables_row_and_configuration(tmp_path):
+    outcome = run(tmp_path)
+    row = read_row(outcome.folder)
+    assert list(row) == list(ALL_COLUMNS)
+    assert row["status"] == "arrived"
+    assert 0.0 < row["egos_share"] < 1.0
+    assert row["all_fuel_g_per_km"] > 0.0
+    assert row["travel_time_s"] is None
+    tables = {
+        name: read_table(kinds, outcome.folder / f"{name}.parquet")
+        for name, kinds in FLEET_TABLES.items()
+    }
+    assert len(tables["fleet_steps"]["index"]) == 41
+    egos, fleet = tables["egos"], tables["fleet"]
+    assert set(egos["id"]) == set(fleet["id"][fleet["group"] == 0])
+    again = load_scenario(str(outcome.folder / "config.yaml"))
+    assert run_scenario(again, out=tmp_path / "again").trace_hash == outcome.trace_hash
+    manifest = json.loads((outcome.folder / "manifest.json").read_text())
+    assert manifest["trace_hash"] == outcome.trace_hash
+
+
+def test_nobody_is_driven_at_0_and_labels_alone_change_nothing(tmp_path):
+    none = run(tmp_path, "egos.penetration=0")
+    assert none.row["egos_driven"] == 0
+    labelled = run(tmp_path, "planner=sumo")
+    assert labelled.row["egos_driven"] > 0
+    assert labelled.row["all_mean_speed_mps"] == none.row["all_mean_speed_mps"]
+
+
+def test_several_planners_share_a_simulation(tmp_path):
+    scenario = load_scenario(str(_with_two_groups(tmp_path)))
+    outcome = run_scenario(scenario, out=tmp_path)
+    fleet = read_table(FLEET_TABLES["fleet"], outcome.folder / "fleet.parquet")
+    assert set(fleet["group"].tolist()) == {-1, 0, 1}
+
+
+def _with_two_groups(folder: Path) -> Path:
+    file = folder / "two.yaml"
+    file.write_text(
+        "name: two\nworld: sumo\nnetwork: motorway\negos:\n"
+        "  - {penetration: 0.3, planner: cruise}\n"
+        "  - {penetration: 0.3, planner: idm_mobil, of: own}\n"
+        "traffic: {own_veh_per_h: 4500}\n"
+        "simulation: {warmup_s: 12, duration_s: 2, predictor: held_braking}\n"
+    )
+    return file
+
+
+@pytest.mark.slow
+def test_an_ego_drives_round_and_round_a_ring(tmp_path):
+    outcome = run(
+        tmp_path,
+        "simulation.warmup_s=5",
+        "simulation.duration_s=90",
+        "measurement.from_s=0",
+        "egos.count=2",
+        name="ring",
+    )
+    assert outcome.ending.status == "arrived"
+    egos = read_table(FLEET_TABLES["egos"], outcome.folder / "egos.parquet")
+    driven = egos["speed_mps"][egos["id"] == "car.0"].sum() * 0.1
+    assert driven > 250.0  # more than a lap
+    assert egos["off_road_m"].max() == 0.0
+    assert outcome.row["egos_failed"] == 0
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("egos.penetration=1.5", "egos.penetration: is 1.5; allowed: a number, "),
+        ("egos.count=5", "egos.count: allowed: penetration, or count"),
+        ("egos.planner=sumo_tuned", "is sumo_tuned; allowed: a planner, or sumo"),
+        ("egos.on_failure=stop", "on_failure: is the text 'stop'; allowed: hand_back"),
+        ("egos.of=truk", "egos.of: is truk; allowed: own, "),
+        ("egos.shares=1", "egos.shares: unknown key"),
+        ("ego.goal_m=100", "egos: is beside ego; allowed: one of them"),
+        ("simulation.without_ego=true", "is of a single ego; allowed: false"),
+        ("traffic.own_veh_per_h=0", "egos: needs vehicles"),
+        ("planner=cruse", "planner: cruse: no such planner"),
+    ],
+)
+def test_mistakes_are_one_line(tmp_path, override, words):
+    with pytest.raises(ConfigError) as caught:
+        run(tmp_path, override)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_detectors_have_to_be_on_the_network(tmp_path):
+    for detector, words in (
+        ("{edge: on, at_m: 1}", "edge: is on; allowed: own"),
+        ("{edge: own, at_m: 9999}", "at_m: is 9999; allowed: 0 to 5000.0"),
+    ):
+        file = _with_two_groups(tmp_path)
+        text = f"measurement: {{detectors: [{detector}]}}\n"
+        file.write_text(file.read_text() + text)
+        with pytest.raises(ConfigError, match=r"measurement\.detectors") as caught:
+            run_scenario(load_scenario(str(file)), out=tmp_path / "runs")
+        assert words in str(caught.value)
