@@ -17,7 +17,10 @@ def hint_at_sweep(name: str, data: Any = None) -> str | None:
     if data is None:
         is_sweep = _is_shipped(name, _SWEEPS)
     else:
-        is_sweep = bool({"scenarios", "seeds"} & _keys(data)) and "ego" not in data
+        is_sweep = bool({"scenarios", "seeds"} & _keys(data)) and not {
+            "ego",
+            "egos",
+        } & _keys(data)
     return f"is a sweep; did you mean rearview sweep {name}?" if is_sweep else None
 
 
@@ -26,7 +29,8 @@ def hint_at_scenario(name: str, data: Any = None) -> str | None:
     if data is None:
         is_scenario = _is_shipped(name, _SCENARIOS)
     else:
-        is_scenario = "ego" in _keys(data) and "scenarios" not in data
+        egos = {"ego", "egos"} & _keys(data)
+        is_scenario = bool(egos) and "scenarios" not in data
     return f"is a scenario; did you mean rearview run {name}?" if is_scenario else None
 
 

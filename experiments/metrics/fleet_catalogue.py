@@ -106,7 +106,7 @@ _MEASURES = (
     ),
 )
 _SETS: Mapping[str, tuple[str, str]] = {
-    "all": ("", "of all vehicles"),
+    "all": (", all", "of all vehicles"),
     "egos": (", egos", "of the egos"),
     "humans": (", others", "of the vehicles of SUMO's drivers"),
 }

@@ -15,6 +15,7 @@ from experiments.metrics.catalogue import (
     TIMING_COLUMNS,
     markdown_table,
 )
+from experiments.metrics.fleet_catalogue import FLEET_METRICS
 
 UNITS = {  # suffix of a column -> unit
     "m": "m",
@@ -34,7 +35,7 @@ def test_every_named_column_has_an_entry():
         for name, value in vars(columns).items()
         if name.isupper() and isinstance(value, str)
     }
-    assert set(ALL_COLUMNS) == named
+    assert set(ALL_COLUMNS) == named | {metric.column for metric in FLEET_METRICS}
 
 
 @pytest.mark.parametrize("metric", METRICS.values(), ids=ALL_COLUMNS)
@@ -74,7 +75,7 @@ def test_derived_lists():
         column
         for column in ALL_COLUMNS
         if column.startswith("planning_")
-        or column in ("deadline_misses", "steps_per_s")
+        or column in ("deadline_misses", "steps_per_s", "fleet_step_cpu_ms")
     }
     assert dict(RATES) == {
         "arrived": "arrived",
