@@ -33,13 +33,13 @@ from experiments.metrics.traffic_flow import (
 from experiments.planners.registry import make_planner
 from experiments.storage.atomic_folder import atomic_folder
 from experiments.trace.fleet import (
-    FleetRecorder,
     FleetTrace,
     fleet_hash,
     fleet_tables,
     timing_table,
     write_fleet,
 )
+from experiments.trace.fleet_recording import FleetRecorder
 from experiments.world_setup.fleet import (
     FleetRoads,
     ego_selection,

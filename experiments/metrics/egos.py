@@ -1,5 +1,7 @@
 """Columns that runs with many egos share with those of one: over all egos together."""
 
+import json
+
 import numpy as np
 
 from experiments.metrics import columns
@@ -18,16 +20,20 @@ def egos_values(trace: FleetTrace) -> dict[str, Cell]:
     Returns:
         Column to value; two egos that touch are one collision.
     """
-    egos = [one for _, one in trace.egos]
-    pairs = {frozenset((one.id, other)) for one in egos for other in one.contacts}
-    clearance = min((one.clearance for one in egos), default=np.inf)
-    planned = np.array([one.planning_ms for one in egos])
-    planned = planned[np.isfinite(planned)]
+    egos = trace.egos
+    pairs = {
+        frozenset((name, other))
+        for name, contacts in zip(egos["id"], egos["contacts"], strict=True)
+        for other in json.loads(contacts)
+    }
+    clearance = np.ma.filled(egos["clearance_m"], np.inf).min(initial=np.inf)
+    planned = trace.planning[np.isfinite(trace.planning)]
+    statuses = np.ma.filled(egos["plan_status"], PlanStatus.OK).tolist()
     values: dict[str, Cell] = {
         columns.COLLISIONS: len(pairs),
         columns.MIN_CLEARANCE: float(clearance) if np.isfinite(clearance) else None,
-        columns.OFF_ROAD_STEPS: sum(x.off_road > OFF_ROAD_TOLERANCE for x in egos),
-        columns.FALLBACK_CYCLES: sum(x.status not in ("", PlanStatus.OK) for x in egos),
+        columns.OFF_ROAD_STEPS: int((egos["off_road_m"] > OFF_ROAD_TOLERANCE).sum()),
+        columns.FALLBACK_CYCLES: sum(status != PlanStatus.OK for status in statuses),
     }
     percentiles = {
         columns.PLANNING_CPU_P50: 50,

@@ -220,7 +220,9 @@ def fleet_values(found: FleetMeasurement) -> dict[str, Cell]:
     cpu = TO_MS * float(trace.cpu.mean()) if trace.cpu.size else None
     values: dict[str, Cell] = {
         "egos_driven": int(np.unique(trace.vehicle[is_ego(trace)]).size),
-        "egos_failed": sum(x.how not in ("arrived", "gone") for x in trace.leavings),
+        "egos_failed": sum(
+            how not in ("arrived", "gone") for how in trace.ego_ends["how"].tolist()
+        ),
         "egos_share": own / driven if driven > 0.0 else None,
         "flow_veh_per_h": traffic_flow.flow(found),
         "detector_speed_mps": traffic_flow.detector_speed(found),

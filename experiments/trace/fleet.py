@@ -7,14 +7,12 @@ format. Planning times are apart, as in the trace of a single ego.
 """
 
 import hashlib
-import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from experiments.cosim.fleet.records import HUMAN, EgoStep, FleetStep, Leaving
 from experiments.trace.files import write_tables
 from experiments.trace.schema import (
     SCHEMA_VERSION,
@@ -93,8 +91,9 @@ class FleetTrace:
     pending: IntArray  # of the steps
     cpu: FloatArray  # of the steps [s]
     step_index: IntArray  # of the steps
-    egos: tuple[tuple[int, EgoStep], ...]  # with the index of the step
-    leavings: tuple[Leaving, ...]
+    egos: Table  # every ego in every step
+    planning: FloatArray  # CPU time of planning of its rows, NaN without a plan [ms]
+    ego_ends: Table
 
     @property
     def speed(self) -> FloatArray:
@@ -107,74 +106,13 @@ class FleetTrace:
         return np.asarray(self.numbers[0])
 
 
-@dataclass(slots=True)
-class FleetRecorder:
-    """Keeps the steps of a run with many egos; the loop calls it with each."""
-
-    _steps: list[FleetStep] = field(default_factory=list)
-    _numbers: dict[str, int] = field(default_factory=dict)
-    _columns: list[IntArray] = field(default_factory=list)
-
-    def __call__(self, step: FleetStep) -> None:
-        """Add one step."""
-        known = self._numbers
-        ids = step.snapshot.users.ids
-        places = [known.setdefault(name, len(known)) for name in ids]
-        self._columns.append(np.array(places, dtype=np.int64))
-        self._steps.append(step)
-
-    @property
-    def n_steps(self) -> int:
-        """Number of steps so far."""
-        return len(self._steps)
-
-    def trace(self, step: float, lanes: Sequence[str]) -> FleetTrace:
-        """Return what was recorded.
-
-        Args:
-            step: Of the loop [s].
-            lanes: Names of the lanes by their numbers.
-        """
-        steps = self._steps
-        shots = [one.snapshot for one in steps]
-        sizes = [len(one.users.ids) for one in shots]
-        indices = np.array([one.index for one in steps], dtype=np.int64)
-        nothing = np.empty(0, dtype=np.int64)
-        return FleetTrace(
-            step,
-            tuple(self._numbers),
-            tuple(lanes),
-            np.repeat(indices, sizes),
-            np.concatenate([nothing, *self._columns]),
-            np.concatenate([nothing, *(one.group for one in steps)]),
-            np.concatenate([nothing, *(one.lane for one in shots)]),
-            np.hstack([np.empty((8, 0)), *(one.users.table for one in shots)]),
-            np.hstack(
-                [
-                    np.empty((4, 0)),
-                    *(
-                        np.vstack([x.position, x.wished_speed, x.fuel, x.co2])
-                        for x in shots
-                    ),
-                ]
-            ),
-            np.array([one.time for one in shots]),
-            np.array([one.pending for one in shots], dtype=np.int64),
-            np.array([one.cpu_s for one in steps]),
-            indices,
-            tuple((one.index, x) for one in steps for x in one.egos),
-            tuple(x for one in steps for x in one.leavings),
-        )
-
-
 def fleet_tables(trace: FleetTrace) -> Mapping[str, Table]:
     """Return the tables of a run, all but the timing."""
     names = np.array(trace.ids, dtype=object)
     lanes = np.array([*trace.lanes, None], dtype=object)
     t, numbers = trace.table, trace.numbers
-    egos = trace.egos
     return {
-        "fleet": _table(
+        "fleet": fleet_table(
             "fleet",
             trace.index,
             names[trace.vehicle],
@@ -184,28 +122,9 @@ def fleet_tables(trace: FleetTrace) -> Mapping[str, Table]:
             *(t[k] for k in (0, 1, 2, 3, 4, 6, 7)),
             *numbers[1:],
         ),
-        "egos": _table(
-            "egos",
-            [index for index, _ in egos],
-            [x.id for _, x in egos],
-            [x.group for _, x in egos],
-            *(
-                [getattr(x.ego, name) for _, x in egos]
-                for name in ("x", "y", "heading", "curvature", "speed", "acceleration")
-            ),
-            [x.status or None for _, x in egos],
-            [x.clearance if np.isfinite(x.clearance) else np.nan for _, x in egos],
-            [x.off_road for _, x in egos],
-            [json.dumps(x.contacts) for _, x in egos],
-        ),
-        "ego_ends": _table(
-            "ego_ends",
-            *(
-                [getattr(x, name) for x in trace.leavings]
-                for name in ("index", "id", "how", "reason")
-            ),
-        ),
-        "fleet_steps": _table(
+        "egos": trace.egos,
+        "ego_ends": trace.ego_ends,
+        "fleet_steps": fleet_table(
             "fleet_steps",
             trace.step_index.tolist(),
             trace.time,
@@ -214,7 +133,7 @@ def fleet_tables(trace: FleetTrace) -> Mapping[str, Table]:
     }
 
 
-def _table(name: str, *values: object) -> Table:
+def fleet_table(name: str, *values: object) -> Table:
     """Return a table from its columns in order."""
     kinds = FLEET_TABLES[name]
     return {
@@ -225,8 +144,8 @@ def _table(name: str, *values: object) -> Table:
 
 def timing_table(trace: FleetTrace) -> Table:
     """Return how long the steps took."""
-    place = np.searchsorted(trace.step_index, [index for index, _ in trace.egos])
-    spent = np.nan_to_num([one.planning_ms for _, one in trace.egos])
+    place = np.searchsorted(trace.step_index, trace.egos["index"])
+    spent = np.nan_to_num(trace.planning)
     n = trace.step_index.size
     values = (
         trace.step_index.tolist(),
@@ -270,4 +189,4 @@ def write_fleet(tables: Mapping[str, Table], timing: Table, folder: Path) -> Non
 
 def is_ego(trace: FleetTrace) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Mark the rows that are of egos, (n,)."""
-    return np.asarray(trace.group != HUMAN)
+    return np.asarray(trace.group >= 0)

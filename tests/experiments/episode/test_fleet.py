@@ -99,7 +99,7 @@ def test_an_ego_drives_round_and_round_a_ring(tmp_path):
 @pytest.mark.parametrize(
     ("override", "words"),
     [
-        ("egos.penetration=1.5", "egos.penetration: is 1.5; allowed: a number, "),
+        ("egos.penetration=1.5", "egos.penetration: is 1.5; allowed: a number >= 0"),
         ("egos.count=5", "egos.count: allowed: penetration, or count"),
         ("egos.planner=sumo_tuned", "is sumo_tuned; allowed: a planner, or sumo"),
         ("egos.on_failure=stop", "on_failure: is the text 'stop'; allowed: hand_back"),

@@ -12,11 +12,11 @@ from experiments.metrics.traffic_flow import (
     LaneFacts,
 )
 from experiments.trace.fleet import (
-    FleetRecorder,
     FleetTrace,
     fleet_hash,
     fleet_tables,
 )
+from experiments.trace.fleet_recording import FleetRecorder
 from planner.scene import RoadUsers
 
 STEP = 0.1
