@@ -319,7 +319,7 @@ def _for_many_egos() -> tuple[Network, ...]:
         _one_way("motorway", 1, 1, "straight motorway of 5 km, three lanes"),
         _one_way("bottleneck", 2, 1, "motorway of 2.6 km, one of three lanes ends"),
         replace(merge, streams=(*merge.streams, ramp)),
-        replace(ring, route=circle, streams=()),
+        replace(ring, route=circle, streams=(Stream("own", (Turn(circle, 1.0),)),)),
     )
 
 

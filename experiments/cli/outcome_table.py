@@ -6,9 +6,17 @@ from rich.text import Text
 
 from experiments.episode.run_folder import Outcome
 from experiments.metrics import columns
-from experiments.metrics.catalogue import IN_TERMINAL
+from experiments.metrics.catalogue import IN_TERMINAL, METRICS
+from experiments.metrics.fleet_catalogue import EGOS_DRIVEN, FLEET_METRICS
 
 # Rows left out for planners that do not choose among candidates.
+_OF_MANY_EGOS = (
+    columns.COLLISIONS,
+    columns.FALLBACK_CYCLES,
+    columns.PLANNING_CPU_P50,
+    columns.PLANNING_CPU_P99,
+    *(metric.column for metric in FLEET_METRICS),
+)
 _OF_CANDIDATES = (columns.CANDIDATES_MEAN, columns.FEASIBLE_MEAN)
 
 
@@ -24,7 +32,9 @@ def print_outcome(outcome: Outcome, console: Console | None = None) -> None:
     table.add_column(justify="right")
     table.add_column()
     counts_candidates = bool(row[columns.CANDIDATES_MEAN])
-    for metric in IN_TERMINAL:
+    many = row[EGOS_DRIVEN] is not None
+    shown = [METRICS[name] for name in _OF_MANY_EGOS if row[name] is not None]
+    for metric in shown if many else IN_TERMINAL:
         if metric.column in _OF_CANDIDATES and not counts_candidates:
             continue
         table.add_row(metric.label, metric.text(row[metric.column]), metric.unit)

@@ -12,6 +12,8 @@ from experiments.metrics.traffic_flow import FleetMeasurement
 from experiments.trace.fleet import is_ego
 from planner.states import BoolArray
 
+EGOS_DRIVEN = "egos_driven"
+
 Measure = Callable[[FleetMeasurement, BoolArray], float | None]
 TO_MS = 1e3  # from seconds
 
@@ -138,7 +140,7 @@ def _of_sets() -> tuple[Metric, ...]:
 
 FLEET_METRICS: tuple[Metric, ...] = (
     Metric(
-        column="egos_driven",
+        column=EGOS_DRIVEN,
         label="egos",
         kind=CellKind.WHOLE,
         compute=lambda _: None,
@@ -219,7 +221,7 @@ def fleet_values(found: FleetMeasurement) -> dict[str, Cell]:
     rows = {"all": found.counts, "egos": found.egos, "humans": found.humans}
     cpu = TO_MS * float(trace.cpu.mean()) if trace.cpu.size else None
     values: dict[str, Cell] = {
-        "egos_driven": int(np.unique(trace.vehicle[is_ego(trace)]).size),
+        EGOS_DRIVEN: int(np.unique(trace.vehicle[is_ego(trace)]).size),
         "egos_failed": sum(
             how not in ("arrived", "gone") for how in trace.ego_ends["how"].tolist()
         ),

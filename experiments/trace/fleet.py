@@ -29,7 +29,7 @@ FLEET_TABLES: Mapping[str, Mapping[str, Kind]] = {
     "fleet": {
         "index": _COUNT,
         "id": _TEXT,
-        "group": _COUNT,  # of egos; -1: SUMO's driver
+        "group": _COUNT,  # of egos; null: SUMO's driver
         "lane": _TEXT,  # null off the lanes
         "position_m": _NUMBER,  # of the front bumper on the lane
         "x_m": _NUMBER,  # centre of the rectangle
@@ -116,7 +116,7 @@ def fleet_tables(trace: FleetTrace) -> Mapping[str, Table]:
             "fleet",
             trace.index,
             names[trace.vehicle],
-            trace.group,
+            np.where(trace.group < 0, None, trace.group.astype(object)),
             lanes[trace.lane],
             numbers[0],
             *(t[k] for k in (0, 1, 2, 3, 4, 6, 7)),

@@ -152,9 +152,11 @@ def test_sweep_of_the_tutorial_has_as_many_runs_as_it_says(tmp_path):
 
 def test_scenario_of_the_reference_is_valid(tmp_path):
     texts = blocks(TEXTS["docs/reference/scenario_files.md"], "yaml")
-    (text,) = (found for found in texts if found.startswith("name:"))
-    (tmp_path / "bend.yaml").write_text(text, encoding="utf-8")
-    assert load_scenario(str(tmp_path / "bend.yaml")).name == "bend"
+    found = [text for text in texts if text.startswith("name:")]
+    assert len(found) == 2
+    for text, name in zip(found, ("mixed", "bend"), strict=True):
+        (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
+        assert load_scenario(str(tmp_path / f"{name}.yaml")).name == name
 
 
 def test_closure_of_the_reference_is_that_of_the_shipped_scenario():

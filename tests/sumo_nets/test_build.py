@@ -11,6 +11,7 @@ netconvert = pytest.mark.skipif(
 )
 NAMES = [
     "all_way_stop",
+    "bottleneck",
     "curved",
     "dense",
     "dense_curved",
@@ -19,7 +20,10 @@ NAMES = [
     "lane_change_curved",
     "lane_change_end",
     "lane_change_three",
+    "merge_ramp",
+    "motorway",
     "right_before_left",
+    "ring",
     "roundabout",
     "stop_sign",
     "straight",

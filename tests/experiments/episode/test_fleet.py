@@ -1,6 +1,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from experiments.config.scenario_file import load_scenario
@@ -44,7 +45,7 @@ def test_run_folder_holds_tables_row_and_configuration(tmp_path):
     }
     assert len(tables["fleet_steps"]["index"]) == 41
     egos, fleet = tables["egos"], tables["fleet"]
-    assert set(egos["id"]) == set(fleet["id"][fleet["group"] == 0])
+    assert set(egos["id"]) == set(fleet["id"][np.ma.filled(fleet["group"], -1) == 0])
     again = load_scenario(str(outcome.folder / "config.yaml"))
     assert run_scenario(again, out=tmp_path / "again").trace_hash == outcome.trace_hash
     manifest = json.loads((outcome.folder / "manifest.json").read_text())
@@ -63,7 +64,7 @@ def test_several_planners_share_a_simulation(tmp_path):
     scenario = load_scenario(str(_with_two_groups(tmp_path)))
     outcome = run_scenario(scenario, out=tmp_path)
     fleet = read_table(FLEET_TABLES["fleet"], outcome.folder / "fleet.parquet")
-    assert set(fleet["group"].tolist()) == {-1, 0, 1}
+    assert set(fleet["group"].tolist()) == {None, 0, 1}
 
 
 def _with_two_groups(folder: Path) -> Path:
