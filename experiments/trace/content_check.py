@@ -40,6 +40,8 @@ _NULLABLE: Mapping[str, set[str]] = {
     "junctions": {"wait_m"},
     "vehicle_ways": {"stop_m"},
     "timing": {"planning_ms", "planning_cpu_ms"},
+    "fleet": {"group", "lane"},
+    "egos": {"plan_status", "clearance_m"},
     "perceived": {"acceleration_mps2", "lateral_speed_mps"},
 }
 # tables whose index is that of a step

@@ -116,7 +116,7 @@ def fleet_tables(trace: FleetTrace) -> Mapping[str, Table]:
             "fleet",
             trace.index,
             names[trace.vehicle],
-            np.where(trace.group < 0, None, trace.group.astype(object)),
+            [None if group < 0 else group for group in trace.group.tolist()],
             lanes[trace.lane],
             numbers[0],
             *(t[k] for k in (0, 1, 2, 3, 4, 6, 7)),
