@@ -19,6 +19,14 @@ class Signal:
     state: str  # SUMO's letter: G g y r u o O s M m
 
 
+@dataclass(frozen=True, slots=True)
+class VehicleLooks:
+    """What vehicles show to others, in the order of their ids."""
+
+    kinds: tuple[str, ...]  # SUMO's vehicle class, or `pedestrian`
+    indicators: tuple[str, ...]  # left, right, both, or empty
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TrafficState:
     """All vehicles but the ego and its ghost at one moment, and the signals."""
@@ -30,6 +38,7 @@ class TrafficState:
     ways: Ways | None = None  # of the vehicles, near junctions
     junctions: tuple[JunctionAhead, ...] = ()  # junctions near the ego
     foes: tuple[Foe, ...] = ()  # at them; `junction` is a place there
+    looks: VehicleLooks | None = None  # of the vehicles; None where none is known
 
 
 @dataclass(frozen=True, slots=True)

@@ -109,6 +109,7 @@ def build_trace(
             "starts", [_start_row(r.index, r.start) for r in records if r.start]
         ),
         perceived=_perceived(records),
+        looks=_looks(records),
     )
 
 
@@ -224,6 +225,22 @@ def _perceived(records: Sequence[StepRecord]) -> Table:
         [np.empty((len(COLUMNS), 0)), *(users.table for _, users in seen)], axis=1
     )
     return _from_arrays("perceived", index, ids, *columns)
+
+
+def _looks(records: Sequence[StepRecord]) -> Table:
+    """Make one row for each vehicle first seen, and for each change of its lights."""
+    last: dict[str, tuple[str, str]] = {}
+    rows = []
+    for record in records:
+        traffic = record.traffic
+        if traffic.looks is None:
+            continue
+        shown = zip(traffic.looks.kinds, traffic.looks.indicators, strict=True)
+        for name, look in zip(traffic.vehicles.ids, shown, strict=True):
+            if last.get(name) != look:
+                last[name] = look
+                rows.append((record.index, name, *look))
+    return _from_rows("looks", rows)
 
 
 def _numbers(state: Any) -> tuple[float, ...]:

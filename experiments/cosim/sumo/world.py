@@ -138,9 +138,11 @@ class SumoWorld:
         sumo, reader = self._running(), self._reading()
         with sumo_errors(sumo, "reading the traffic"):
             self._others = reader.near(self._ego_front, VIEW_RADIUS)
+            looks = reader.looks(self._others.ids)
             signals = self._read_signals(sumo)
         time = self._steps * self.step
-        return TrafficState(time, self._others, signals, self._ghost_state())
+        ghost = self._ghost_state()
+        return TrafficState(time, self._others, signals, ghost, looks=looks)
 
     def movements(
         self, near: Set[int], vehicles: RoadUsers

@@ -38,10 +38,11 @@ _SCRIPTS = (
     "saving.js",
     "pointer.js",
     "controls.js",
+    "replay.js",
     "overlay.js",
     "compared.js",
 )
-_OF_ONE_RUN = ("candidates", "graphs", "counts_candidates")
+_OF_ONE_RUN = ("candidates", "graphs", "counts_candidates", "believed")
 _OF_ONE_CYCLE = ("removed", "costs", "candidates", "survivors")
 
 
@@ -101,6 +102,7 @@ def _replayed(run: ComparedRun) -> dict[str, Any]:
         "cycles": cycles,
         "candidates": None,
         "graphs": None,
+        "believed": None,
         "label": run.label,
     }
 

@@ -33,6 +33,7 @@ _SCRIPTS = (
     "saving.js",
     "pointer.js",
     "controls.js",
+    "replay.js",
     "facts.js",
     "run.js",
 )
@@ -160,6 +161,7 @@ def _words(
         "curves": [] if data is None else data["curves"],
         "counts_candidates": data is not None and data["counts_candidates"],
         "has_graphs": data is not None and data["graphs"] is not None,
+        "has_beliefs": data is not None and data["believed"] is not None,
         "has_candidates": data is not None and data["candidates"] is not None,
     }
 

@@ -10,6 +10,7 @@ from experiments.report.sweep.page import save_run_pages, save_sweep_page
 from experiments.sweep.folder import run_folder
 from experiments.trace.files import write_trace
 from experiments.trace.road_map import RoadMap, write_map
+from tests.experiments.report.browser import fits, violations
 from tests.experiments.report.conftest import NARROW, WIDE
 from tests.experiments.report.run_folders import (
     HOSTILE,
@@ -206,13 +207,10 @@ def test_a_sweep_without_runs_is_a_whole_page(tmp_path, show):
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["wide", "narrow"])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_is_cut_off_and_axe_finds_nothing(sweep, show, size, scheme):
-    from axe_playwright_python.sync_playwright import Axe
-
     page = show(sweep / "report.html", size, scheme).page
-    assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
+    assert fits(page, size)
     for summary in page.locator("summary").all():
         summary.click()
     page.locator("#scatter").focus()
     page.keyboard.press("ArrowRight")
-    violations = Axe().run(page).response["violations"]
-    assert [(v["id"], v["impact"]) for v in violations] == []
+    assert violations(page) == []
