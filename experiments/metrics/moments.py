@@ -19,6 +19,8 @@ from experiments.metrics import (
 from experiments.metrics.comfort import lateral_acceleration
 from experiments.metrics.followers import followings
 from experiments.metrics.lane_change import blockage, first_change
+from experiments.metrics.limits import over_limits
+from experiments.metrics.metric import MeasuredEpisode
 from experiments.metrics.pairs import neighbours
 from experiments.metrics.plans import plans_off_the_road
 from experiments.metrics.static_bodies import least_static_time_to_collision
@@ -28,11 +30,13 @@ from planner.interface import PlanStatus
 from planner.scene import OFF_ROAD_TOLERANCE
 from planner.states import FloatArray
 
+ROUNDING = 1e-6  # of times [s]
+_BRAKING = ("added_deceleration", "braked_at")  # of a cost: its size and its time
 _Finder = Callable[[Trace], int | None]  # row of the steps
 
 
 def moments(trace: Trace) -> dict[str, int]:
-    """Find the moments of all metrics that have one.
+    """Find the moments of all metrics that have one in the trace.
 
     Returns:
         Column of the results row -> row of the steps. Metrics over a whole episode,
@@ -42,6 +46,34 @@ def moments(trace: Trace) -> dict[str, int]:
         return {}
     found = {name: find(trace) for name, find in _MOMENTS.items()}
     return {name: step for name, step in found.items() if step is not None}
+
+
+def moments_beside_the_trace(episode: MeasuredEpisode) -> dict[str, int]:
+    """Find the moments of the metrics that need more than the trace.
+
+    Those against the same seed without the ego, and against the vehicle's limits: they
+    are found when an episode is measured, and kept in its manifest.
+
+    Returns:
+        Column of the results row -> row of the steps, as `moments`.
+    """
+    time = np.ma.getdata(episode.trace.steps["time_s"])
+    found = {}
+    for column, costs, size, at in (
+        (columns.BEHIND_DELAY_MAX, episode.costs_behind, "delay", "delayed_at"),
+        (columns.BEHIND_SPEED_LOSS, episode.costs_behind, "speed_loss", "lost_at"),
+        (columns.BEHIND_DECELERATION, episode.costs_behind, *_BRAKING),
+        (columns.AHEAD_SPEED_LOSS, episode.costs_ahead, "speed_loss", "lost_at"),
+        (columns.AHEAD_DECELERATION, episode.costs_ahead, *_BRAKING),
+    ):
+        if costs:
+            worst = max(costs, key=lambda cost: float(getattr(cost, size)))
+            row = np.searchsorted(time, getattr(worst, at) - ROUNDING)
+            found[column] = min(int(row), time.size - 1)
+    over = over_limits(episode.trace, episode.limits)
+    if over is not None and over.any():
+        found[columns.OVER_LIMITS_STEPS] = int(over.argmax())
+    return found
 
 
 def first_contact(trace: Trace) -> int | None:
