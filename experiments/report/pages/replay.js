@@ -195,12 +195,12 @@ function wireSplitters() {
   const stage = document.querySelector(".stage");
   const splitters = [
     ["taller", "y", (by) => {
-      const height = Math.max(160, box.clientHeight + by);
+      const height = Math.max(160, box.offsetHeight + by);
       box.style.height = `${height}px`;
       return height;
     }, () => { box.style.height = ""; }],
     ["wider", "x", (by) => {
-      const side = stage.querySelector(".events").clientWidth - by;
+      const side = stage.querySelector(".events").offsetWidth - by;
       const width = Math.min(stage.clientWidth / 2, Math.max(160, side));
       stage.style.setProperty("--side", `${width}px`);
       return width;

@@ -295,8 +295,8 @@ def test_colours_the_camera_and_the_ruler(run, show):
 def test_panels_are_resized_by_hand_and_by_keys(run, show):
     page = show(run / "report.html").page
     settle(page)
-    height = "document.querySelector('.scene-box').clientHeight"
-    width = "document.querySelector('.events').clientWidth"
+    height = "document.querySelector('.scene-box').offsetHeight"
+    width = "document.querySelector('.events').offsetWidth"
     before = page.evaluate(f"[{height}, {width}, window.rearview.camera.width]")
     page.locator("#taller").focus()
     page.keyboard.press("ArrowDown")

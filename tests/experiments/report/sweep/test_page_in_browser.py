@@ -17,6 +17,7 @@ from tests.experiments.report.run_folders import (
     driven_trace,
     write_sweep,
 )
+from tests.experiments.report.sweep.test_page import with_settings
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 
@@ -131,6 +132,17 @@ def test_filters_hold_for_every_plot(sweep, show):
     assert f"old {np.mean(own):.1f} of {len(own)}" in means
     page.locator("#filter-1").select_option("old")
     assert "no pairs" in page.locator("#pairs").get_attribute("aria-label")
+
+
+def test_settings_of_planners_are_filters_and_part_no_pairs(tmp_path, show):
+    folder = write_sweep(tmp_path / "made", seeds=3)
+    with_settings(folder)
+    page = show(save_sweep_page(folder)).page
+    assert " of 12 pairs" in page.locator("#pairs").get_attribute("aria-label")
+    page.locator("#filter-3").select_option("3.5")
+    assert page.locator("#filtered").inner_text() == "12 of 24 runs"
+    page.locator("#heat-x").select_option(label="gap")
+    assert page.locator("#heat th[scope=col]").all_inner_texts()[1:] == ["2", "3.5"]
 
 
 def test_pairs_are_differences_on_common_seeds(sweep, show):
