@@ -147,6 +147,8 @@ def _from_here(folder: Path) -> str:
 
 def _comparison(lines: Sequence[Line]) -> list[tuple[str, ...]]:
     """Format the comparison; each metric is named once, with its unit."""
+    order = list(dict.fromkeys(line.metric for line in lines))
+    lines = sorted(lines, key=lambda line: order.index(line.metric))
     written = []
     before = None
     for line, texts in zip(lines, cells(lines), strict=True):

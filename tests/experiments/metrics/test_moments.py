@@ -7,17 +7,20 @@ import pytest
 
 from experiments.cosim.records import PlanStart, PlanStartKind
 from experiments.metrics import columns
-from experiments.metrics.moments import moments
+from experiments.metrics.metric import MeasuredEpisode
+from experiments.metrics.moments import moments, moments_beside_the_trace
 from experiments.metrics.row import metric_row
+from experiments.trace.recording import vehicle_table
 from planner.interface import PlanStats
 from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.states import CartesianState
-from tests.experiments.metrics.test_exposure import FRONT, drive
+from planner.vehicle import VehicleLimits
+from tests.experiments.metrics.test_exposure import FRONT, drive, ego_at
 from tests.experiments.metrics.test_right_of_way import LINE, SPEED, braking_foe
 from tests.experiments.metrics.test_right_of_way import drive as drive_junction
 from tests.experiments.metrics.test_tracking import report
 from tests.experiments.report.run_folders import plan_from
-from tests.experiments.traces import CAR, STEP, STRAIGHT, record, trace_of
+from tests.experiments.traces import CAR, STEP, STRAIGHT, record, trace_of, traffic
 
 
 def test_conflicts_along_the_road():
@@ -69,3 +72,24 @@ def test_tracking():
     assert row[columns.TRACKING_LATERAL_MAX] == pytest.approx(errors.max())
     assert found[columns.PLANS_ANEW] == 7
     assert found[columns.LIMITED_SHARE] == 1
+
+
+def test_losses_against_the_run_without_the_ego():
+    # behind the ego; with it, half a second of braking with 4 m/s² from step 20 on
+    def car(k, slowed):
+        lost = 2.0 * min(max(k - 20, 0) * STEP / 0.5, 1.0) if slowed else 0.0
+        s = -20.0 + 10.0 * STEP * k - (lost * max(k - 22.5, 0) * STEP)
+        return ("a", s, 0.0, 0.0, 10.0 - lost, -4.0 if slowed and 20 <= k < 25 else 0.0)
+
+    records = [record(k, ego_at(k), cars=[car(k, slowed=True)]) for k in range(60)]
+    free = vehicle_table(
+        STRAIGHT, [(k, traffic(k * STEP, [car(k, slowed=False)])) for k in range(60)]
+    )
+    slow = VehicleLimits(max_speed=5.0)
+    episode = MeasuredEpisode(trace_of(records), free, slow)
+    found = moments_beside_the_trace(episode)
+    assert found[columns.BEHIND_DECELERATION] == 20
+    assert 25 <= found[columns.BEHIND_SPEED_LOSS] <= 59
+    assert found[columns.BEHIND_DELAY_MAX] >= 55, "it adds up to the end"
+    assert found[columns.OVER_LIMITS_STEPS] == 0
+    assert columns.AHEAD_SPEED_LOSS not in found

@@ -138,7 +138,9 @@ def test_settings_of_planners_are_filters_and_part_no_pairs(tmp_path, show):
     folder = write_sweep(tmp_path / "made", seeds=3)
     with_settings(folder)
     page = show(save_sweep_page(folder)).page
-    assert " of 12 pairs" in page.locator("#pairs").get_attribute("aria-label")
+    page.locator("#pairs-metric").select_option("min_clearance_m")
+    label = page.locator("#pairs").get_attribute("aria-label")
+    assert label.count("of 6 pairs") == 2, "one for each scenario"
     page.locator("#filter-3").select_option("3.5")
     assert page.locator("#filtered").inner_text() == "12 of 24 runs"
     page.locator("#heat-x").select_option(label="gap")
