@@ -46,7 +46,9 @@ def replay(
         "time": pack_exact(numbers(trace.steps["time_s"])),
         "ego": _ego(trace),
         "ghost": _ghost(trace),
-        "believed": _believed(trace) if len(trace.perceived["index"]) else None,
+        "believed": _bodies(trace, trace.perceived)
+        if len(trace.perceived["index"])
+        else None,
         "vehicles": _vehicles(trace),
         "plans": _plans(trace),
         "cycles": _cycles(trace),
@@ -128,23 +130,31 @@ def _ghost(trace: Trace) -> dict[str, Packed]:
 def _vehicles(trace: Trace) -> dict[str, Any]:
     """Pack all vehicles, step by step."""
     table = trace.vehicles
-    ids, codes = np.unique(np.asarray(table["id"], dtype=str), return_inverse=True)
     kinds, indicators = _looks(trace, table)
+    found = _bodies(trace, table)
+    return {
+        **found,
+        "kinds": [kinds.get(name, "") for name in found["ids"]],
+        "indicator": pack_counts(indicators),
+        "speed": pack(numbers(table["speed_mps"]), SPEED),
+        "acceleration": pack(numbers(table["acceleration_mps2"]), ACCELERATION),
+    }
+
+
+def _bodies(trace: Trace, table: Table) -> dict[str, Any]:
+    """Pack the rectangles of a table, step by step."""
+    ids, codes = np.unique(np.asarray(table["id"], dtype=str), return_inverse=True)
     resolutions = {
         "x": ("x_m", PLACE),
         "y": ("y_m", PLACE),
         "heading": ("heading_rad", ANGLE),
-        "speed": ("speed_mps", SPEED),
-        "acceleration": ("acceleration_mps2", ACCELERATION),
         "length": ("length_m", PLACE),
         "width": ("width_m", PLACE),
     }
     return {
         "ids": ids.tolist(),
-        "kinds": [kinds.get(name, "") for name in ids.tolist()],
         "start": pack_counts(starts(trace, table)),
         "id": pack_counts(codes),
-        "indicator": pack_counts(indicators),
         **{
             key: pack(numbers(table[name]), resolution)
             for key, (name, resolution) in resolutions.items()
@@ -172,28 +182,6 @@ def _looks(trace: Trace, table: Table) -> tuple[dict[str, str], NDArray[np.int64
         codes = np.array([code for _, code in changes])
         indicators[rows] = np.where(since >= 0, codes[since], 0)
     return kinds, indicators
-
-
-def _believed(trace: Trace) -> dict[str, Any]:
-    """Pack the vehicles that the ego believed in, step by step."""
-    table = trace.perceived
-    ids, codes = np.unique(np.asarray(table["id"], dtype=str), return_inverse=True)
-    resolutions = {
-        "x": ("x_m", PLACE),
-        "y": ("y_m", PLACE),
-        "heading": ("heading_rad", ANGLE),
-        "length": ("length_m", PLACE),
-        "width": ("width_m", PLACE),
-    }
-    return {
-        "ids": ids.tolist(),
-        "start": pack_counts(starts(trace, table)),
-        "id": pack_counts(codes),
-        **{
-            key: pack(numbers(table[name]), resolution)
-            for key, (name, resolution) in resolutions.items()
-        },
-    }
 
 
 def _plans(trace: Trace) -> dict[str, Packed]:
