@@ -76,15 +76,16 @@ def robustness_page(folders: Sequence[Path]) -> str:
             folder, "SELECT DISTINCT scenario, planner FROM runs ORDER BY ALL"
         ).fetchall()
         for scenario, planner in groups:
-            parts.append(f"\n## {scenario}, {planner}\n\n")
             own = [
                 curve
                 for curve in degradation_curves(folder)
                 if (curve.scenario, curve.planner) == (scenario, planner)
             ]
             if own:
+                parts.append(f"\n## One axis at a time: {scenario}, {planner}\n")
                 parts += [_curve_table(curve) for curve in own]
             else:
+                parts.append(f"\n## {scenario}, {planner}\n\n")
                 parts.append(_table(folder, axes, scenario, planner))
     return "".join(parts)
 
@@ -153,7 +154,7 @@ def _curve_table(curve: DegradationCurve) -> str:
     for value, measures in zip(curve.values, curve.measures, strict=True):
         numbers = [_number(m, n) for m, n in zip(measures, digits, strict=True)]
         lines.append(f"| {' | '.join([f'{value:g}', *numbers])} |")
-    return "\n".join(lines) + "\n\n"
+    return "\n" + "\n".join(lines) + "\n"
 
 
 def _table(folder: Path, axes: Sequence[str], scenario: str, planner: str) -> str:

@@ -57,6 +57,11 @@ def draw_degradation(curves: Sequence[DegradationCurve]) -> "Figure":
             )
     for line, measure in enumerate(SHOWN):
         plots[line][0].set_ylabel(measure)
+        if measure.endswith("[%]"):  # a rate of 0 or 100 in all is no scale
+            low, high = plots[line][0].get_ylim()
+            plots[line][0].set_ylim(
+                max(-2.0, min(low, 80.0)), min(102.0, max(high, 20.0))
+            )
         for plot in plots[line]:
             plot.grid(color=GRID, lw=0.4)
             plot.set_axisbelow(True)

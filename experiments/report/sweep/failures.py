@@ -21,7 +21,7 @@ _SENTENCES = {
         r"s = (.*?) m of (.*?) m at t = (.*?) s\b(.*)",
         r"The ego was at s = \1 m of \2 m when time was up at t = \3 s\4.",
     ),
-    "blocked": (r"(.*)", r"The ego stands for good: \1."),
+    "blocked": (r"(stood .*)", r"The ego \1."),
     "off road": (r"(.*)", r"The ego left the road: \1."),
     "planner failed": (r"(.*)", r"The planner failed: \1."),
     "simulator failed": (r"(.*)", r"SUMO failed: \1."),

@@ -75,7 +75,7 @@ def test_curves_vary_one_axis_about_the_common_point(tmp_path, capsys):
     with pytest.raises(SystemExit):
         app(("robustness", str(tmp_path), "--figure", str(picture)))
     assert "position noise" in picture.read_text(encoding="utf-8")
-    assert "## road, p" in capsys.readouterr().out
+    assert "## One axis at a time: road, p" in capsys.readouterr().out
 
 
 def test_a_sweep_over_something_else_is_refused(tmp_path):

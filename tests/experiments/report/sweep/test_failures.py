@@ -61,6 +61,11 @@ def test_other_words_are_another_kind():
             "The ego was at s = 12.0 m of 220.0 m when time was up at t = 60.0 s, "
             "stands since t = 20.0 s.",
         ),
+        (
+            "blocked",
+            "stood 20 s at s = 124.6 m, since t = 3.7 s: no speed plan",
+            "The ego stood 20 s at s = 124.6 m, since t = 3.7 s: no speed plan.",
+        ),
         ("timeout", "", "timeout."),
         (
             "planner_failed",
