@@ -1,7 +1,9 @@
 """Records of one simulation step (traffic, signals, the ego) and of an ending."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import NamedTuple
 
 from planner.interface import PlanResult
 from planner.right_of_way.records import Foe, JunctionAhead
@@ -19,12 +21,11 @@ class Signal:
     state: str  # SUMO's letter: G g y r u o O s M m
 
 
-@dataclass(frozen=True, slots=True)
-class VehicleLooks:
-    """What vehicles show to others, in the order of their ids."""
+class VehicleLook(NamedTuple):
+    """What a vehicle shows to others."""
 
-    kinds: tuple[str, ...]  # SUMO's vehicle class, or `pedestrian`
-    indicators: tuple[str, ...]  # left, right, both, or empty
+    kind: str  # SUMO's vehicle class, or `pedestrian`
+    indicator: str  # left, right, both, or empty
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +39,7 @@ class TrafficState:
     ways: Ways | None = None  # of the vehicles, near junctions
     junctions: tuple[JunctionAhead, ...] = ()  # junctions near the ego
     foes: tuple[Foe, ...] = ()  # at them; `junction` is a place there
-    looks: VehicleLooks | None = None  # of the vehicles; None where none is known
+    looks: Mapping[str, VehicleLook] = field(default_factory=dict)  # where known
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from experiments.cosim.records import Ending, PlanStart, StepRecord, TrafficState
+from experiments.cosim.records import (
+    Ending,
+    PlanStart,
+    StepRecord,
+    TrafficState,
+    VehicleLook,
+)
 from experiments.cosim.road import EgoTask, Road
 from experiments.trace.junction_tables import (
     foe_table,
@@ -229,15 +235,12 @@ def _perceived(records: Sequence[StepRecord]) -> Table:
 
 def _looks(records: Sequence[StepRecord]) -> Table:
     """Make one row for each vehicle first seen, and for each change of its lights."""
-    last: dict[str, tuple[str, str]] = {}
+    last: dict[str, VehicleLook] = {}
     rows = []
     for record in records:
-        traffic = record.traffic
-        if traffic.looks is None:
-            continue
-        shown = zip(traffic.looks.kinds, traffic.looks.indicators, strict=True)
-        for name, look in zip(traffic.vehicles.ids, shown, strict=True):
-            if last.get(name) != look:
+        for name in record.traffic.vehicles.ids:
+            look = record.traffic.looks.get(name)
+            if look is not None and last.get(name) != look:
                 last[name] = look
                 rows.append((record.index, name, *look))
     return _from_rows("looks", rows)

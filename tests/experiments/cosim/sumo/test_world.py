@@ -404,10 +404,10 @@ def test_kinds_and_indicators_of_the_traffic_are_read(tmp_path):
     kinds, indicators = set(), set()
     for _ in range(100):
         traffic = world.observe()
-        assert traffic.looks is not None
-        assert len(traffic.looks.kinds) == len(traffic.vehicles.ids)
-        kinds.update(traffic.looks.kinds)
-        indicators.update(traffic.looks.indicators)
+        assert list(traffic.looks) == list(traffic.vehicles.ids)
+        for look in traffic.looks.values():
+            kinds.add(look.kind)
+            indicators.add(look.indicator)
         world.advance(replace(world._at_start(0.0)))
     world.close()
     assert kinds == {"passenger"}
