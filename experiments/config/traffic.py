@@ -138,11 +138,19 @@ class Traffic(Strict):
     @model_validator(mode="after")
     def _one_kind_of_drivers(self) -> Self:
         """Reject tempers or models beside a population."""
-        if self.drivers is not None:
-            for key in ("temper", "cautious_share", "aggressive_share", "models"):
-                if key in self.model_fields_set and getattr(self, key) is not None:
-                    problem = f"is given beside {key}; allowed: one of them"
-                    raise mismatch("drivers", problem)
+        if self.drivers is None:
+            return self
+        usual = dict(
+            zip(
+                ("cautious_share", "aggressive_share"),
+                TEMPERS[USUAL_TEMPER],
+                strict=True,
+            )
+        )
+        for key in ("temper", "cautious_share", "aggressive_share", "models"):
+            if getattr(self, key) != usual.get(key):
+                problem = f"is given beside {key}; allowed: one of them"
+                raise mismatch("drivers", problem)
         return self
 
     @model_validator(mode="after")
