@@ -279,14 +279,16 @@ def _draw_stream(
     depart = begin + min(float(arrivals.exponential()), LONGEST_WAIT) / rate
     while depart < end:
         name = f"{stream.name}.{len(vehicles)}"
-        kind, factor = _draw_driver(demand, name, traits)
+        kind = _draw_type(demand, name, traits)
         turn = int(traits.choice(len(shares), p=shares / shares.sum()))
         vehicles.append(
             DemandVehicle(
                 id=name,
                 depart=depart,
                 type=kind,
-                speed_factor=speed_factor(kind, traits) if factor is None else factor,
+                speed_factor=kind.factor
+                if isinstance(kind, DrawnType)
+                else speed_factor(kind, traits),
                 route=stream.turns[turn].route,
                 lane=lane,
                 keep_right=demand.keep_right,
@@ -296,10 +298,10 @@ def _draw_stream(
     return vehicles
 
 
-def _draw_driver(
+def _draw_type(
     demand: Demand, name: str, rng: np.random.Generator
-) -> tuple[VehicleType | DrawnType, float | None]:
-    """Draw a vehicle's type, and its driver's wished speed if it belongs to the type.
+) -> VehicleType | DrawnType:
+    """Draw kind, driver and car-following model of a vehicle.
 
     Args:
         demand: Shares of kinds, tempers and models, or a population.
@@ -310,8 +312,7 @@ def _draw_driver(
     kind = _draw({"car": 1.0 - vans - trucks, "van": vans, "truck": trucks}, rng)
     if demand.population is not None:
         model = _draw(dict(POPULATIONS[demand.population].models), rng)
-        drawn = draw_type(demand.population, kind, model, name, rng)
-        return drawn, drawn.factor
+        return draw_type(demand.population, kind, model, name, rng)
     cautious, aggressive = demand.cautious_share, demand.aggressive_share
     tempers = {
         "cautious": cautious,
@@ -319,7 +320,7 @@ def _draw_driver(
         "aggressive": aggressive,
     }
     temper = _draw(tempers, rng)
-    return VehicleType(kind, temper, _draw(dict(demand.models), rng)), None
+    return VehicleType(kind, temper, _draw(dict(demand.models), rng))
 
 
 def _draw(weights: dict[str, float], rng: np.random.Generator) -> str:

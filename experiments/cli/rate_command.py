@@ -69,7 +69,7 @@ def _lines(one: "EventRate") -> str:
 
 def _interval(value: "Interval") -> str:
     """Format an estimate with its interval."""
-    return f"{value.value:.3g}   95 %: {value.low:.2g} to {value.high:.2g}"
+    return f"{value.value:.3g}   95 %: {value.low:.3g} to {value.high:.3g}"
 
 
 def _as_json(one: "EventRate") -> dict[str, Any]:

@@ -79,7 +79,7 @@ def compile_loops(config: Config) -> bool:
     """Drive the beginning of a scenario, so that its loops are compiled."""
     try:
         drive_shortly(check_scenario(Document("warm-up", dict(config))))
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001, any may happen in any planner
         # errors of validation cannot be sent to another process
         raise ExecutorError(described(error)) from None
     return True
