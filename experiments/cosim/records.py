@@ -40,6 +40,7 @@ class TrafficState:
     junctions: tuple[JunctionAhead, ...] = ()  # junctions near the ego
     foes: tuple[Foe, ...] = ()  # at them; `junction` is a place there
     looks: Mapping[str, VehicleLook] = field(default_factory=dict)  # where known
+    erring: tuple[tuple[str, str], ...] = ()  # drivers who err, by id, and how
 
 
 @dataclass(frozen=True, slots=True)

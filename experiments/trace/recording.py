@@ -116,6 +116,10 @@ def build_trace(
         ),
         perceived=_perceived(records),
         looks=_looks(records),
+        driver_errors=_from_rows(
+            "driver_errors",
+            [(r.index, *error) for r in records for error in r.traffic.erring],
+        ),
     )
 
 

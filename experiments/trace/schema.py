@@ -174,8 +174,9 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
     },
     "ways": {"way": _COUNT, "s_m": _NUMBER, "x_m": _NUMBER, "y_m": _NUMBER},
 }
-# Recorded only where there is something in it (vehicle or eyes that are not perfect,
-# vehicles that show something): an empty one has no file and no part in the hash.
+# Recorded only where there is something in it (vehicle, eyes or drivers that are not
+# perfect, vehicles that show something): an empty one has no file and no part in the
+# hash.
 MODEL_TABLES: Mapping[str, Mapping[str, Kind]] = {
     "tracking": {  # one row a step from the second on: how the plan was followed
         "index": _COUNT,
@@ -212,6 +213,11 @@ MODEL_TABLES: Mapping[str, Mapping[str, Kind]] = {
         "id": _TEXT,
         "kind": _TEXT,  # SUMO's vehicle class, or pedestrian
         "indicator": _TEXT,  # left, right, both; empty without
+    },
+    "driver_errors": {  # of the traffic: who errs in a step, and how
+        "index": _COUNT,
+        "id": _TEXT,
+        "error": _TEXT,  # looks_away, brakes, stalls
     },
 }
 TIMING: Mapping[str, Kind] = {
@@ -253,6 +259,7 @@ class Trace:
     starts: Table = field(default_factory=lambda: empty_table("starts"))
     perceived: Table = field(default_factory=lambda: empty_table("perceived"))
     looks: Table = field(default_factory=lambda: empty_table("looks"))
+    driver_errors: Table = field(default_factory=lambda: empty_table("driver_errors"))
 
     def __post_init__(self) -> None:
         """Check that every table has its columns and all of one length."""
