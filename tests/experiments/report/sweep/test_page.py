@@ -150,4 +150,4 @@ def test_damaged_sweeps_are_one_line(tmp_path, capsys):
     (run / "config.yaml").write_text("{")
     assert "config.yaml: cannot be read" in refusal(capsys, folder)
     (folder / "sweep.yaml").write_text("name: [")
-    assert "sweep.yaml: cannot be read" in refusal(capsys, folder)
+    assert "sweep.yaml:1: is not YAML" in refusal(capsys, folder)
