@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
+from types import MappingProxyType
 from typing import Any
 
 from experiments.config import Scenario
@@ -99,9 +100,11 @@ def write_run(
     row = metric_row(trace, *runs_without_ego, limits=limits)
     measured = MeasuredEpisode(trace, next(iter(runs_without_ego), None), limits)
     hashed = trace_hash(trace)
+    moments: Mapping[str, Any] = {}
     if output.options.keeps_trace(ending):
         write_trace(trace, output.aside)
-    write_folder(scenario, identity, ending, hashed, row, output)
+        moments = moments_beside_the_trace(measured)
+    write_folder(scenario, identity, ending, hashed, row, output, moments)
     return EpisodeOutcome(ending, row, hashed, output.target, trace)
 
 
@@ -112,6 +115,7 @@ def write_folder(
     hashed: str,
     row: Mapping[str, Cell],
     output: RunOutput,
+    moments: Mapping[str, Any] = MappingProxyType({}),
 ) -> None:
     """Write the files that a run has beside its trace.
 
@@ -122,6 +126,7 @@ def write_folder(
         hashed: Hash of its trace.
         row: Its metrics.
         output: The folder.
+        moments: That are kept beside the trace.
     """
     kept = output.options.keeps_trace(ending)
     if not kept:
@@ -134,7 +139,7 @@ def write_folder(
         "status": str(ending.status),
         "reason": ending.reason,
         "trace_kept": kept,
-        "moments": moments_beside_the_trace(measured) if kept else {},
+        "moments": dict(moments),
         "wall_s": perf_counter() - output.started,
         ENDED: datetime.now(UTC).isoformat(),
         "command": shlex.join(

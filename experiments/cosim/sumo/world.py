@@ -214,7 +214,7 @@ class SumoWorld:
             self._errors.update(float(sumo.simulation.getTime()))
         if self._relaxation is not None:
             has_ghost = self._ghost is not None and self._ghost.pose is not None
-            leaders = (EGO_ID, GHOST_ID) if has_ghost else (EGO_ID,)
+            leaders = (EGO_ID, GHOST + EGO_ID) if has_ghost else (EGO_ID,)
             self._relaxation.update(self._steps * self.step, leaders)
 
     def _keep_pace(self) -> None:
