@@ -28,6 +28,7 @@ PARALLEL = 0.05  # a lane that shifts by less is parallel to the reference path 
 SMOOTHED = 4.0  # to either side, over which a shifting lane is smoothed [m]
 SHARES = np.linspace(-1.0, 1.0, 9)
 WINDOW = (1.0 - np.abs(SHARES)) / (1.0 - np.abs(SHARES)).sum()
+CENTRED = 0.1  # within as much of a lane's centre the body is in the lane [m]
 MAX_SWING = 0.3  # beyond where a path begins and ends [m]
 
 
@@ -115,8 +116,11 @@ def lane_keeping_path(
         path = line_in_plane(reference, state.s + driven, *line)
         if path is None:
             continue
-        out = swing(line[0] - centre[0], state.l - float(centre[0, 0]), 0.0)
-        over = max(out - MAX_SWING, 0.0) + max(beyond(path), 0.0)
+        away = state.l - float(centre[0, 0])
+        out = swing(line[0] - centre[0], away, 0.0)
+        over = max(out - MAX_SWING, 0.0)
+        if abs(away) + out > CENTRED:  # else the body is where the lane is
+            over += max(beyond(path), 0.0)
         if over < least:
             least, best = over, path
         if over <= 0.0:

@@ -24,6 +24,8 @@ from planner.scene import Scene
 from planner.scene_checks import invalid
 from planner.states import Trajectory
 
+FOR_A_WALL = 0.05  # advantage of a lane without what stands in the own one [m/s]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LaneChangePlanner:
@@ -75,9 +77,10 @@ def _decide(
     seeking = last is not None and last.phase is not Phase.KEEP
     gain = 0.3 * settings.manoeuvre.gain if seeking else settings.manoeuvre.gain
     left_hand = scene.lanes.left_hand
-    target = wanted_lane(
-        here.static_lane_speeds, lane, gain, left_hand=left_hand
-    )  # queues dissolve, walls do not
+    rolled_out = settings.gaps.rule is GapRule.HORIZON
+    # queues dissolve, walls do not; the earlier it begins, the calmer is the change
+    least = FOR_A_WALL if rolled_out else gain
+    target = wanted_lane(here.static_lane_speeds, lane, least, left_hand=left_hand)
     if target is None:
         target = wanted_lane(here.lane_speeds, lane, gain, left_hand=left_hand)
         if (
@@ -86,8 +89,8 @@ def _decide(
         ):
             target = None
     if target is not None:
-        if settings.gaps.rule is GapRule.HORIZON:
-            targets = _targets(here, lane, target, gain)
+        if rolled_out:
+            targets = _targets(here, lane, target, least)
             found = seek_gap(here, last, lane, targets, settings, counts)
         else:
             found = seek(here, last, lane, target, settings, counts)

@@ -109,7 +109,9 @@ class GapSettings:
     # change that needs no more leads nowhere [m/s²]
     lateral_acceleration: float = 1.0
     braking_weight: float = 1.0  # of braking behind [s per m/s²]
-    wait_weight: float = 0.03  # of each second before the change [-]
+    wait_weight: float = 0.1  # of each second before the change [-]
+    room_weight: float = 3.0  # of having no room left before a blockage [s]
+    room_scale: float = 150.0  # with as much there is enough [m]
     effort_weight: float = 0.02  # of the ego's squared acceleration [s⁴/m²]
     keep_gain: float = 0.4  # by which another gap must be better [s]
 

@@ -24,6 +24,7 @@ from planner.lane_change.phases.cycle_view import (
 from planner.lane_change.settings import GapSettings, LaneChangeSettings
 from planner.states import BoolArray, FloatArray
 
+QUEUE_GAP = 2.5  # between vehicles that wait at a blockage [m]
 FOLLOWING = 3.0  # headway below which a vehicle would rather go faster [s]
 
 
@@ -142,6 +143,8 @@ def _numbers(
         braking,
         rules.braking_weight,
         rules.wait_weight,
+        rules.room_weight,
+        rules.room_scale,
         rules.effort_weight,
     )
 
@@ -160,12 +163,16 @@ def _own_lane(
         rear, speed = float(rears[k]), max(float(bodies.speed[k]), 0.0)
     room = blockage_ahead(here, lane)
     if not math.isfinite(room):
-        return OwnLane(rear, speed, math.inf, math.inf, math.inf)
+        return OwnLane(rear, speed, math.inf, math.inf, math.inf, math.inf)
     scale = body_scale(here.scene.vehicle)
     wait = front + room - settings.manoeuvre.pull_out_room * scale
+    queue = bodies.s < front + room
+    lengths = 2.0 * bodies.half_length[ahead & queue] + QUEUE_GAP
+    stop = front + room - settings.manoeuvre.pull_out_room - float(lengths.sum())
     return OwnLane(
         rear,
         speed,
+        stop if lengths.size else math.inf,
         wait,
         front + room - settings.manoeuvre.tight_room * scale,
         blockage_end(here, lane),

@@ -46,6 +46,7 @@ class OwnLane(NamedTuple):
 
     leader_rear: float  # of the vehicle ahead now, inf without [m]
     leader_speed: float  # [m/s]
+    leader_stop: float  # where its rear bumper stands in the queue, inf without one [m]
     wait: float  # where the front bumper waits for a gap, inf without a blockage [m]
     aside: float  # before which a change must begin, less `aside_time` v [m]
     passed: float  # behind which the own lane is free again, inf if nowhere [m]
@@ -66,6 +67,8 @@ class RolloutRules(NamedTuple):
     ego_braking: float
     braking_weight: float
     wait_weight: float
+    room_weight: float
+    room_scale: float
     effort_weight: float
 
 
@@ -137,7 +140,7 @@ def best_entry(case: GapCase, motion: FloatArray) -> Entry:
         case: See there.
         motion: Filled with distance [m] and speed [m/s] of the way, (2, n_times).
     """
-    ego, rules = case.ego, case.rules
+    ego, own, rules = case.ego, case.own, case.rules
     n = motion.shape[1]
     after = np.empty((2, n))
     best = Entry(np.inf, -1, 0.0)
@@ -150,6 +153,8 @@ def best_entry(case: GapCase, motion: FloatArray) -> Entry:
             lost, more = _follow(i, place, v, case, after)
             cost = lost + rules.braking_weight * braking
             cost += rules.wait_weight * rules.step * i
+            spare = min(own.wait, own.leader_stop) - place
+            cost += rules.room_weight * max(1.0 - spare / rules.room_scale, 0.0) ** 2
             cost += rules.effort_weight * (effort + more)
             if cost < best.cost:
                 best = Entry(cost, i, braking)
@@ -237,9 +242,24 @@ def _adjusting(i: int, place: float, v: float, case: GapCase) -> float:
         elif v * v > 1.6 * rules.braking * room:
             rate = min(rate, -v * v / (2.0 * room))
     if own.leader_rear < np.inf:
-        ahead = own.leader_rear + own.leader_speed * rules.step * i - place
-        rate = min(rate, _behind(v, ahead, own.leader_speed, rules))
+        rear, speed = _leader_at(rules.step * i, own)
+        rate = min(rate, _behind(v, rear - place, speed, rules))
     return max(rate, -2.0 * HARD, -v / rules.step)
+
+
+@inlined
+def _leader_at(t: float, own: OwnLane) -> tuple[float, float]:
+    """Return where the vehicle ahead is and how fast: it stops for the blockage."""
+    speed = own.leader_speed
+    rear = own.leader_rear + speed * t
+    brakes = own.leader_stop - speed * speed / (2.0 * IDM_BRAKING)
+    if rear <= brakes or speed <= 0.0:
+        return rear, speed
+    since = (rear - max(brakes, own.leader_rear)) / speed
+    until = speed / IDM_BRAKING
+    braked = min(since, until)
+    rear -= speed * since - braked * (speed - 0.5 * IDM_BRAKING * braked)
+    return rear, speed - IDM_BRAKING * braked
 
 
 @inlined
