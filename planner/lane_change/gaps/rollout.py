@@ -17,7 +17,8 @@ from planner.states import FloatArray
 
 IDM_TIME_GAP, IDM_GAP = 1.2, 2.5  # of the vehicles in the lane [s, m]
 IDM_ACCELERATION, IDM_BRAKING = 1.5, 2.0  # [m/s²]
-ADJUST_TIME = 4.0  # in which the ego comes to its place beside a gap [s]
+ADJUST_TIME = 3.0  # in which the ego comes to its place beside a gap [s]
+AIM_INSIDE = 4.0  # behind the nearest place behind a vehicle, or it takes for ever [m]
 RESPONSE_TIME = 1.2  # in which it comes to the speed for that [s]
 FOLLOW_TIME = 3.0  # in which it comes to its distance behind a vehicle [s]
 HARD = 3.0  # braking of the ego where it has to [m/s²]
@@ -216,7 +217,7 @@ def _speed_beside(i: int, place: float, v: float, case: GapCase) -> float:
         pace = lane.speed[gap - 1, i]
     wanted = place
     if place > high or low > high:
-        wanted = high
+        wanted = high - AIM_INSIDE
     elif place < low:
         wanted = low
     if wanted == place:  # as fast as the gap allows

@@ -42,9 +42,12 @@ def test_a_wide_gap_beside_is_entered_at_once_ahead_of_a_distant_car():
     assert best.braking < 0.5
 
 
-def test_between_cars_too_close_together_it_does_not_go():
+def test_between_cars_too_close_together_it_does_not_go_now():
     row = [Car(s, BESIDE, SPEED) for s in (120.0, 100.0, 80.0)]
     for plan in choose(row):
+        assert plan.entry > 0.0
+    assert choose(row)[0].behind is None  # rather behind all of them
+    for plan in choose(row, room=90.0):  # before they have drawn apart
         assert ids(plan) not in {("car.0", "car.1"), ("car.1", "car.2")}
 
 
