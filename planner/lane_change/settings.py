@@ -108,7 +108,7 @@ class GapSettings:
     # of the change itself where there is room; `path.lateral_acceleration` where a
     # change that needs no more leads nowhere [m/s²]
     lateral_acceleration: float = 1.0
-    braking_weight: float = 1.0  # of braking behind [s per m/s²]
+    braking_weight: float = 1.5  # of braking behind [s per m/s²]
     wait_weight: float = 0.1  # of each second before the change [-]
     room_weight: float = 3.0  # of having no room left before a blockage [s]
     room_scale: float = 150.0  # with as much there is enough [m]

@@ -25,6 +25,7 @@ from planner.lane_change.settings import GapSettings, LaneChangeSettings
 from planner.states import BoolArray, FloatArray
 
 QUEUE_GAP = 2.5  # between vehicles that wait at a blockage [m]
+LEAST_ROOM = 5.0  # of a car, in which it may come past a blockage [m]
 FOLLOWING = 3.0  # headway below which a vehicle would rather go faster [s]
 
 
@@ -174,7 +175,7 @@ def _own_lane(
         speed,
         stop if lengths.size else math.inf,
         wait,
-        front + room - settings.manoeuvre.tight_room * scale,
+        front + room - LEAST_ROOM * scale,
         blockage_end(here, lane),
     )
 

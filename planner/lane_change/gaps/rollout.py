@@ -15,7 +15,10 @@ from planner.lane_change.gaps.reaction import expected_braking
 from planner.numerics.compiled import compiled, inlined
 from planner.states import FloatArray
 
-IDM_TIME_GAP, IDM_GAP = 1.2, 2.5  # of the vehicles in the lane [s, m]
+# of the vehicles in the lane; who is as near to another as this brakes. Wished gaps
+# in time are larger, but a driver who has come nearer stays there
+IDM_TIME_GAP, IDM_GAP = 0.8, 2.5  # [s, m]
+COMFORTABLE_GAP = 1.2  # time gap that the ego would leave behind it [s]
 IDM_ACCELERATION, IDM_BRAKING = 1.5, 2.0  # [m/s²]
 ADJUST_TIME = 3.0  # in which the ego comes to its place beside a gap [s]
 AIM_INSIDE = 4.0  # behind the nearest place behind a vehicle, or it takes for ever [m]
@@ -127,7 +130,6 @@ def lane_traffic(
                 desired = IDM_GAP + max(dynamic, 0.0)
                 if gap < 4.0 * desired:
                     rate -= IDM_ACCELERATION * (desired / gap) ** 2
-            # who has come nearer than wished keeps that gap in real traffic, too
             after = max(v + step * max(rate, -IDM_BRAKING), 0.0)
             place, v = place + 0.5 * step * (v + after), after
     return LaneTraffic(fronts, rears, speeds)
@@ -189,9 +191,7 @@ def _braking_at(i: int, place: float, v: float, case: GapCase) -> float:
         return 0.0
     rear, follower = there - ego.length, lane.speed[gap, cross]
     behind = rear - lane.front[gap, cross]
-    need = follower * rules.reaction + follower * follower / (2.0 * rules.rear_braking)
-    need -= v * v / (2.0 * rules.ego_braking)
-    if behind < max(need, rules.front_gap):
+    if behind < max(_safe_distance(follower, v, rules), rules.front_gap):
         return np.inf
     anyway = 0.0
     if gap > 0:
@@ -201,23 +201,31 @@ def _braking_at(i: int, place: float, v: float, case: GapCase) -> float:
 
 
 @inlined
+def _safe_distance(follower: float, v: float, rules: RolloutRules) -> float:
+    """Return the distance that RSS asks for ahead of a follower [m]; may be < 0."""
+    need = follower * rules.reaction + follower * follower / (2.0 * rules.rear_braking)
+    return need - v * v / (2.0 * rules.ego_braking)
+
+
+@inlined
 def _speed_beside(i: int, place: float, v: float, case: GapCase) -> float:
     """Return the speed at which the ego comes to its place beside a gap [m/s]."""
     ego, _, lane, gap, rules = case
-    n = lane.front.shape[0]
     low, high, pace = -np.inf, np.inf, ego.wish
-    if gap < n:
-        follower = lane.speed[gap, i]
-        low = lane.front[gap, i] + ego.length + rules.front_gap
-        low += follower * max(rules.reaction, IDM_TIME_GAP)
-        low += max(follower - v, 0.0) * rules.line_time
-        pace = follower
+    least = -np.inf
+    if gap < lane.front.shape[0]:
+        pace = lane.speed[gap, i]
+        behind = lane.front[gap, i] + ego.length
+        least = behind + max(_safe_distance(pace, v, rules), rules.front_gap)
+        low = behind + rules.front_gap + pace * max(rules.reaction, COMFORTABLE_GAP)
+        low += max(pace - v, 0.0) * rules.line_time
     if gap > 0:
         high = lane.rear[gap - 1, i] - rules.front_gap - rules.front_headway * v
         pace = lane.speed[gap - 1, i]
     wanted = place
     if place > high or low > high:
-        wanted = high - AIM_INSIDE
+        middle = min(0.5 * (least + high), high)
+        wanted = max(high - AIM_INSIDE, middle)
     elif place < low:
         wanted = low
     if wanted == place:  # as fast as the gap allows

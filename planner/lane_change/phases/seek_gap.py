@@ -19,6 +19,9 @@ from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.plan import plan_speed
 from planner.lane_change.surroundings import in_lane
 
+# An entry this near is tried: the speed program adjusts what lacks, and others seldom
+# do exactly what was rolled out [s]
+AT_ONCE = 1.0
 TRIED = 2  # gaps whose change is planned in full in one cycle
 
 
@@ -51,7 +54,7 @@ def seek_gap(
     if not plans:
         return None
     for plan in plans[:TRIED]:
-        if plan.entry > 0.0:
+        if plan.entry > AT_ONCE:
             continue
         candidate = _change_into(here, lane, plan, settings, counts)
         if candidate is not None:
