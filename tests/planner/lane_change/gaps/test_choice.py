@@ -57,7 +57,7 @@ def test_it_steps_down_to_the_gap_whose_follower_brakes_less():
     best = choose(row)[0]
     assert ids(best) == ("car.1", "car.2")
     assert best.braking <= 1.0
-    hurried = LaneChangeSettings(gaps=GapSettings(braking_weight=0.0, wait_weight=1.0))
+    hurried = LaneChangeSettings(gaps=GapSettings(braking_weight=0.0, wait_weight=0.0))
     scene = on_lanes(cars=row, obstacles=wall(500.0), speed=SPEED)
     first = choose_gaps(look(scene, hurried), 0, (1,), None, hurried)[0]
     assert first.entry < best.entry or first.braking > best.braking
