@@ -12,7 +12,7 @@ PACKAGES := planner sumo_nets experiments
 SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collected packages'
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs r157 r157-docs test test-slow cov docs lint fmt type imports bench bench-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs test test-slow cov docs lint fmt type imports bench bench-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -54,6 +54,10 @@ results-docs: results ## The same, put numbers and document into docs and their 
 
 r157: $(DEV_STAMP) ## Draw the picture of UN Regulation 157 into runs/r157, or go on: ARGS="--kind all --full"
 	@$(BIN)/rearview r157 $(ARGS)
+
+perception: $(USER_STAMP) ## Drive the sweep perception, or go on, and write tables and curves beside it: ARGS="--limit 500"
+	@$(BIN)/rearview sweep perception $(ARGS)
+	@$(BIN)/rearview robustness sweeps/perception -o sweeps/perception/robustness.md --figure sweeps/perception/robustness.svg
 
 r157-docs: r157 ## The same, and put document and pictures into docs
 	@cp runs/r157/r157.md docs/

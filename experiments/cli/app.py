@@ -36,13 +36,19 @@ from experiments.cli import (
     thesis_command,
     tube_command,
 )
+from experiments.cli.scenario_options import (
+    AllowPlanner,
+    Overrides,
+    PlannerName,
+    ScenarioName,
+    SeedNumber,
+)
 from experiments.cli.user_errors import (
     ARRIVED,
     BAD_INPUT,
     INTERRUPTED,
     OTHER_OUTCOME,
     TERMINATED,
-    AllowPlanner,
     TerminatedError,
     end_on_sigterm,
     reader_may_leave,
@@ -141,23 +147,11 @@ before_run_commands.add_to(app)
 @app.command()
 @_with_verbose
 def run(
-    scenario: Annotated[
-        str,
-        typer.Argument(metavar="NAME|FILE", help="Shipped scenario, or a .yaml file."),
-    ],
+    scenario: ScenarioName,
     *,
-    planner: Annotated[
-        str | None, typer.Option(help="Registered planner, or module:factory.")
-    ] = None,
-    seed: Annotated[
-        int | None, typer.Option(help="Seed of traffic and obstacles.")
-    ] = None,
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="Override a key: ego.goal_m=200."
-        ),
-    ] = None,
+    planner: PlannerName = None,
+    seed: SeedNumber = None,
+    overrides: Overrides = None,
     allow_planner: AllowPlanner = None,
     gui: Annotated[bool, typer.Option("--gui", help="Show SUMO's window.")] = False,
     as_json: Annotated[

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from experiments.cli.user_errors import AllowPlanner, report_user_errors
+from experiments.cli.scenario_options import (
+    AllowPlanner,
+    Overrides,
+    PlannerName,
+    ScenarioName,
+    SeedNumber,
+)
+from experiments.cli.user_errors import report_user_errors
 from experiments.errors import ConfigError, ResultsError
 
 if TYPE_CHECKING:
@@ -139,23 +146,11 @@ def _print_edges(edges: "list[Edge]") -> None:
 
 
 def check(
-    scenario: Annotated[
-        str,
-        typer.Argument(metavar="NAME|FILE", help="Shipped scenario, or a .yaml file."),
-    ],
+    scenario: ScenarioName,
     *,
-    planner: Annotated[
-        str | None, typer.Option(help="Registered planner, or module:factory.")
-    ] = None,
-    seed: Annotated[
-        int | None, typer.Option(help="Seed of traffic and obstacles.")
-    ] = None,
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="Override a key: ego.goal_m=200."
-        ),
-    ] = None,
+    planner: PlannerName = None,
+    seed: SeedNumber = None,
+    overrides: Overrides = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Picture: .png, .svg or .pdf."),

@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from experiments.cli.user_errors import AllowPlanner, report_user_errors
+from experiments.cli.scenario_options import AllowPlanner
+from experiments.cli.user_errors import report_user_errors
 from experiments.errors import ConfigError
 
 PAGE_SUFFIXES = (".html", ".htm")

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
+from experiments.cli.scenario_options import AllowPlanner
 from experiments.cli.user_errors import (
     OTHER_OUTCOME,
-    AllowPlanner,
     report_user_errors,
 )
 

@@ -22,10 +22,14 @@ def robustness(
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Markdown file; default: print.")
     ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(help="Curves over latency, noise and range: .svg, .pdf, .png."),
+    ] = None,
 ) -> None:
     """Write what imperfect vehicles and eyes cost, from finished sweeps.
 
-    Example: rearview robustness sweeps/robustness -o robustness.md
+    Example: rearview robustness sweeps/perception -o robustness.md --figure f.svg
 
     Exit status: 0 done, 2 bad input.
     """
@@ -34,6 +38,13 @@ def robustness(
         from experiments.errors import ResultsError
 
         page = robustness_page(sweeps)
+        if figure is not None:
+            from experiments.comparison.robustness import degradation_curves
+            from experiments.report.figures.degradation import draw_degradation
+            from experiments.report.figures.save import save_picture
+
+            curves = [curve for sweep in sweeps for curve in degradation_curves(sweep)]
+            save_picture("robustness", figure, lambda: draw_degradation(curves))
         if out is None:
             sys.stdout.write(page)
             return

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from experiments.cli.report_commands import write_page
+from experiments.cli.scenario_options import AllowPlanner
 from experiments.cli.user_errors import (
     INTERRUPTED,
     OTHER_OUTCOME,
-    AllowPlanner,
     report_user_errors,
 )
 

@@ -1,6 +1,7 @@
 """A sweep from the command to the last line: survey, lock, estimate, drive, results."""
 
 import os
+import shlex
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -71,6 +72,7 @@ class SweepSession:
                 yield from self._drive(found, warm)
             else:
                 refresh(self._folder)
+        yield from _failures(self._folder)
         yield f"results: {self._folder / RESULTS}"
         yield f"report: {_page(self._folder)}"
 
@@ -156,6 +158,17 @@ class SweepSession:
         from experiments.sweep.executors.local import LocalExecutor
 
         return LocalExecutor(settings, self._workers)
+
+
+def _failures(folder: Path) -> list[str]:
+    """Describe why runs did not arrive."""
+    from experiments.comparison.results import RUN_ID, axis_columns, rows
+    from experiments.report.sweep.failures import failure_kinds, failure_lines
+
+    found = rows(folder)
+    axes = axis_columns(list(found[0])) if found else []
+    kinds = failure_kinds(found, axes, [str(row[RUN_ID]) for row in found])
+    return failure_lines(kinds, shlex.join(["rearview", "rerun", str(folder)]))
 
 
 def _page(folder: Path) -> Path:

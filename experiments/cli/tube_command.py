@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from experiments.cli.scenario_options import Overrides
 from experiments.cli.user_errors import report_user_errors
 
 
@@ -20,12 +21,7 @@ def tube(
         typer.Argument(metavar="NAME|FILE", help="Scenario whose ego has a plant."),
     ],
     *,
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="As of run: ego.plant=dynamic."
-        ),
-    ] = None,
+    overrides: Overrides = None,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Tube file; default: print it.")
     ] = None,

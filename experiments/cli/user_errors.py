@@ -5,7 +5,6 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated
 
 import typer
 
@@ -19,15 +18,6 @@ INTERNAL_ERROR = 3
 INTERRUPTED = 130  # by Ctrl-C
 NOT_READ = 141  # stdout was closed, as after SIGPIPE
 TERMINATED = 143  # by SIGTERM
-
-AllowPlanner = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--allow-planner",
-        metavar="MODULE",
-        help="Allow the file to name this module as planner; its code is run.",
-    ),
-]
 
 
 class TerminatedError(KeyboardInterrupt):

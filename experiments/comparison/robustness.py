@@ -1,10 +1,12 @@
 """`docs/robustness.md`: what imperfect vehicles and eyes cost, from a sweep."""
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from experiments.comparison.results import query
+from experiments.comparison.results import Row, query, rows
 from experiments.errors import ConfigError
 
 # axis of the sweep -> heading of its column
@@ -28,6 +30,20 @@ MEASURES = {
     "lateral error [m]": ("max(tracking_lateral_max_m)", 2),
     "plans anew": ("sum(plans_anew)", 0),
 }
+LEAST_VALUES = 3  # of an axis over which a curve is drawn
+
+
+@dataclass(frozen=True, slots=True)
+class DegradationCurve:
+    """What wears off along one axis, all other axes at their most frequent value."""
+
+    axis: str
+    scenario: str
+    planner: str
+    values: tuple[float, ...]  # on the axis, rising
+    measures: tuple[tuple[Any, ...], ...]  # of each value, in the order of MEASURES
+
+
 HEAD = """# Robustness
 
 What it costs the planners that the ego has mass, tyres, slow hands, eyes that miss
@@ -60,9 +76,85 @@ def robustness_page(folders: Sequence[Path]) -> str:
             folder, "SELECT DISTINCT scenario, planner FROM runs ORDER BY ALL"
         ).fetchall()
         for scenario, planner in groups:
-            parts.append(f"\n## {scenario}, {planner}\n\n")
-            parts.append(_table(folder, axes, scenario, planner))
+            own = [
+                curve
+                for curve in degradation_curves(folder)
+                if (curve.scenario, curve.planner) == (scenario, planner)
+            ]
+            if own:
+                parts.append(f"\n## One axis at a time: {scenario}, {planner}\n")
+                parts += [_curve_table(curve) for curve in own]
+            else:
+                parts.append(f"\n## {scenario}, {planner}\n\n")
+                parts.append(_table(folder, axes, scenario, planner))
     return "".join(parts)
+
+
+def degradation_curves(folder: Path) -> list[DegradationCurve]:
+    """Compute how each numeric axis of a sweep wears on the measures.
+
+    Along an axis, the others are at their most frequent value: at the point from which
+    a sweep such as `perception` varies one at a time. Curves are there only where no
+    other axis is without numbers.
+
+    Raises:
+        ResultsError: If results cannot be read.
+    """
+    names = query(folder).columns
+    axes = [axis for axis in AXES if axis in names]
+    found = rows(folder)
+    numeric = all(
+        isinstance(row[axis], int | float) and not isinstance(row[axis], bool)
+        for axis in axes
+        for row in found
+    )
+    if not (axes and found and numeric):
+        return []
+    base = {
+        axis: Counter(row[axis] for row in found).most_common(1)[0][0] for axis in axes
+    }
+    groups = sorted({(str(row["scenario"]), str(row["planner"])) for row in found})
+    curves = [
+        _curve(folder, axis, base, group)
+        for group in groups
+        for axis in axes
+        if len({row[axis] for row in found}) >= LEAST_VALUES
+    ]
+    return [curve for curve in curves if len(curve.values) > 1]
+
+
+def _curve(
+    folder: Path, axis: str, base: Row, group: tuple[str, str]
+) -> DegradationCurve:
+    """Compute one curve."""
+    scenario, planner = group
+    values = ", ".join(sql for sql, _ in MEASURES.values())
+    others = "".join(f' AND "{k}" = {v!r}' for k, v in base.items() if k != axis)
+    found = query(
+        folder,
+        f"SELECT \"{axis}\", {values} FROM runs WHERE scenario = '{scenario}' "
+        f"AND planner = '{planner}'{others} GROUP BY \"{axis}\" ORDER BY ALL",
+    ).fetchall()
+    return DegradationCurve(
+        axis,
+        scenario,
+        planner,
+        tuple(float(row[0]) for row in found),
+        tuple(tuple(row[1:]) for row in found),
+    )
+
+
+def _curve_table(curve: DegradationCurve) -> str:
+    """Write the table of one curve."""
+    digits = [digits for _, digits in MEASURES.values()]
+    lines = [
+        f"| {' | '.join([AXES[curve.axis], *MEASURES])} |",
+        f"|{'---|' * (1 + len(MEASURES))}",
+    ]
+    for value, measures in zip(curve.values, curve.measures, strict=True):
+        numbers = [_number(m, n) for m, n in zip(measures, digits, strict=True)]
+        lines.append(f"| {' | '.join([f'{value:g}', *numbers])} |")
+    return "\n" + "\n".join(lines) + "\n"
 
 
 def _table(folder: Path, axes: Sequence[str], scenario: str, planner: str) -> str:

@@ -192,11 +192,11 @@ class Sweep(Strict):
         found = []
         for planner in self.planners:
             same = [
-                _flat(other.settings)
+                flat(other.settings)
                 for other in self.planners
                 if other.name == planner.name and other.label is None
             ]
-            own = _flat(planner.settings)
+            own = flat(planner.settings)
             words = [
                 f"{key.rpartition('.')[2]} {_text(value)}"
                 for key, value in own.items()
@@ -265,12 +265,12 @@ def _set(settings: dict[str, Any], path: list[str], value: Any) -> None:
     settings[path[-1]] = value
 
 
-def _flat(settings: Mapping[str, Any], start: str = "") -> dict[str, Any]:
+def flat(settings: Mapping[str, Any], start: str = "") -> dict[str, Any]:
     """Return nested settings with dotted keys."""
     found: dict[str, Any] = {}
     for key, value in settings.items():
         if isinstance(value, Mapping):
-            found |= _flat(value, f"{start}{key}.")
+            found |= flat(value, f"{start}{key}.")
         else:
             found[f"{start}{key}"] = value
     return found

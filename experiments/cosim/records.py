@@ -1,7 +1,9 @@
 """Records of one simulation step (traffic, signals, the ego) and of an ending."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import NamedTuple
 
 from planner.interface import PlanResult
 from planner.right_of_way.records import Foe, JunctionAhead
@@ -19,6 +21,13 @@ class Signal:
     state: str  # SUMO's letter: G g y r u o O s M m
 
 
+class VehicleLook(NamedTuple):
+    """What a vehicle shows to others."""
+
+    kind: str  # SUMO's vehicle class, or `pedestrian`
+    indicator: str  # left, right, both, or empty
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TrafficState:
     """All vehicles but the ego and its ghost at one moment, and the signals."""
@@ -30,6 +39,7 @@ class TrafficState:
     ways: Ways | None = None  # of the vehicles, near junctions
     junctions: tuple[JunctionAhead, ...] = ()  # junctions near the ego
     foes: tuple[Foe, ...] = ()  # at them; `junction` is a place there
+    looks: Mapping[str, VehicleLook] = field(default_factory=dict)  # where known
     erring: tuple[tuple[str, str], ...] = ()  # drivers who err, by id, and how
 
 

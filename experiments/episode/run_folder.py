@@ -12,6 +12,8 @@ from experiments.config import Scenario
 from experiments.config.scenario_file import CONFIG_FILE, config_text
 from experiments.cosim.records import Ending
 from experiments.episode.newest_run import ENDED
+from experiments.metrics.metric import MeasuredEpisode
+from experiments.metrics.moments import moments_beside_the_trace
 from experiments.metrics.row import Cell, metric_row
 from experiments.planners.registry import user_module
 from experiments.storage.run_files import MANIFEST, METRICS, write_json
@@ -89,6 +91,7 @@ def write_run(
     """
     limits = scenario.ego.vehicle.limits.to_planner()
     row = metric_row(trace, *runs_without_ego, limits=limits)
+    measured = MeasuredEpisode(trace, next(iter(runs_without_ego), None), limits)
     hashed = trace_hash(trace)
     kept = output.options.keeps_trace(ending)
     if kept:
@@ -103,6 +106,7 @@ def write_run(
         "status": str(ending.status),
         "reason": ending.reason,
         "trace_kept": kept,
+        "moments": moments_beside_the_trace(measured) if kept else {},
         "wall_s": perf_counter() - output.started,
         ENDED: datetime.now(UTC).isoformat(),
         "command": shlex.join(

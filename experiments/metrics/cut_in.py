@@ -137,6 +137,15 @@ def max_deceleration(trace: Trace) -> float | None:
     return max(0.0, *(float(-one.acceleration.min()) for one in found))
 
 
+def hardest_braking_step(trace: Trace) -> int | None:
+    """Return the index of the step of `max_deceleration`."""
+    found = attributed(trace)
+    if not found:
+        return None
+    one = min(found, key=lambda one: float(one.acceleration.min()))
+    return int(one.index[one.acceleration.argmin()])
+
+
 def added_deceleration(trace: Trace, without: Table | None) -> float | None:
     """Return the largest (braking attributed to the change - braking without the ego).
 

@@ -18,6 +18,7 @@ from experiments.metrics.moments import (
     least_clearance,
     least_time_to_collision,
 )
+from experiments.metrics.tracking import tracked, unseen
 from experiments.trace.schema import Trace
 from planner.interface import PlanStatus
 from planner.scene import OFF_ROAD_TOLERANCE
@@ -28,6 +29,9 @@ STANDING = 0.1  # slower is standing [m/s]
 STOOD = 1.0  # a shorter stand is no event [s]
 BRIDGED = 0.5  # stretches of one kind that are closer are one [s]
 LASTING = 0.3  # a phase of a planner that is shorter is no event [s]
+AT_LIMIT = 0.5  # share of a step at a limit, from which on it is an event
+UNSEEN_REACH = 10.0  # from the rear axle; farther ones may well be hidden [m]
+MISSED = 0.5  # a shorter time for which a vehicle nearby is not seen is no event [s]
 MOST_PHASES = 12  # a planner that names more says a sentence, not a phase
 
 _PHASE = re.compile(r"([a-z][a-z_ ]*)(?::|$)")
@@ -44,6 +48,10 @@ class EventKind(StrEnum):
     FALLBACK = "fallback"  # a cycle without a fresh plan
     EGO_BRAKING = "ego_braking"
     FOLLOWER_BRAKING = "follower_braking"
+    AT_LIMIT = "at_limit"  # of steering, drive or grip
+    ANEW = "plan_anew"  # the ego was too far from its plan
+    UNSEEN = "unseen"  # a vehicle nearby that the ego does not believe in
+    TRACKING = "largest_tracking_error"
     CLEARANCE = "least_clearance"
     TTC = "least_ttc"
     OVER_LINE = "over_line"
@@ -70,6 +78,9 @@ _GRAVITY: Final = {
     EventKind.FALLBACK: Gravity.WARNING,
     EventKind.EGO_BRAKING: Gravity.WARNING,
     EventKind.FOLLOWER_BRAKING: Gravity.WARNING,
+    EventKind.AT_LIMIT: Gravity.WARNING,
+    EventKind.ANEW: Gravity.WARNING,
+    EventKind.UNSEEN: Gravity.WARNING,
 }
 
 
@@ -163,6 +174,49 @@ def _follower_braking(trace: Trace) -> Iterator[Event]:
                 most,
                 "m/s²",
             )
+
+
+def _limits(trace: Trace) -> Iterator[Event]:
+    """Find the stretches in which steering, drive or grip is at a limit."""
+    share = np.nan_to_num(tracked(trace, "limited"))
+    step = float(trace.fact("step_s"))
+    for first, last in _stretches(trace, share >= AT_LIMIT):
+        lasted = (last - first + 1) * step
+        words = f"at a limit of steering, drive or grip for {lasted:.1f} s"
+        yield Event(EventKind.AT_LIMIT, first, words, last, "ego", lasted, "s")
+
+
+def _anew(trace: Trace) -> Iterator[Event]:
+    """Find the plans that began off the last one."""
+    starts = trace.starts
+    anew = np.flatnonzero(starts["rule"] == "anew")
+    for row in np.searchsorted(trace.steps["index"], starts["index"][anew]).tolist():
+        yield Event(EventKind.ANEW, row, "too far from its plan: plans anew")
+
+
+def _tracking(trace: Trace) -> Iterator[Event]:
+    """Find the moment of the largest lateral tracking error."""
+    errors = np.abs(tracked(trace, "lateral_error_m"))
+    if not np.isfinite(errors).any():
+        return
+    step = int(np.nanargmax(errors))
+    value = float(errors[step])
+    words = f"farthest beside its plan: {value:.2f} m"
+    yield Event(EventKind.TRACKING, step, words, None, "ego", value, "m")
+
+
+def _unseen(trace: Trace) -> Iterator[Event]:
+    """Find the stretches in which a vehicle nearby is not believed in."""
+    time = np.ma.getdata(trace.steps["time_s"])
+    marks = np.zeros(time.size, dtype=bool)
+    for name, rows in unseen(trace, UNSEEN_REACH).items():
+        marks[:] = False
+        marks[rows] = True
+        for first, last in _stretches(trace, marks):
+            lasted = float(time[last] - time[first]) + float(trace.fact("step_s"))
+            if lasted >= MISSED:
+                words = f"{name} nearby is not seen for {lasted:.1f} s"
+                yield Event(EventKind.UNSEEN, first, words, last, name, lasted, "s")
 
 
 def _clearance(trace: Trace) -> Iterator[Event]:
@@ -280,6 +334,10 @@ _FINDERS: Final[tuple[Callable[[Trace], Iterator[Event]], ...]] = (
     _fallbacks,
     _ego_braking,
     _follower_braking,
+    _limits,
+    _anew,
+    _unseen,
+    _tracking,
     _clearance,
     _time_to_collision,
     _lines,

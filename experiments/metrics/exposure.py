@@ -28,11 +28,16 @@ def time_exposed_ttc(trace: Trace) -> float | None:
 
     The TTC is that of `safety.min_time_to_collision`. None without vehicles.
     """
+    exposed = exposed_steps(trace)
+    return None if exposed is None else float(exposed.size * trace.fact("step_s"))
+
+
+def exposed_steps(trace: Trace) -> NDArray[np.int64] | None:
+    """Return the indices of the steps that `time_exposed_ttc` counts."""
     pairs = neighbours(trace)
     if not pairs.ds.size:
         return None
-    exposed = np.unique(pairs.index[time_to_contact(pairs) < CRITICAL_TTC])
-    return float(exposed.size * trace.fact("step_s"))
+    return np.unique(pairs.index[time_to_contact(pairs) < CRITICAL_TTC])
 
 
 def max_drac(trace: Trace) -> float | None:
@@ -41,13 +46,19 @@ def max_drac(trace: Trace) -> float | None:
     (s_dot - s_dot of the leader)² / (2 gap) while the gap closes, leader and gap as for
     the time headway. 0 behind leaders that are never approached, None without any.
     """
+    found = largest_drac(trace)
+    return None if found is None else found[0]
+
+
+def largest_drac(trace: Trace) -> tuple[float, int] | None:
+    """Return `max_drac` [m/s²] and the index of its step."""
     pairs = neighbours(trace)
     gap, leads = leader_gaps(pairs)
     if not leads.any():
         return None
     closing = np.maximum(-pairs.ds_dot[leads], 0.0)
     needed = closing**2 / (2.0 * np.maximum(gap[leads], LEAST_GAP))
-    return float(needed.max())
+    return float(needed.max()), int(pairs.index[leads][needed.argmax()])
 
 
 def min_post_encroachment_time(trace: Trace) -> float | None:
@@ -57,6 +68,15 @@ def min_post_encroachment_time(trace: Trace) -> float | None:
     a footprint covers; the time is from when the ego or a vehicle has left one to when
     the other comes there, to within a step and a cell, 0 if both are there. A follower
     or leader in the ego's lane counts with its gap in time. None above `PET_HORIZON`.
+    """
+    found = closest_encroachment(trace)
+    return None if found is None else found[0]
+
+
+def closest_encroachment(trace: Trace) -> tuple[float, int] | None:
+    """Return the time of `min_post_encroachment_time` [s] and the index of its step.
+
+    The step is that of the later of the two visits of the place.
     """
     steps, vehicles = trace.steps, trace.vehicles
     ego_index, ego_cell = _covered(
@@ -81,14 +101,16 @@ def min_post_encroachment_time(trace: Trace) -> float | None:
     ego_visits = np.sort(ego_cell * span + ego_index)
     visits = cell * span + index
     after = np.searchsorted(ego_visits, visits)
-    shortest = np.inf
+    shortest, moment = np.inf, 0
     for place in (after - 1, after):
         near = ego_visits[np.clip(place, 0, ego_visits.size - 1)]
-        same = near // span == cell
-        if same.any():
-            shortest = min(shortest, float(np.abs(near - visits)[same].min()))
+        apart = np.where(near // span == cell, np.abs(near - visits), np.inf)
+        least = int(apart.argmin())
+        if apart[least] < shortest:
+            shortest = float(apart[least])
+            moment = int(max(near[least], visits[least]) % span)
     time = shortest * float(trace.fact("step_s"))
-    return time if time <= PET_HORIZON else None
+    return (time, moment) if time <= PET_HORIZON else None
 
 
 def _covered(

@@ -20,6 +20,12 @@ def steps_over_limits(trace: Trace, limits: VehicleLimits | None) -> int | None:
     Returns:
         The number; None if the limits are not known or there are no steps.
     """
+    over = over_limits(trace, limits)
+    return None if over is None else int(over.sum())
+
+
+def over_limits(trace: Trace, limits: VehicleLimits | None) -> BoolArray | None:
+    """Mark the steps that `steps_over_limits` counts, (n_steps,)."""
     steps = trace.steps
     if limits is None or not len(steps["index"]):
         return None
@@ -33,4 +39,4 @@ def steps_over_limits(trace: Trace, limits: VehicleLimits | None) -> int | None:
         (np.abs(steps["curvature_1pm"]), limits.max_curvature),
     ):
         over |= np.ma.filled(value, 0.0) > limit * (1.0 + ROUNDING)
-    return int(over.sum())
+    return over

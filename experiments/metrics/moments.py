@@ -7,19 +7,36 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.metrics import columns, computation, efficiency, safety
+from experiments.metrics import (
+    columns,
+    computation,
+    cut_in,
+    efficiency,
+    exposure,
+    right_of_way,
+    safety,
+)
 from experiments.metrics.comfort import lateral_acceleration
 from experiments.metrics.followers import followings
 from experiments.metrics.lane_change import blockage, first_change
+from experiments.metrics.limits import over_limits
+from experiments.metrics.metric import MeasuredEpisode
 from experiments.metrics.pairs import neighbours
+from experiments.metrics.plans import plans_off_the_road
+from experiments.metrics.static_bodies import least_static_time_to_collision
+from experiments.metrics.tracking import tracked
 from experiments.trace.schema import Column, Trace
 from planner.interface import PlanStatus
 from planner.scene import OFF_ROAD_TOLERANCE
 from planner.states import FloatArray
 
+ROUNDING = 1e-6  # of times [s]
+_BRAKING = ("added_deceleration", "braked_at")  # of a cost: its size and its time
+_Finder = Callable[[Trace], int | None]  # row of the steps
+
 
 def moments(trace: Trace) -> dict[str, int]:
-    """Find the moments of all metrics that have one.
+    """Find the moments of all metrics that have one in the trace.
 
     Returns:
         Column of the results row -> row of the steps. Metrics over a whole episode,
@@ -29,6 +46,34 @@ def moments(trace: Trace) -> dict[str, int]:
         return {}
     found = {name: find(trace) for name, find in _MOMENTS.items()}
     return {name: step for name, step in found.items() if step is not None}
+
+
+def moments_beside_the_trace(episode: MeasuredEpisode) -> dict[str, int]:
+    """Find the moments of the metrics that need more than the trace.
+
+    Those against the same seed without the ego, and against the vehicle's limits: they
+    are found when an episode is measured, and kept in its manifest.
+
+    Returns:
+        Column of the results row -> row of the steps, as `moments`.
+    """
+    time = np.ma.getdata(episode.trace.steps["time_s"])
+    found = {}
+    for column, costs, size, at in (
+        (columns.BEHIND_DELAY_MAX, episode.costs_behind, "delay", "delayed_at"),
+        (columns.BEHIND_SPEED_LOSS, episode.costs_behind, "speed_loss", "lost_at"),
+        (columns.BEHIND_DECELERATION, episode.costs_behind, *_BRAKING),
+        (columns.AHEAD_SPEED_LOSS, episode.costs_ahead, "speed_loss", "lost_at"),
+        (columns.AHEAD_DECELERATION, episode.costs_ahead, *_BRAKING),
+    ):
+        if costs:
+            worst = max(costs, key=lambda cost: float(getattr(cost, size)))
+            row = np.searchsorted(time, getattr(worst, at) - ROUNDING)
+            found[column] = min(int(row), time.size - 1)
+    over = over_limits(episode.trace, episode.limits)
+    if over is not None and over.any():
+        found[columns.OVER_LIMITS_STEPS] = int(over.argmax())
+    return found
 
 
 def first_contact(trace: Trace) -> int | None:
@@ -111,7 +156,7 @@ def _fallback(trace: Trace) -> int | None:
     return _first(statuses != PlanStatus.OK)
 
 
-def _slowest_cycle(clock: computation.PlanningClock) -> Callable[[Trace], int | None]:
+def _slowest_cycle(clock: computation.PlanningClock) -> _Finder:
     """Return a function that finds the slowest cycle but the first."""
 
     def find(trace: Trace) -> int | None:
@@ -147,7 +192,7 @@ def _at_blockage(trace: Trace) -> int | None:
     return _first(front >= wall)
 
 
-def _change(end: int) -> Callable[[Trace], int | None]:
+def _change(end: int) -> _Finder:
     """Return a function that finds begin (0) or end (1) of the first lane change."""
 
     def find(trace: Trace) -> int | None:
@@ -157,7 +202,70 @@ def _change(end: int) -> Callable[[Trace], int | None]:
     return find
 
 
-def _largest(name: str) -> Callable[[Trace], int | None]:
+def _at(find: Callable[[Trace], tuple[float, int] | None]) -> _Finder:
+    """Return a function that finds the step whose index stands beside a value."""
+
+    def row(trace: Trace) -> int | None:
+        found = find(trace)
+        return None if found is None else _row_of(trace, found[1])
+
+    return row
+
+
+def _first_of(find: Callable[[Trace], NDArray[np.int64] | None]) -> _Finder:
+    """Return a function that finds the first of the steps whose indices are listed."""
+
+    def row(trace: Trace) -> int | None:
+        found = find(trace)
+        return None if found is None or not found.size else _row_of(trace, found[0])
+
+    return row
+
+
+def _passed_line(trace: Trace) -> int | None:
+    """Find the step in which the first closed line was driven over."""
+    return next(iter(right_of_way.passed_lines(trace)), None)
+
+
+def _hindered(trace: Trace) -> int | None:
+    """Find the step in which the first vehicle with the right of way braked."""
+    return min((right_of_way.hindered(trace) or {}).values(), default=None)
+
+
+def _gave_way(trace: Trace) -> int | None:
+    """Find the step in which the ego first stood to give way."""
+    return _first(right_of_way.gives_way(trace))
+
+
+def _junction_passage(trace: Trace) -> int | None:
+    """Find the step of `junction_pet_s`."""
+    found = right_of_way.closest_passage(trace)
+    return None if found is None else found[1]
+
+
+def _cut_in_braking(trace: Trace) -> int | None:
+    """Find the step in which a follower of the lane change brakes hardest."""
+    found = cut_in.hardest_braking_step(trace)
+    return None if found is None else _row_of(trace, found)
+
+
+def _begun_anew(trace: Trace) -> int | None:
+    """Find the first plan that began off the last one."""
+    anew = np.flatnonzero(trace.starts["rule"] == "anew")
+    return _row_of(trace, trace.starts["index"][anew[0]]) if anew.size else None
+
+
+def _largest_tracked(key: str) -> _Finder:
+    """Return a function that finds the largest magnitude of a tracking error."""
+    return lambda trace: _extreme(np.abs(tracked(trace, key)), 1.0)
+
+
+def _at_limit(trace: Trace) -> int | None:
+    """Find the first step at a limit of steering, drive or grip."""
+    return _first(tracked(trace, "limited") > 0.0)
+
+
+def _largest(name: str) -> _Finder:
     """Return a function that finds the largest magnitude of a column of the steps."""
     return lambda trace: _extreme(np.ma.abs(trace.steps[name]), 1.0)
 
@@ -185,15 +293,24 @@ def _least_ttc(trace: Trace) -> int | None:
     return None if found is None else found[0]
 
 
-_MOMENTS: Final[Mapping[str, Callable[[Trace], int | None]]] = {
+_MOMENTS: Final[Mapping[str, _Finder]] = {
     columns.COLLISIONS: first_contact,
     columns.FIRST_COLLISION_WITH: first_contact,
     columns.MIN_CLEARANCE: least_clearance,
     columns.MIN_TTC: _least_ttc,
     columns.MIN_TIME_HEADWAY: _least_headway,
+    columns.MIN_STATIC_TTC: _at(least_static_time_to_collision),
+    columns.TIME_EXPOSED_TTC: _first_of(exposure.exposed_steps),
+    columns.MAX_DRAC: _at(exposure.largest_drac),
+    columns.MIN_PET: _at(exposure.closest_encroachment),
+    columns.OFF_ROAD_PLANS: _first_of(plans_off_the_road),
     columns.OFF_ROAD_STEPS: _off_road,
     columns.TRAVEL_TIME: _arrival,
     columns.MAX_SPEEDING: _speeding,
+    columns.LINE_VIOLATIONS: _passed_line,
+    columns.ENCROACHMENTS: _hindered,
+    columns.GAVE_WAY: _gave_way,
+    columns.JUNCTION_PET: _junction_passage,
     columns.MAX_ACCELERATION: _largest("acceleration_mps2"),
     columns.MAX_LATERAL_ACCELERATION: lambda trace: _extreme(
         np.abs(lateral_acceleration(trace.steps)), 1.0
@@ -209,4 +326,11 @@ _MOMENTS: Final[Mapping[str, Callable[[Trace], int | None]]] = {
     columns.LANE_CHANGE_TIME: _change(0),
     columns.LANE_CHANGE_DONE: _change(1),
     columns.BEFORE_BLOCKAGE: _at_blockage,
+    columns.CUT_IN_DECELERATION: _cut_in_braking,
+    columns.CUT_IN_ADDED: _cut_in_braking,
+    columns.TRACKING_LATERAL_MAX: _largest_tracked("lateral_error_m"),
+    columns.TRACKING_LONGITUDINAL_MAX: _largest_tracked("behind_m"),
+    columns.LIMITED_SHARE: _at_limit,
+    columns.GRIP_MAX: _largest_tracked("grip"),
+    columns.PLANS_ANEW: _begun_anew,
 }

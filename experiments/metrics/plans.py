@@ -1,6 +1,7 @@
 """Checks of every recorded plan, driven or not."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from experiments.trace.schema import Table, Trace
 from planner.reference_path.path import ReferencePath
@@ -25,6 +26,12 @@ def off_road_plans(trace: Trace) -> int | None:
     more than 1 cm beyond counts, as in the loop's check of what is driven. None
     without plans.
     """
+    found = plans_off_the_road(trace)
+    return None if found is None else int(found.size)
+
+
+def plans_off_the_road(trace: Trace) -> NDArray[np.int64] | None:
+    """Return the indices of the steps whose plans `off_road_plans` counts."""
     plans = trace.plans
     if not len(plans["index"]) or not len(trace.path["s_m"]):
         return None
@@ -51,7 +58,7 @@ def off_road_plans(trace: Trace) -> int | None:
             right = np.interp(at, edge, _numbers(trace.bounds, "right_m"))
             beyond = np.maximum(l - left, right - l)
             over[known] |= (beyond > OFF_ROAD_TOLERANCE) & (at <= last)
-    return int(np.unique(plans["index"][over]).size)
+    return np.unique(np.ma.getdata(plans["index"])[over])
 
 
 def _end_of_road(trace: Trace) -> float:

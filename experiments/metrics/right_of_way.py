@@ -15,13 +15,18 @@ NEVER = np.inf
 
 def line_violations(trace: Trace) -> int:
     """Count the closed stop lines that the front bumper has driven over."""
+    return len(passed_lines(trace))
+
+
+def passed_lines(trace: Trace) -> list[int]:
+    """List the rows of the steps in which a closed line was driven over."""
     steps, fronts = trace.steps, _fronts(trace)
-    count = 0
+    found = []
     for k in range(len(fronts) - 1):
-        lines = np.array(json.loads(steps["stop_lines"][k]))
-        over = lines + OVERSHOOT
-        count += int(np.count_nonzero((fronts[k] <= over) & (fronts[k + 1] > over)))
-    return count
+        over = np.array(json.loads(steps["stop_lines"][k])) + OVERSHOOT
+        count = np.count_nonzero((fronts[k] <= over) & (fronts[k + 1] > over))
+        found += [k + 1] * int(count)
+    return found
 
 
 def encroachments(trace: Trace) -> int | None:
@@ -31,6 +36,12 @@ def encroachments(trace: Trace) -> int | None:
     asks for while the ego is over its line and has not left the zone. None without a
     junction.
     """
+    found = hindered(trace)
+    return None if found is None else len(found)
+
+
+def hindered(trace: Trace) -> dict[str, int] | None:
+    """Return the vehicles that `encroachments` counts, each with its first row."""
     if not trace.junctions["index"].size:
         return None
     table, braking = trace.foes, _accelerations(trace)
@@ -48,18 +59,25 @@ def encroachments(trace: Trace) -> int | None:
         turning[met].tolist(),
         strict=True,
     )
-    return len(
-        {name for k, name, own in rows if braking.get((k, name), 0.0) < -HARD - own}
-    )
+    found: dict[str, int] = {}
+    for k, name, own in rows:
+        if braking.get((k, name), 0.0) < -HARD - own:
+            found.setdefault(name, k)
+    return found
 
 
 def gave_way_time(trace: Trace) -> float | None:
     """Return how long the ego stood to give way [s]; None without a junction."""
     if not trace.junctions["index"].size:
         return None
+    return float(np.count_nonzero(gives_way(trace)) * trace.fact("step_s"))
+
+
+def gives_way(trace: Trace) -> BoolArray:
+    """Mark the steps in which the ego stands to give way, (n_steps,)."""
     waits = ~np.ma.getmaskarray(trace.steps["gives_way_to"])
     stands = np.abs(np.ma.getdata(trace.steps["speed_mps"])) < STANDING
-    return float(np.count_nonzero(waits & stands) * trace.fact("step_s"))
+    return np.asarray(waits & stands)
 
 
 def post_encroachment_time(trace: Trace) -> float | None:
@@ -68,12 +86,21 @@ def post_encroachment_time(trace: Trace) -> float | None:
     Null unless the ego and another vehicle have both passed a zone of the same
     foe while the ego was near the junction.
     """
+    found = closest_passage(trace)
+    return None if found is None else found[0]
+
+
+def closest_passage(trace: Trace) -> tuple[float, int] | None:
+    """Return the time of `post_encroachment_time` [s] and the row of its step.
+
+    The step is the one in which the second of the two enters the zone.
+    """
     table = trace.foes
     if not table["index"].size:
         return None
     fronts, rears = _fronts(trace), _rears(trace)
     step = float(trace.fact("step_s"))
-    least = NEVER
+    least, moment = NEVER, 0
     keys = list(zip(table["vehicle"].tolist(), table["begin_m"].tolist(), strict=True))
     for key in dict.fromkeys(keys):
         rows = np.array([each == key for each in keys])
@@ -81,9 +108,10 @@ def post_encroachment_time(trace: Trace) -> float | None:
         other = _visit(table["index"][rows], table["entry_m"][rows], len(fronts))
         if own is None or other is None:
             continue
-        apart = max(own[0] - other[1], other[0] - own[1])
-        least = min(least, max(apart, 0) * step)
-    return None if least == NEVER else float(least)
+        apart = max(own[0] - other[1], other[0] - own[1], 0) * step
+        if apart < least:
+            least, moment = apart, max(own[0], other[0])
+    return None if least == NEVER else (float(least), moment)
 
 
 def _passage(entered: BoolArray, left: BoolArray) -> tuple[int, int] | None:

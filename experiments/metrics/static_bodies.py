@@ -18,13 +18,21 @@ def min_static_time_to_collision(trace: Trace) -> float | None:
     In the Frenet plane of the ego's path, the ego keeping (s_dot, l_dot) and heading,
     as for vehicles; discs are discs. None without one within 10 s.
     """
+    found = least_static_time_to_collision(trace)
+    return None if found is None else found[0]
+
+
+def least_static_time_to_collision(trace: Trace) -> tuple[float, int] | None:
+    """Return `min_static_time_to_collision` [s] and the index of its step."""
     pairs, radius = static_neighbours(trace)
     if not pairs.ds.size:
         return None
     boxes = time_to_contact(pairs)
     times = np.where(radius > 0.0, time_to_disc(pairs, radius), boxes)
-    times = times[times <= TTC_HORIZON]
-    return float(times.min()) if times.size else None
+    least = int(times.argmin())
+    if not times[least] <= TTC_HORIZON:
+        return None
+    return float(times[least]), int(pairs.index[least])
 
 
 def time_to_disc(pairs: Neighbours, radius: FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ import numpy as np
 from experiments.trace.schema import Column, Table, Trace
 from planner.states import FloatArray
 
+NEAR = 30.0  # within which a vehicle should be believed in [m]
 _A_DIFFERENCE = 2  # values that it takes
 
 
@@ -54,35 +55,60 @@ def nearest_error(trace: Trace) -> float | None:
     In each step the vehicle that is nearest to the ego's rear axle among those that
     are both there and believed in. None with perfect eyes, or without such a vehicle.
     """
-    found = _errors_of_nearest(trace)
-    return float(np.mean(found)) if found else None
+    found = nearest_errors(trace)
+    there = found[np.isfinite(found)]
+    return float(np.mean(there)) if there.size else None
 
 
-def unseen_near(trace: Trace, reach: float = 30.0) -> float | None:
-    """Return the share of vehicles within `reach` [m] that were not believed in.
+def unseen_near(trace: Trace) -> float | None:
+    """Return the share of vehicles within `NEAR` that were not believed in.
 
     None with perfect eyes, or if no vehicle came so near.
     """
     near = missing = 0
     for ego, there, believed in _moments(trace):
         for name, place in there.items():
-            if np.hypot(*(place - ego)) <= reach:
+            if np.hypot(*(place - ego)) <= NEAR:
                 near += 1
                 missing += name not in believed
     return missing / near if near else None
 
 
-def _errors_of_nearest(trace: Trace) -> list[float]:
-    """List the errors of the nearest vehicle that is believed in, a step each [m]."""
-    errors = []
-    for ego, there, believed in _moments(trace):
+def unseen(trace: Trace, reach: float) -> dict[str, list[int]]:
+    """Return in which rows of the steps a vehicle within `reach` was not believed in.
+
+    By vehicle, in the order in which they were first missed.
+    """
+    found: dict[str, list[int]] = {}
+    for row, (ego, there, believed) in enumerate(_moments(trace)):
+        for name, place in there.items():
+            if name not in believed and np.hypot(*(place - ego)) <= reach:
+                found.setdefault(name, []).append(row)
+    return found
+
+
+def nearest_errors(trace: Trace) -> FloatArray:
+    """Compute the error of the nearest vehicle that is believed in, (n_steps,) [m].
+
+    NaN in steps without one, and in all with perfect eyes.
+    """
+    errors = np.full(len(trace.steps["index"]), np.nan)
+    for row, (ego, there, believed) in enumerate(_moments(trace)):
         both = there.keys() & believed.keys()
         if both:
             name = min(
                 both, key=lambda one: (float(np.hypot(*(there[one] - ego))), one)
             )
-            errors.append(float(np.hypot(*(there[name] - believed[name]))))
+            errors[row] = float(np.hypot(*(there[name] - believed[name])))
     return errors
+
+
+def tracked(trace: Trace, key: str) -> FloatArray:
+    """Return a column of the tracking in every step, (n_steps,); NaN without one."""
+    values = np.full(len(trace.steps["index"]), np.nan)
+    rows = np.searchsorted(trace.steps["index"], trace.tracking["index"])
+    values[rows] = np.ma.getdata(trace.tracking[key])
+    return values
 
 
 _Places = dict[str, FloatArray]

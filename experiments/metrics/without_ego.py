@@ -5,7 +5,7 @@ without. A negative delay is a gain, for example where the ego left a lane free.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,10 @@ class Cost:
     delay: float  # [s]
     speed_loss: float  # >= 0 [m/s]
     added_deceleration: float  # >= 0 [m/s²]
+    # when the delay was complete, most speed lost, and braking hardest [s]
+    delayed_at: float = field(default=0.0, compare=False)
+    lost_at: float = field(default=0.0, compare=False)
+    braked_at: float = field(default=0.0, compare=False)
 
 
 def costs(trace: Trace, without: Table, other: Table | None = None) -> list[Cost]:
@@ -131,8 +135,15 @@ def _cost(name: str, driven: VehicleDrive, free: VehicleDrive) -> Cost | None:
     inside = (driven.s >= begin) & (driven.s <= end)
     lost = free.speed_at(driven.s[inside]) - driven.speed[inside]
     braking = driven.hardest_braking(begin, end) - free.hardest_braking(begin, end)
+    times = driven.time[inside]
     return Cost(
-        name, _delay(driven, free), max(0.0, float(lost.max())), max(0.0, braking)
+        name,
+        _delay(driven, free),
+        max(0.0, float(lost.max())),
+        max(0.0, braking),
+        driven.time_at(end),
+        float(times[lost.argmax()]),
+        float(times[driven.acceleration[inside].argmin()]),
     )
 
 

@@ -1,11 +1,14 @@
 """A run for figures: its trace, its map, and a few moments."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from experiments.errors import ResultsError
+from experiments.metrics.moments import moments
 from experiments.storage.atomic_folder import require_there
 from experiments.trace.files import file_name, read_trace
 from experiments.trace.road_map import RoadMap, read_map
@@ -59,6 +62,18 @@ def numbers(column: Column) -> FloatArray:
     """Convert a column to plain float64, NaN where masked."""
     filled: FloatArray = np.ma.filled(column.astype(np.float64), np.nan)
     return filled
+
+
+def metric_times(trace: Trace, manifest: Mapping[str, Any]) -> dict[str, float]:
+    """Return when each metric that has a moment took its value [s].
+
+    Args:
+        trace: With at least one step.
+        manifest: Of its run.
+    """
+    time = numbers(trace.steps["time_s"])
+    found = {**moments(trace), **(manifest.get("moments") or {})}
+    return {k: float(time[row]) for k, row in found.items() if 0 <= row < time.size}
 
 
 def _moments(trace: Trace) -> tuple[int, ...]:

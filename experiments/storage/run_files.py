@@ -45,6 +45,7 @@ class Manifest(FileSchema):
     trace_hash: str | None = None
     trace_schema: int | None = None
     trace_kept: bool | None = None
+    moments: dict[str, int] | None = None  # of metrics, beside those in the trace
     versions: dict[str, str | None] | None = None
     git: GitState | None = None
     wall_s: float | None = None

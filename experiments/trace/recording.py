@@ -8,7 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from experiments.cosim.records import Ending, PlanStart, StepRecord, TrafficState
+from experiments.cosim.records import (
+    Ending,
+    PlanStart,
+    StepRecord,
+    TrafficState,
+    VehicleLook,
+)
 from experiments.cosim.road import EgoTask, Road
 from experiments.trace.junction_tables import (
     foe_table,
@@ -109,6 +115,7 @@ def build_trace(
             "starts", [_start_row(r.index, r.start) for r in records if r.start]
         ),
         perceived=_perceived(records),
+        looks=_looks(records),
         driver_errors=_from_rows(
             "driver_errors",
             [(r.index, *error) for r in records for error in r.traffic.erring],
@@ -228,6 +235,19 @@ def _perceived(records: Sequence[StepRecord]) -> Table:
         [np.empty((len(COLUMNS), 0)), *(users.table for _, users in seen)], axis=1
     )
     return _from_arrays("perceived", index, ids, *columns)
+
+
+def _looks(records: Sequence[StepRecord]) -> Table:
+    """Make one row for each vehicle first seen, and for each change of its lights."""
+    last: dict[str, VehicleLook] = {}
+    rows = []
+    for record in records:
+        for name in record.traffic.vehicles.ids:
+            look = record.traffic.looks.get(name)
+            if look is not None and last.get(name) != look:
+                last[name] = look
+                rows.append((record.index, name, *look))
+    return _from_rows("looks", rows)
 
 
 def _numbers(state: Any) -> tuple[float, ...]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from experiments.errors import ResultsError
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 
 Column = NDArray[Any]
 Table = Mapping[str, Column]
@@ -174,8 +174,9 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
     },
     "ways": {"way": _COUNT, "s_m": _NUMBER, "x_m": _NUMBER, "y_m": _NUMBER},
 }
-# Recorded only where vehicle, eyes or drivers are not perfect: an empty one has no file
-# and no part in the hash.
+# Recorded only where there is something in it (vehicle, eyes or drivers that are not
+# perfect, vehicles that show something): an empty one has no file and no part in the
+# hash.
 MODEL_TABLES: Mapping[str, Mapping[str, Kind]] = {
     "tracking": {  # one row a step from the second on: how the plan was followed
         "index": _COUNT,
@@ -206,6 +207,12 @@ MODEL_TABLES: Mapping[str, Mapping[str, Kind]] = {
         "acceleration_mps2": _NUMBER,
         "lateral_speed_mps": _NUMBER,
         **_SIZE,
+    },
+    "looks": {  # one row when a vehicle is first seen, and when its lights change
+        "index": _COUNT,
+        "id": _TEXT,
+        "kind": _TEXT,  # SUMO's vehicle class, or pedestrian
+        "indicator": _TEXT,  # left, right, both; empty without
     },
     "driver_errors": {  # of the traffic: who errs in a step, and how
         "index": _COUNT,
@@ -251,6 +258,7 @@ class Trace:
     tracking: Table = field(default_factory=lambda: empty_table("tracking"))
     starts: Table = field(default_factory=lambda: empty_table("starts"))
     perceived: Table = field(default_factory=lambda: empty_table("perceived"))
+    looks: Table = field(default_factory=lambda: empty_table("looks"))
     driver_errors: Table = field(default_factory=lambda: empty_table("driver_errors"))
 
     def __post_init__(self) -> None:

@@ -8,11 +8,15 @@ from typing import cast
 
 import numpy as np
 
+from experiments.cosim.records import VehicleLook
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo.libsumo_api import Libsumo, Point
 from planner.scene import COLUMNS, RoadUsers
 
 PERSON = "person:"  # before the id of somebody on foot
+ON_FOOT = VehicleLook("pedestrian", "")
+# bits 0 to 2 of SUMO's signals: blinker right, blinker left, emergency blinker
+INDICATORS = ("", "right", "left", "both", "both", "both", "both", "both")
 LATERAL_SPEED = COLUMNS.index("lateral_speed")
 Number = Callable[[str], float]  # of a vehicle's name
 Getters = tuple[Callable[[str], Point], Number, Number, Number, Number]
@@ -59,6 +63,21 @@ class VehicleReader:
         self._getters = direct_getters(sumo)
         self._hidden = hidden
         self._sizes: dict[str, tuple[float, float]] = {}
+        self._kinds: dict[str, str] = {}
+
+    def looks(self, names: Iterable[str]) -> dict[str, VehicleLook]:
+        """Read kind and indicators of vehicles that `near` has just read."""
+        signals, known = self._vehicles.getSignals, self._kinds
+        found = {}
+        for name in names:
+            if name.startswith(PERSON):
+                found[name] = ON_FOOT
+                continue
+            kind = known.get(name)
+            if kind is None:
+                kind = known[name] = self._vehicles.getVehicleClass(name)
+            found[name] = VehicleLook(kind, INDICATORS[signals(name) & 7])
+        return found
 
     def near(self, point: tuple[float, float], radius: float) -> RoadUsers:
         """Read all vehicles at most `radius` from a point by id, then all on foot."""

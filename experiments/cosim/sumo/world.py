@@ -144,11 +144,13 @@ class SumoWorld:
         sumo, reader = self._running(), self._reading()
         with sumo_errors(sumo, "reading the traffic"):
             self._others = reader.near(self._ego_front, VIEW_RADIUS)
+            looks = reader.looks(self._others.ids)
             signals = self._read_signals(sumo)
         time = self._steps * self.step
         erring = () if self._errors is None else self._errors.present()
+        ghost = self._ghost_state()
         return TrafficState(
-            time, self._others, signals, self._ghost_state(), erring=erring
+            time, self._others, signals, ghost, looks=looks, erring=erring
         )
 
     def movements(

@@ -10,7 +10,6 @@ import numpy as np
 
 from experiments.metrics.catalogue import METRICS
 from experiments.metrics.metric import Better, Metric
-from experiments.metrics.moments import moments
 from experiments.report.compared.runs import (
     APART,
     ComparedRun,
@@ -22,6 +21,7 @@ from experiments.report.compared.runs import (
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.packing import pack
 from experiments.report.run.replay import page_events, replay
+from experiments.report.run_reader import metric_times
 from planner.states import FloatArray
 
 COMPARISON_FILE = "comparison.html"
@@ -38,10 +38,11 @@ _SCRIPTS = (
     "saving.js",
     "pointer.js",
     "controls.js",
+    "replay.js",
     "overlay.js",
     "compared.js",
 )
-_OF_ONE_RUN = ("candidates", "graphs", "counts_candidates")
+_OF_ONE_RUN = ("candidates", "graphs", "counts_candidates", "believed")
 _OF_ONE_CYCLE = ("removed", "costs", "candidates", "survivors")
 
 
@@ -101,6 +102,7 @@ def _replayed(run: ComparedRun) -> dict[str, Any]:
         "cycles": cycles,
         "candidates": None,
         "graphs": None,
+        "believed": None,
         "label": run.label,
     }
 
@@ -178,7 +180,7 @@ def _described(run: ComparedRun, beside: Path) -> dict[str, Any]:
 
 def _metric_rows(runs: Sequence[ComparedRun]) -> list[dict[str, Any]]:
     """Return one row a metric: the values of all runs, the best marked."""
-    times = [moments(run.record.trace) for run in runs]
+    times = [metric_times(run.record.trace, run.manifest) for run in runs]
     rows = []
     for column, metric in METRICS.items():
         values = [run.metrics.get(column) for run in runs]
@@ -195,9 +197,7 @@ def _metric_rows(runs: Sequence[ComparedRun]) -> list[dict[str, Any]]:
                         "text": metric.text(value),
                         "best": number in best,
                         "change": _change(metric, values[0], value) if number else "",
-                        "time": None
-                        if column not in times[number]
-                        else float(runs[number].record.time[times[number][column]]),
+                        "time": times[number].get(column),
                     }
                     for number, value in enumerate(values)
                 ],

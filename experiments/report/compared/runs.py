@@ -1,5 +1,6 @@
 """Runs read for a comparison, and what differs between them."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,7 +117,11 @@ def _read(folder: Path) -> ComparedRun:
 
 
 def _with_labels(runs: list[ComparedRun]) -> list[ComparedRun]:
-    """Give each run a name of its own: planner, what differs, or a number."""
+    """Give each run a name of its own: planner, what differs, or a number.
+
+    What differs is the scenario, the seed, or the first setting whose values tell the
+    runs of one planner apart.
+    """
     names = [run.label for run in runs]
     for key in ("scenario", "seed"):
         if len(set(names)) < len(names):
@@ -127,6 +132,8 @@ def _with_labels(runs: list[ComparedRun]) -> list[ComparedRun]:
                     f"{name}, {word}{v}" for name, v in zip(names, values, strict=True)
                 ]
     if len(set(names)) < len(names):
+        names = _with_settings(runs, names)
+    if len(set(names)) < len(names):
         names = [f"{name} ({k + 1})" for k, name in enumerate(names)]
     return [
         ComparedRun(
@@ -134,6 +141,21 @@ def _with_labels(runs: list[ComparedRun]) -> list[ComparedRun]:
         )
         for run, name in zip(runs, names, strict=True)
     ]
+
+
+def _with_settings(runs: Sequence[ComparedRun], names: Sequence[str]) -> list[str]:
+    """Add to names that are there twice a setting by which their runs differ."""
+    found = list(names)
+    for name in {name for name in names if names.count(name) > 1}:
+        same = [k for k, one in enumerate(names) if one == name]
+        for key, values in differing_settings([runs[k] for k in same]):
+            if len(set(values)) < len(same):
+                continue
+            short = re.sub(r"^(ego|simulation)\.|\.(model|preset|name)$", "", key)
+            for k, value in zip(same, values, strict=True):
+                found[k] = name if value == "-" else f"{name}, {short} {value}"
+            break
+    return found
 
 
 def _flat(start: str, section: Mapping[str, Any]) -> list[tuple[str, Any]]:

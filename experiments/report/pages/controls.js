@@ -36,7 +36,7 @@ function wireButtons({ player, camera, shown, follow, fitAll, toEvent, touch }, 
   });
 }
 
-function wireKeys({ player, camera, shown, follow, fitAll, toEvent, touch }, boxes) {
+function wireKeys({ player, camera, shown, ruler, follow, fitAll, toEvent, touch }, boxes) {
   const flip = (id) => () => {
     if (byId(id)) byId(id).click();
   };
@@ -58,6 +58,7 @@ function wireKeys({ player, camera, shown, follow, fitAll, toEvent, touch }, box
     "+": () => camera.zoom(1.25),
     "=": () => camera.zoom(1.25),
     "-": () => camera.zoom(1 / 1.25),
+    Enter: () => ruler.put(camera),
     0: fitAll,
     w: pan(0, PAN),
     s: pan(0, -PAN),
@@ -77,7 +78,8 @@ function wireKeys({ player, camera, shown, follow, fitAll, toEvent, touch }, box
     const box = target.type === "checkbox";
     if (own[target.tagName] && !(box && event.key !== " ") && !letter) return;
     if (target.tagName === "SELECT") return;
-    if (event.key === " " && /^(BUTTON|SUMMARY|A)$/.test(target.tagName)) return;
+    if (/^( |Enter)$/.test(event.key) && /^(BUTTON|SUMMARY|A)$/.test(target.tagName)) return;
+    if (event.key === "Enter" && !shown.measure) return;
     const turned = event.shiftKey && event.key.startsWith("Arrow");
     const action = keys[turned ? `Shift+${event.key}` : event.key];
     if (!action) return;

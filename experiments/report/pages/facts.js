@@ -39,10 +39,6 @@ class Facts {
     }
   }
 
-  recolour() {
-    if (this.charts.length) this.show(this.step, this.charts);
-  }
-
   show(step, charts) {
     [this.step, this.charts] = [step, charts];
     const { cycles, ego } = this.run;

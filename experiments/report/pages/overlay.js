@@ -25,6 +25,10 @@ class OverlaidScene {
     return this.scenes[0].colours;
   }
 
+  get fastest() {
+    return Math.max(...this.scenes.map((scene) => scene.fastest));
+  }
+
   egoAt(t, number) {
     return this.scenes[number].egoAt(t);
   }
@@ -88,17 +92,17 @@ class OverlaidScene {
     const bodies = scene.bodies(Math.min(t, scene.run.time[scene.run.time.length - 1]));
     c.lineWidth = 1.2 * scene.pixel;
     c.strokeStyle = colours[colourOf(number)];
-    c.fillStyle = colours.vehicle;
     c.setLineDash(RUN_DASHES[number].map((length) => length * scene.pixel));
     for (const body of bodies) {
       scene.outline(body);
+      c.fillStyle = scene.fillOf(body, shown.colour, this.fastest);
       c.globalAlpha = 0.55;
       c.fill();
       c.globalAlpha = 1;
       c.stroke();
     }
     c.setLineDash([]);
-    for (const body of bodies) scene.drawBrakeLights(body);
+    for (const body of bodies) scene.drawLights(body);
   }
 
   // The ego of a run, the path it has driven, and its plan.
@@ -133,7 +137,7 @@ class OverlaidScene {
     c.lineWidth = (run.contacts(step) !== "" ? 3 : 1) * scene.pixel;
     c.stroke();
     scene.drawFront(ego, colours.surface);
-    scene.drawBrakeLights(ego);
+    scene.drawLights(ego);
   }
 
   drawNames(camera, ratio, t, shown) {
@@ -162,9 +166,8 @@ class OverlaidChart extends Chart {
     const own = series.filter(({ style }) => style === "main");
     return Array.from(this.time, (t) => {
       let [low, high, count] = [Infinity, -Infinity, 0];
-      for (const { time, values } of own) {
-        if (t > time[time.length - 1] + 1e-6) continue;
-        const value = values[stepAt(time, t)];
+      for (const series of own) {
+        const value = valueAt(series, t);
         if (!Number.isFinite(value)) continue;
         low = Math.min(low, value);
         high = Math.max(high, value);
@@ -198,8 +201,10 @@ class OverlaidChart extends Chart {
     const step = this.hovered === null ? this.shown : this.hovered;
     const t = this.time[step];
     const values = this.curve.series.filter(({ style }) => style === "main").map(
-      ({ time, values: own }) =>
-        (t > time[time.length - 1] + 1e-6 ? "–" : this.textOf(own[stepAt(time, t)])));
+      (one) => {
+        const value = valueAt(one, t);
+        return Number.isNaN(value) ? "–" : this.textOf(value);
+      });
     const at = this.hovered === null ? "" : `t = ${t.toFixed(1)}: `;
     this.readout.textContent = at + values.join(" · ");
   }

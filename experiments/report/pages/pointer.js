@@ -14,7 +14,7 @@ function wirePointer(canvas, scene, { player, camera, ruler, follow, touch }) {
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, place(event));
-    if (ruler && ruler.on) ruler.begin(camera.toWorld(...place(event)));
+    if (ruler.on) ruler.begin(camera.toWorld(...place(event)));
   });
   canvas.addEventListener("pointermove", (event) => {
     const at = place(event);
@@ -26,7 +26,7 @@ function wirePointer(canvas, scene, { player, camera, ruler, follow, touch }) {
     const before = fingers.size === 2 ? spread() : 0;
     fingers.set(event.pointerId, at);
     if (fingers.size === 2) camera.zoom(spread() / Math.max(before, 1));
-    else if (ruler && ruler.on) ruler.end(camera.toWorld(...at));
+    else if (ruler.on) ruler.end(camera.toWorld(...at));
     else if (Math.hypot(at[0] - was[0], at[1] - was[1]) > 0) {
       follow(false);
       camera.pan(at[0] - was[0], at[1] - was[1]);
@@ -58,15 +58,43 @@ function hint(scene, camera, t, at) {
   box.style.top = `${Math.min(at[1] + 14, camera.height - box.offsetHeight - 4)}px`;
 }
 
-// A distance between two places, drawn over the scene.
+// A distance between two places, drawn over the scene. By hand it is dragged; by keys its
+// ends are where the middle of the view is.
 class Ruler {
-  constructor() {
+  constructor(output) {
+    this.output = output;
     this.on = false;
     this.ends = null;
+    this.open = false; // whether the middle of the view is its second end
+  }
+
+  // Whether it is measured at all; without a drag, a cross says where an end would be.
+  turn(on, camera) {
+    this.on = on;
+    if (!on) [this.ends, this.open] = [null, false];
+    if (this.open) this.ends[1] = [camera.x, camera.y];
+    this.output.hidden = !on || !this.ends;
+    if (!this.output.hidden) this.output.textContent = `${this.length.toFixed(2)} m`;
+  }
+
+  get length() {
+    const [[x0, y0], [x1, y1]] = this.ends;
+    return Math.hypot(x1 - x0, y1 - y0);
+  }
+
+  // Put the first end, or the second one, where the view's middle is.
+  put({ x, y }) {
+    if (!this.on) return;
+    if (this.open) this.open = false;
+    else {
+      this.ends = [[x, y], [x, y]];
+      this.open = true;
+    }
   }
 
   begin(place) {
     this.ends = [place, place];
+    this.open = false;
   }
 
   end(place) {
@@ -74,25 +102,23 @@ class Ruler {
   }
 
   draw(c, camera, ratio, colours) {
-    if (!this.on || !this.ends) return;
-    const [[x0, y0], [x1, y1]] = this.ends;
-    const [from, to] = [camera.toScreen(x0, y0), camera.toScreen(x1, y1)];
+    if (!this.on) return;
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
     c.setLineDash([]);
     c.strokeStyle = colours.accent;
+    c.lineWidth = 1;
+    const [x, y] = [camera.width / 2, camera.height / 2];
+    c.beginPath();
+    for (const [dx, dy] of [[10, 0], [0, 10]]) {
+      c.moveTo(x - dx, y - dy);
+      c.lineTo(x + dx, y + dy);
+    }
+    c.stroke();
+    if (!this.ends) return;
     c.lineWidth = 2;
     c.beginPath();
-    c.moveTo(...from);
-    c.lineTo(...to);
+    c.moveTo(...camera.toScreen(...this.ends[0]));
+    c.lineTo(...camera.toScreen(...this.ends[1]));
     c.stroke();
-    const text = `${Math.hypot(x1 - x0, y1 - y0).toFixed(2)} m`;
-    c.font = "12px system-ui, sans-serif";
-    c.textAlign = "center";
-    c.lineWidth = 4;
-    c.strokeStyle = colours.ground;
-    const [x, y] = [(from[0] + to[0]) / 2, (from[1] + to[1]) / 2 - 7];
-    c.strokeText(text, x, y);
-    c.fillStyle = colours.text;
-    c.fillText(text, x, y);
   }
 }

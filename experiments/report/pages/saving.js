@@ -16,7 +16,10 @@ function savePicture(canvas, name) {
 function csvOf(time, curves) {
   const columns = curves.flatMap((curve) => curve.series.map((one) => {
     const name = one.name === curve.title ? one.name : `${curve.title}: ${one.name}`;
-    return { name: curve.unit ? `${name} [${curve.unit}]` : name, values: one.values };
+    return {
+      name: curve.unit ? `${name} [${curve.unit}]` : name,
+      values: one.time ? Array.from(time, (t) => valueAt(one, t)) : one.values,
+    };
   }));
   const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
   const number = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(7))) : "");
@@ -25,6 +28,41 @@ function csvOf(time, curves) {
     rows.push([number(time[i]), ...columns.map(({ values }) => number(values[i]))]);
   }
   return rows.map((row) => `${row.join(",")}\n`).join("");
+}
+
+// The value of a series that has times of its own; none after its end.
+function valueAt({ time, values }, t) {
+  return t > time[time.length - 1] + 1e-6 ? NaN : values[stepAt(time, t)];
+}
+
+// Record the scene while it plays; pressed again, or at the end, the film is saved.
+function wireFilm(button, canvas, file, player) {
+  let recorder = null;
+  const stop = () => { if (recorder && recorder.state === "recording") recorder.stop(); };
+  const begin = () => {
+    const parts = [];
+    recorder = new MediaRecorder(canvas.captureStream(30));
+    recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
+    recorder.addEventListener("stop", () => {
+      const { mimeType } = recorder;
+      recorder = null;
+      button.textContent = "film from here";
+      button.setAttribute("aria-pressed", "false");
+      save(`${file}.${mimeType.includes("mp4") ? "mp4" : "webm"}`, new Blob(parts, { type: mimeType }));
+    });
+    recorder.start();
+    button.textContent = "end of the film";
+    button.setAttribute("aria-pressed", "true");
+    if (!player.playing) player.toggle();
+    const watch = () => {
+      if (recorder === null) return;
+      if (player.playing) requestAnimationFrame(watch);
+      else stop();
+    };
+    requestAnimationFrame(watch);
+  };
+  if (typeof MediaRecorder === "undefined" || !canvas.captureStream) button.hidden = true;
+  button.addEventListener("click", () => (recorder === null ? begin() : stop()));
 }
 
 function escaped(text) {

@@ -4,6 +4,14 @@ const KEPT = "kept";
 const BRAKE_LIGHT = -0.5; // acceleration below which lights are on [m/s²]
 const HARD_BRAKING = -3; // [m/s²]
 const SIZES = [3, 6.5]; // lengths that part two-wheelers, cars, lorries and buses [m]
+const SIDES = { right: 1, left: 2 }; // bits of an indicator
+// Kinds that say more than the length does, as SUMO calls them: [two wheels, -, lorry or
+// bus, on foot].
+const KINDS = [
+  ["bicycle", "moped", "motorcycle", "scooter"], ["taxi", "evehicle"],
+  ["truck", "trailer", "bus", "coach", "delivery", "emergency", "army"],
+  ["pedestrian", "wheelchair"],
+];
 const VERDICT_DASHES = [[], [6, 3], [2, 3], [8, 3, 2, 3], [1, 2], [10, 4]];
 
 function pathOf(lines, close) {
@@ -16,6 +24,12 @@ function pathOf(lines, close) {
     if (close) path.closePath();
   }
   return path;
+}
+
+// 0 two wheels, 1 car, 2 lorry or bus, 3 on foot: by its kind, or else by its length.
+function typeOf({ kind, length }) {
+  const number = KINDS.findIndex((kinds) => kinds.includes(kind));
+  return number >= 0 ? number : SIZES.findLastIndex((size) => length >= size) + 1;
 }
 
 class Scene {
@@ -45,7 +59,9 @@ class Scene {
     this.drawSignals(step);
     if (shown.candidates) this.drawCandidates(step);
     const bodies = this.bodies(t);
-    this.drawVehicles(bodies, this.run.cycles.blocker(step), shown.colour);
+    const believed = shown.believed ? this.believed(step) : null;
+    this.drawVehicles(bodies, this.run.cycles.blocker(step), shown.colour, believed);
+    if (believed) this.drawBelieved(believed);
     if (shown.plan) this.drawPlan(step);
     if (shown.ghost) this.drawGhost(step);
     const ego = this.egoAt(t);
@@ -122,6 +138,8 @@ class Scene {
       turn = Math.atan2(Math.sin(turn), Math.cos(turn));
       found.push({
         id: v.ids[v.id[row]],
+        kind: v.kinds[v.id[row]],
+        indicator: v.indicator[row],
         x: at(v.x),
         y: at(v.y),
         heading: v.heading[row] + share * turn,
@@ -148,6 +166,7 @@ class Scene {
       heading: at(ego.heading),
       speed: at(ego.speed),
       acceleration: ego.acceleration[step],
+      indicator: ego.indicator[step],
       length: ego.length,
       width: ego.width,
     };
@@ -178,25 +197,38 @@ class Scene {
     c.stroke();
   }
 
-  // Two bars at the rear while a body brakes.
-  drawBrakeLights({ x, y, heading, length, width, acceleration }) {
-    if (!(acceleration < BRAKE_LIGHT)) return;
+  // Two bars at the rear while a body brakes; amber corners of the side it indicates.
+  drawLights({ x, y, heading, length, width, acceleration, indicator }) {
     const { context: c } = this;
     const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
-    const at = -length / 2;
-    c.strokeStyle = this.colours.red;
-    c.lineWidth = Math.max(0.35, 2 * this.pixel);
+    const place = (along, aside) => [x + along * cos - aside * sin, y + along * sin + aside * cos];
+    const bar = (along, from, to) => {
+      c.moveTo(...place(along, from * width));
+      c.lineTo(...place(along, to * width));
+    };
+    if (acceleration < BRAKE_LIGHT) {
+      c.strokeStyle = this.colours.red;
+      c.lineWidth = Math.max(0.35, 2 * this.pixel);
+      c.beginPath();
+      bar(-length / 2, 0.5, 0.2);
+      bar(-length / 2, -0.2, -0.5);
+      c.stroke();
+    }
+    if (!indicator) return;
+    c.strokeStyle = this.colours.indicator;
+    c.lineWidth = Math.max(0.5, 3 * this.pixel);
     c.beginPath();
-    for (const [from, to] of [[0.5, 0.2], [-0.2, -0.5]]) {
-      c.moveTo(x + at * cos - from * width * sin, y + at * sin + from * width * cos);
-      c.lineTo(x + at * cos - to * width * sin, y + at * sin + to * width * cos);
+    for (const [bit, side] of [[SIDES.left, 1], [SIDES.right, -1]]) {
+      if (!(indicator & bit)) continue;
+      bar(length / 2, 0.55 * side, 0.25 * side);
+      bar(-length / 2, 0.55 * side, 0.25 * side);
     }
     c.stroke();
   }
 
-  // What a body is filled with, if not plainly: by speed, braking, or size.
-  fillOf(body, by) {
-    if (by === "speed") return heatColour(body.speed / this.fastest).back;
+  // What a body is filled with, if not plainly: by speed, braking, or type.
+  fillOf(body, by, fastest = this.fastest) {
+    if (by === "speed") return heatColour(body.speed / fastest).back;
     if (by === "braking") {
       const { colours } = this;
       const hard = body.acceleration < HARD_BRAKING;
@@ -204,10 +236,7 @@ class Scene {
       if (body.acceleration < BRAKE_LIGHT) return colours.amber;
       return body.acceleration > -BRAKE_LIGHT ? colours.green : colours.vehicle;
     }
-    if (by === "size") {
-      const number = SIZES.findLastIndex((length) => body.length >= length) + 1;
-      return this.colours[`series-${number}`];
-    }
+    if (by === "type") return this.colours[`series-${typeOf(body)}`];
     return this.colours.vehicle;
   }
 
@@ -218,11 +247,14 @@ class Scene {
     return this.top;
   }
 
-  drawVehicles(bodies, blocker, by) {
+  // Those that the ego does not believe in are pale, if its beliefs are to be shown.
+  drawVehicles(bodies, blocker, by, believed) {
     const { context: c, colours } = this;
+    const known = believed && new Set(believed.map(({ id }) => id));
     c.setLineDash([]);
     for (const body of bodies) {
       const blocks = blocker !== "" && body.id === blocker;
+      c.globalAlpha = known && !known.has(body.id) ? 0.35 : 1;
       this.outline(body);
       c.fillStyle = blocks ? colours.blocker : this.fillOf(body, by);
       c.fill();
@@ -230,8 +262,39 @@ class Scene {
       c.lineWidth = (blocks ? 2.5 : 1) * this.pixel;
       c.stroke();
       this.drawFront(body, colours["vehicle-line"]);
-      this.drawBrakeLights(body);
+      this.drawLights(body);
     }
+    c.globalAlpha = 1;
+  }
+
+  // What the ego believes of the others in a step: places, headings and sizes.
+  believed(step) {
+    const b = this.run.believed;
+    if (!b) return null;
+    const found = [];
+    for (let row = b.start[step]; row < b.start[step + 1]; row += 1) {
+      found.push({
+        id: b.ids[b.id[row]],
+        x: b.x[row],
+        y: b.y[row],
+        heading: b.heading[row],
+        length: b.length[row],
+        width: b.width[row],
+      });
+    }
+    return found;
+  }
+
+  drawBelieved(bodies) {
+    const { context: c, colours } = this;
+    c.setLineDash([3 * this.pixel, 2 * this.pixel]);
+    c.strokeStyle = colours.second;
+    c.lineWidth = 1.8 * this.pixel;
+    for (const body of bodies) {
+      this.outline(body);
+      c.stroke();
+    }
+    c.setLineDash([]);
   }
 
   drawEgo(ego, touched) {
@@ -246,7 +309,7 @@ class Scene {
       c.stroke();
     }
     this.drawFront(ego, colours.surface);
-    this.drawBrakeLights(ego);
+    this.drawLights(ego);
   }
 
   drawGhost(step) {

@@ -21,8 +21,8 @@ function readSweep(data) {
     deadline: unpack(data.deadline),
     rows: data.ids.map((_, row) => row), // those that are looked at
     value,
-    where: (row) => axes.map((axis, k) =>
-      (k < 2 ? "" : `${axis.name} `) + value(axis, row)).join(", "),
+    where: (row) => axes.flatMap((axis, k) => // a planner's own settings are in its label
+      (axis.own ? [] : [(k < 2 ? "" : `${axis.name} `) + value(axis, row)])).join(", "),
   };
 }
 
@@ -44,9 +44,9 @@ function groupsOf(sweep, byScenario) {
   return [...found.values()].sort((a, b) => a.scenario - b.scenario || a.label - b.label);
 }
 
-// What two runs share that are a pair: everything but the planner.
+// What two runs share that are a pair: everything but the planner and its own settings.
 function pairKeys(sweep) {
-  const others = sweep.axes.filter((_, k) => k !== 1);
+  const others = sweep.axes.filter((axis, k) => k !== 1 && !axis.own);
   return sweep.ids.map((_, row) => others.map((axis) => sweep.value(axis, row)).join("\n"));
 }
 

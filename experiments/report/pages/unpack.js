@@ -61,6 +61,7 @@ function readRun(data) {
     contacts: unpackTexts(data.ego.contacts),
     ghost: unpackAll(data.ghost),
     vehicles: { ...vehicles, after: rowsAfter(vehicles) },
+    believed: data.believed && unpackAll(data.believed),
     plans: unpackAll(data.plans),
     cycles,
     road: data.road,

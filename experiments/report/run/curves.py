@@ -9,6 +9,7 @@ from experiments.metrics.comfort import lateral_acceleration
 from experiments.metrics.computation import TO_MS, deadline_misses
 from experiments.metrics.pairs import neighbours
 from experiments.metrics.safety import TTC_HORIZON, time_to_contact
+from experiments.metrics.tracking import nearest_errors, tracked
 from experiments.report.run_reader import numbers
 from experiments.trace.schema import Trace
 from planner.states import FloatArray
@@ -68,7 +69,12 @@ def curves(trace: Trace) -> list[TimeCurve]:
     Returns:
         Curves with values for each step.
     """
-    return [make(trace) for make in _CURVES]
+    found = [make(trace) for make in _CURVES]
+    if len(trace.tracking["index"]):
+        found += [make(trace) for make in _TRACKING_CURVES]
+    if len(trace.perceived["index"]):
+        found.append(_perception(trace))
+    return found
 
 
 def time_to_collision(trace: Trace) -> FloatArray:
@@ -190,6 +196,58 @@ def _planning(trace: Trace) -> TimeCurve:
     return TimeCurve("planning time", "ms", 2, tuple(series), note, low=0.0, high=high)
 
 
+def _tracking(trace: Trace) -> TimeCurve:
+    """Build the chart of the distance from the plan."""
+    series = (
+        TimeSeries("lateral", tracked(trace, "lateral_error_m")),
+        TimeSeries("along", -tracked(trace, "behind_m"), "second"),
+    )
+    return TimeCurve("off the plan", "m", 3, series, "dotted: along")
+
+
+def _command_jerk(trace: Trace) -> TimeCurve:
+    """Build the chart of driven and commanded jerk along the path."""
+    driven, _ = jerk(trace)
+    commands = tracked(trace, "drive_command_mps2")
+    commanded = np.append(np.diff(commands) / float(trace.fact("step_s")), np.nan)
+    series = (
+        TimeSeries("driven", driven),
+        TimeSeries("commanded", commanded, "second"),
+    )
+    high = _robust_top(np.abs(np.concatenate((driven, commanded))), SHOWN_JERK)
+    low = None if high is None else -high
+    note = "dotted: commanded"
+    return TimeCurve("drive jerk", "m/s³", 2, series, note, low=low, high=high)
+
+
+def _steering(trace: Trace) -> TimeCurve:
+    """Build the chart of the steering angle and its command."""
+    series = (
+        TimeSeries("steering", np.degrees(tracked(trace, "steering_rad"))),
+        TimeSeries(
+            "command", np.degrees(tracked(trace, "steering_command_rad")), "second"
+        ),
+    )
+    return TimeCurve("steering", "°", 2, series, "dotted: commanded")
+
+
+def _limits(trace: Trace) -> TimeCurve:
+    """Build the chart of friction used and time at a limit."""
+    series = (
+        TimeSeries("grip", 100.0 * tracked(trace, "grip")),
+        TimeSeries("at a limit", 100.0 * tracked(trace, "limited"), "second"),
+    )
+    note = "dotted: of the step at a limit"
+    return TimeCurve("friction used", "%", 0, series, note, low=0.0)
+
+
+def _perception(trace: Trace) -> TimeCurve:
+    """Build the chart of the position error of the nearest vehicle believed in."""
+    own = TimeSeries("error", nearest_errors(trace))
+    note = "position of the nearest vehicle"
+    return TimeCurve("perception error", "m", 2, (own,), note, low=0.0)
+
+
 def _robust_top(values: FloatArray, room: float) -> float | None:
     """Choose where an axis ends if single values lie far outside; None if none do."""
     there = values[np.isfinite(values)]
@@ -213,4 +271,10 @@ _CURVES: tuple[Callable[[Trace], TimeCurve], ...] = (
     _clearance,
     _ttc,
     _planning,
+)
+_TRACKING_CURVES: tuple[Callable[[Trace], TimeCurve], ...] = (
+    _tracking,
+    _command_jerk,
+    _steering,
+    _limits,
 )

@@ -8,11 +8,11 @@ from typing import Any
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.errors import ResultsError
 from experiments.metrics.catalogue import METRICS
-from experiments.metrics.moments import moments
 from experiments.metrics.row import read_row
 from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.candidates import candidates_of
 from experiments.report.run.replay import replay
+from experiments.report.run_reader import metric_times
 from experiments.storage import run_files
 from experiments.storage.atomic_folder import require_there
 from experiments.trace.files import file_name, read_trace
@@ -33,6 +33,7 @@ _SCRIPTS = (
     "saving.js",
     "pointer.js",
     "controls.js",
+    "replay.js",
     "facts.js",
     "run.js",
 )
@@ -83,8 +84,7 @@ def run_page(folder: Path) -> str:
     data = None
     found: dict[str, float] = {}
     if trace is not None:
-        time = trace.steps["time_s"]
-        found = {name: float(time[step]) for name, step in moments(trace).items()}
+        found = metric_times(trace, facts.manifest)
         road_map = read_map(folder)
         graphs = read_graphs(folder)
         data = replay(trace, road_map, candidates_of(folder), graphs)
@@ -160,6 +160,7 @@ def _words(
         "curves": [] if data is None else data["curves"],
         "counts_candidates": data is not None and data["counts_candidates"],
         "has_graphs": data is not None and data["graphs"] is not None,
+        "has_beliefs": data is not None and data["believed"] is not None,
         "has_candidates": data is not None and data["candidates"] is not None,
     }
 

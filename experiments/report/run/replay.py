@@ -19,6 +19,8 @@ from experiments.trace.schema import Column, Table, Trace
 
 PLACE, ANGLE, SPEED = 0.01, 1e-3, 0.01  # resolutions [m, rad, m/s]
 ACCELERATION = 0.01  # [m/s²]
+INDICATORS = ("", "right", "left", "both")  # numbers for the page
+ASIDE = 1.0  # of a plan that leads to another place across the road [m]
 EVERY = 2  # of the points of a plan, every second one is shown
 
 
@@ -44,6 +46,9 @@ def replay(
         "time": pack_exact(numbers(trace.steps["time_s"])),
         "ego": _ego(trace),
         "ghost": _ghost(trace),
+        "believed": _bodies(trace, trace.perceived)
+        if len(trace.perceived["index"])
+        else None,
         "vehicles": _vehicles(trace),
         "plans": _plans(trace),
         "cycles": _cycles(trace),
@@ -89,7 +94,28 @@ def _ego(trace: Trace) -> dict[str, Any]:
         "acceleration": pack(numbers(steps["acceleration_mps2"]), ACCELERATION),
         "s": pack(numbers(steps["s_m"]), PLACE),
         "contacts": _texts(_contacts(steps["contacts"])),
+        "indicator": pack_counts(_planned_side(trace)),
     }
+
+
+def _planned_side(trace: Trace) -> NDArray[np.int64]:
+    """Return to which side each plan leads, (n_steps,): places in `INDICATORS`.
+
+    The ego of a plan that ends more than `ASIDE` beside where the ego is would indicate
+    it to others.
+    """
+    plans, steps = trace.plans, trace.steps
+    first = starts(trace, plans)
+    sides = np.zeros(len(steps["index"]), dtype=np.int64)
+    planned = np.flatnonzero(np.diff(first))
+    aside = (
+        numbers(plans["l_m"])[first[planned + 1] - 1] - numbers(steps["l_m"])[planned]
+    )
+    sides[planned] = np.select(
+        [aside > ASIDE, aside < -ASIDE],
+        [INDICATORS.index("left"), INDICATORS.index("right")],
+    )
+    return sides
 
 
 def _ghost(trace: Trace) -> dict[str, Packed]:
@@ -104,13 +130,24 @@ def _ghost(trace: Trace) -> dict[str, Packed]:
 def _vehicles(trace: Trace) -> dict[str, Any]:
     """Pack all vehicles, step by step."""
     table = trace.vehicles
+    kinds, indicators = _looks(trace, table)
+    found = _bodies(trace, table)
+    return {
+        **found,
+        "kinds": [kinds.get(name, "") for name in found["ids"]],
+        "indicator": pack_counts(indicators),
+        "speed": pack(numbers(table["speed_mps"]), SPEED),
+        "acceleration": pack(numbers(table["acceleration_mps2"]), ACCELERATION),
+    }
+
+
+def _bodies(trace: Trace, table: Table) -> dict[str, Any]:
+    """Pack the rectangles of a table, step by step."""
     ids, codes = np.unique(np.asarray(table["id"], dtype=str), return_inverse=True)
     resolutions = {
         "x": ("x_m", PLACE),
         "y": ("y_m", PLACE),
         "heading": ("heading_rad", ANGLE),
-        "speed": ("speed_mps", SPEED),
-        "acceleration": ("acceleration_mps2", ACCELERATION),
         "length": ("length_m", PLACE),
         "width": ("width_m", PLACE),
     }
@@ -123,6 +160,28 @@ def _vehicles(trace: Trace) -> dict[str, Any]:
             for key, (name, resolution) in resolutions.items()
         },
     }
+
+
+def _looks(trace: Trace, table: Table) -> tuple[dict[str, str], NDArray[np.int64]]:
+    """Return the kind of each vehicle, and the indicators of each row of a table."""
+    looks = trace.looks
+    kinds = dict(zip(looks["id"].tolist(), looks["kind"].tolist(), strict=True))
+    shown: dict[str, list[tuple[int, int]]] = {}  # index from which on -> indicator
+    for index, name, side in zip(
+        looks["index"].tolist(), looks["id"], looks["indicator"], strict=True
+    ):
+        code = INDICATORS.index(side) if side in INDICATORS else 0
+        shown.setdefault(name, []).append((index, code))
+    indicators = np.zeros(len(table["index"]), dtype=np.int64)
+    index, names = np.ma.getdata(table["index"]), table["id"]
+    for name, changes in shown.items():
+        if not any(code for _, code in changes):
+            continue
+        rows = np.flatnonzero(names == name)
+        since = np.searchsorted([at for at, _ in changes], index[rows], "right") - 1
+        codes = np.array([code for _, code in changes])
+        indicators[rows] = np.where(since >= 0, codes[since], 0)
+    return kinds, indicators
 
 
 def _plans(trace: Trace) -> dict[str, Packed]:

@@ -1,6 +1,7 @@
 """Data of the scripts of a sweep page: one value per run in each column."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ def sweep_data(
     places: Sequence[str],
     deadlines: Sequence[float],
     planners: Sequence[str] = (),
+    settings: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """Collect the columns of all runs.
 
@@ -28,6 +30,7 @@ def sweep_data(
         places: Of each row, what is to be opened.
         deadlines: Of each row, how long a step lasts [ms].
         planners: Labels in the order in which they are shown; others follow.
+        settings: Of planners, in which those of one kind differ: key -> label -> value.
 
     Returns:
         Plain data for JSON.
@@ -43,6 +46,10 @@ def sweep_data(
             _axis("scenario", [str(row[columns.SCENARIO]) for row in rows]),
             {"name": "planner", **_texts(labels, planners)},
             *(_axis(name, [row[name] for row in rows]) for name in axes),
+            *(
+                {**_axis(key, [values.get(label) for label in labels]), "own": True}
+                for key, values in settings.items()
+            ),
             _axis("seed", [row[columns.SEED] for row in rows]),
         ],
         "metrics": _metrics(rows),

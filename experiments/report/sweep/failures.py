@@ -12,6 +12,21 @@ LISTED = 40  # runs of one kind of failure that are listed by name
 
 # A number by itself, not one in a name such as car.7 or t_3.
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?![\w.]*\w)")
+MOST_SAID = 5  # kinds of failures that a terminal gets to read
+
+# status -> what to look for in the reason, and the sentence made of it
+_SENTENCES = {
+    "collision": (r"(touched .*)", r"The ego \1."),
+    "timeout": (
+        r"s = (.*?) m of (.*?) m at t = (.*?) s\b(.*)",
+        r"The ego was at s = \1 m of \2 m when time was up at t = \3 s\4.",
+    ),
+    "blocked": (r"(stood .*)", r"The ego \1."),
+    "off road": (r"(.*)", r"The ego left the road: \1."),
+    "planner failed": (r"(.*)", r"The planner failed: \1."),
+    "simulator failed": (r"(.*)", r"SUMO failed: \1."),
+    "no room": (r"(.*)", r"The ego found no gap to enter: \1."),
+}
 _NAME = re.compile(r"\S*\d\S*")  # a word with digits in it
 
 
@@ -40,6 +55,15 @@ class FailureKind:
     by_planner: str  # how many of which
     runs: tuple[FailedRun, ...]  # the first of them
 
+    @property
+    def sentence(self) -> str:
+        """What happened, as a person would write it."""
+        pattern, sentence = _SENTENCES.get(self.status, (r"(.+)", r"\1."))
+        found = re.fullmatch(pattern, self.words, re.DOTALL) if self.words else None
+        if found is None:
+            return f"{self.words or self.status}."
+        return found.expand(sentence).replace("..", ".")
+
 
 def failure_kinds(
     rows: Sequence[Row], axes: Sequence[str], places: Sequence[str]
@@ -60,6 +84,22 @@ def failure_kinds(
             kinds.setdefault(_kind(row), []).append((row, place))
     found = [_gathered(kind, failed, axes) for kind, failed in kinds.items()]
     return sorted(found, key=lambda kind: (-kind.count, kind.status, kind.words))
+
+
+def failure_lines(kinds: Sequence[FailureKind], command: str) -> list[str]:
+    """Write the most frequent failures for a terminal, with how to look at one.
+
+    Args:
+        kinds: Of the failures, the most frequent first.
+        command: That repeats a run with its page; its id follows.
+    """
+    lines = [
+        f"{kind.count} {kind.status} ({kind.by_planner}): {kind.sentence} "
+        f"Look: {command} {kind.runs[0].run_id}"
+        for kind in kinds[:MOST_SAID]
+    ]
+    more = sum(kind.count for kind in kinds[MOST_SAID:])
+    return [*lines, f"{more} other failures: see the page"] if more else lines
 
 
 def _kind(row: Row) -> tuple[str, str]:

@@ -12,7 +12,7 @@ from experiments.comparison.compare import Line, Question, compare, named
 from experiments.comparison.results import LABEL, RUN_ID, Row, axis_columns, rows
 from experiments.comparison.table import cells, header
 from experiments.config.scenario_file import CONFIG_FILE
-from experiments.config.sweep import Sweep
+from experiments.config.sweep import Sweep, flat
 from experiments.errors import ResultsError
 from experiments.metrics import columns
 from experiments.metrics.computation import TO_MS
@@ -78,10 +78,33 @@ def sweep_page(folder: Path, beside: Path) -> str:
     data = None
     if found:
         order = [planner.shown for planner in sweep.variants]
-        data = sweep_data(found, axes, places, _deadlines(folder, found), order)
+        data = sweep_data(
+            found,
+            axes,
+            places,
+            _deadlines(folder, found),
+            order,
+            differing_settings(sweep),
+        )
     facts = _words(folder, sweep, found)
     facts["failures"] = failure_kinds(found, axes, places)
     return render("sweep.html.j2", _SCRIPTS, data, facts)
+
+
+def differing_settings(sweep: Sweep) -> dict[str, dict[str, Any]]:
+    """Return the settings in which planners of one name differ: key -> label -> value.
+
+    Planners that do not have a setting are left out of its values.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    names = dict.fromkeys(planner.name for planner in sweep.variants)
+    for name in names:
+        same = {p.shown: flat(p.settings) for p in sweep.variants if p.name == name}
+        for key in dict.fromkeys(key for own in same.values() for key in own):
+            values = {label: own.get(key) for label, own in same.items()}
+            if len(set(map(str, values.values()))) > 1:
+                found.setdefault(key, {}).update(values)
+    return found
 
 
 def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
@@ -124,6 +147,8 @@ def _from_here(folder: Path) -> str:
 
 def _comparison(lines: Sequence[Line]) -> list[tuple[str, ...]]:
     """Format the comparison; each metric is named once, with its unit."""
+    order = list(dict.fromkeys(line.metric for line in lines))
+    lines = sorted(lines, key=lambda line: order.index(line.metric))
     written = []
     before = None
     for line, texts in zip(lines, cells(lines), strict=True):

@@ -5,7 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from experiments.comparison.robustness import HEAD, MEASURES, robustness_page
+from experiments.cli.app import app
+from experiments.comparison.robustness import (
+    HEAD,
+    MEASURES,
+    degradation_curves,
+    robustness_page,
+)
 from experiments.errors import ConfigError
 from experiments.metrics.row import row_without_episode
 from experiments.sweep.folder import run_folder
@@ -42,6 +48,34 @@ def test_rows_are_counted_by_point(tmp_path):
     assert "| plant | actuators | runs | arrived [%] |" in page
     assert "| perfect | - | 4 | 100 | 0 | 1.00 | - | - | - |" in page
     assert "| dynamic | autoware | 4 | 75 | 25 | 0.00 | - | 0.30 | 4 |" in page
+
+
+LATENCY, NOISE = "ego.perception.latency_s", "ego.perception.position_noise_m"
+
+
+def test_curves_vary_one_axis_about_the_common_point(tmp_path, capsys):
+    points = [(0.0, 0.1), (0.1, 0.1), (0.5, 0.1), (0.1, 0.0), (0.1, 0.5)]
+    for number, (latency, noise) in enumerate(points):
+        for seed in range(2):
+            run(
+                tmp_path,
+                10 * number + seed,
+                {LATENCY: latency, NOISE: noise},
+                arrived=seed == 0 or latency < 0.5,
+                collisions=0,
+                min_clearance_m=1.0 - noise,
+            )
+    over_latency, over_noise = degradation_curves(tmp_path)
+    assert over_latency.values == (0.0, 0.1, 0.5)
+    assert [row[1] for row in over_latency.measures] == [100.0, 100.0, 50.0]
+    assert over_noise.values == (0.0, 0.1, 0.5)
+    assert [row[3] for row in over_noise.measures] == [1.0, 0.9, 0.5]
+    assert "| 0.5 | 2 | 50 |" in robustness_page([tmp_path])
+    picture = tmp_path / "curves.svg"
+    with pytest.raises(SystemExit):
+        app(("robustness", str(tmp_path), "--figure", str(picture)))
+    assert "position noise" in picture.read_text(encoding="utf-8")
+    assert "## One axis at a time: road, p" in capsys.readouterr().out
 
 
 def test_a_sweep_over_something_else_is_refused(tmp_path):

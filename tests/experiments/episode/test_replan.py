@@ -139,8 +139,8 @@ def test_what_cannot_be_planned_again_is_refused(recorded, tmp_path, monkeypatch
         replan(recorded, -1)
     with pytest.raises(ResultsError, match="cannot be read"):
         replan(tmp_path, 0)
-    monkeypatch.setattr("experiments.trace.files.SCHEMA_VERSION", 6)
-    with pytest.raises(ResultsError, match="schema version 5; allowed: 6"):
+    monkeypatch.setattr("experiments.trace.files.SCHEMA_VERSION", 7)
+    with pytest.raises(ResultsError, match="schema version 6; allowed: 7"):
         replan(recorded, 0)
 
 

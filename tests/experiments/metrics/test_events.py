@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from experiments.cosim.records import EpisodeStatus
+from experiments.cosim.records import EpisodeStatus, TrackingReport
 from experiments.metrics import columns, safety
 from experiments.metrics.catalogue import METRICS
 from experiments.metrics.events import EventKind, Gravity, events
@@ -17,6 +17,7 @@ from experiments.trace.schema import Kind, column
 from planner.interface import PlanStats, PlanStatus
 from planner.states import CartesianState
 from tests.experiments.report.run_folders import driven_trace, plan_from
+from tests.experiments.road_users import road_users
 from tests.experiments.traces import STEP, cruising, record, trace_of
 
 
@@ -235,3 +236,27 @@ def test_events_as_json(tmp_path, capsys):
         app(("events", str(tmp_path / "none")))
     out, err = capsys.readouterr()
     assert (left.value.code, out, err.count("\n")) == (2, "", 1)
+
+
+def test_a_vehicle_nearby_that_is_not_seen_and_a_plan_that_is_missed():
+    def near(k):
+        return [("near", 8.0 + 10.0 * STEP * k, 3.0, 0.0, 10.0, 0.0)]
+
+    made = [
+        replace(
+            record(k, CartesianState(10.0 * STEP * k, 0, 0, 0, 10.0, 0), cars=near(k)),
+            seen=road_users(*(near(k) if k < 5 or k > 14 else [])),
+            tracking=TrackingReport(
+                0.3 if k == 20 else 0.1, 0, 0, 0, 0, 0, 0, float(k in (8, 9)), 0.4
+            ),
+        )
+        for k in range(30)
+    ]
+    trace = trace_of(made)
+    (unseen,) = of_kind(trace, EventKind.UNSEEN)
+    assert (unseen.step, unseen.until, unseen.subject) == (5, 14, "near")
+    assert unseen.value == pytest.approx(1.0)
+    (limit,) = of_kind(trace, EventKind.AT_LIMIT)
+    assert (limit.step, limit.until) == (8, 9)
+    (off,) = of_kind(trace, EventKind.TRACKING)
+    assert (off.step, off.value) == (20, 0.3)

@@ -19,6 +19,7 @@ FLAGS = (
     "--disable-sync",
 )
 WIDE, NARROW = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
+HUGE = {"width": 1920, "height": 1080}
 
 
 @dataclass
@@ -38,7 +39,7 @@ class Watched:
         assert outside == []
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def chromium() -> Iterator[object]:
     """Start Chromium; a machine without one skips, unless it must have one."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from experiments.thesis.page import thesis_page
+from tests.experiments.report.browser import fits, violations
 from tests.experiments.report.conftest import NARROW, WIDE
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
@@ -26,10 +27,8 @@ def thesis(tmp_path_factory):
     ("size", "scheme"), [(WIDE, "light"), (NARROW, "dark")], ids=["wide", "narrow"]
 )
 def test_claims_are_filtered_and_chapters_found(thesis, show, size, scheme):
-    from axe_playwright_python.sync_playwright import Axe
-
     page = show(thesis, size, scheme).page
-    assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
+    assert fits(page, size)
     rows = page.locator("tr[data-verdict]")
     total = rows.count()
     page.locator("#verdicts").select_option("does not hold")
@@ -42,6 +41,4 @@ def test_claims_are_filtered_and_chapters_found(thesis, show, size, scheme):
     page.locator("nav a[href='#chapter-6']").click()
     top = page.locator("#chapter-6").bounding_box()["y"]
     assert 0 <= top < 250
-    violations = Axe().run(page).response["violations"]
-    serious = [v["id"] for v in violations if v["impact"] in ("serious", "critical")]
-    assert serious == []
+    assert violations(page, ("serious", "critical")) == []

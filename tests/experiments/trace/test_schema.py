@@ -115,7 +115,7 @@ def test_another_schema_version_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("experiments.trace.files.SCHEMA_VERSION", 2)
     write_trace(some_trace(), tmp_path)
     monkeypatch.undo()
-    with pytest.raises(ResultsError, match="schema version 2; allowed: 5"):
+    with pytest.raises(ResultsError, match="schema version 2; allowed: 6"):
         read_trace(tmp_path)
 
 

@@ -395,3 +395,20 @@ def test_signals_follow_the_program_of_the_light(tmp_path):
     changes = [a + b for a, b in pairwise(letters) if a != b]
     assert changes == ["Gy", "yr"]
     assert letters.count("y") == 40  # 4 s in the committed program
+
+
+@pytest.mark.sumo
+def test_kinds_and_indicators_of_the_traffic_are_read(tmp_path):
+    world = busy(tmp_path)
+    world.enter()
+    kinds, indicators = set(), set()
+    for _ in range(100):
+        traffic = world.observe()
+        assert list(traffic.looks) == list(traffic.vehicles.ids)
+        for look in traffic.looks.values():
+            kinds.add(look.kind)
+            indicators.add(look.indicator)
+        world.advance(replace(world._at_start(0.0)))
+    world.close()
+    assert kinds == {"passenger"}
+    assert {"", "left"} <= indicators <= {"", "left", "right", "both"}

@@ -68,6 +68,19 @@ def test_page_goes_beside_the_runs_or_where_asked(runs, tmp_path, capsys):
     assert called(capsys, *runs, "-o", other)[:2] == (0, f"{other}\n")
 
 
+def test_runs_of_one_planner_are_told_apart_by_a_setting(tmp_path):
+    folders = []
+    for name, plant in (("a", "perfect"), ("b", "dynamic"), ("c", None)):
+        folders.append(write_run(tmp_path / name, standing_aside(3, 0.0)))
+        section = "" if plant is None else f"ego: {{plant: {{model: {plant}}}}}\n"
+        (folders[-1] / "config.yaml").write_text(f"name: s\n{section}")
+    found, _ = read_compared(folders)
+    labels = [run.label for run in found]
+    assert labels == ["cruise, plant perfect", "cruise, plant dynamic", "cruise"]
+    found, _ = read_compared([folders[0], folders[0]])
+    assert [run.label for run in found] == ["cruise (1)", "cruise (2)"]
+
+
 def test_what_differs_is_found(runs):
     found, left_out = read_compared(runs)
     assert [run.label for run in found] == ["one", "two", "three"]

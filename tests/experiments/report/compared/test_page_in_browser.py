@@ -1,16 +1,24 @@
 """The page that compares runs, in a real browser."""
 
-import numpy as np
+import csv
+import io
+from pathlib import Path
+
 import pytest
 
 from experiments.report.compared.page import save_comparison
-from tests.experiments.report.conftest import NARROW, WIDE
-from tests.experiments.report.run.test_page_in_browser import settle, until
+from tests.experiments.report.browser import (
+    fits,
+    frames_in_half_a_second,
+    settle,
+    until,
+    violations,
+    watch_shifts,
+)
+from tests.experiments.report.conftest import HUGE, NARROW, WIDE
 from tests.experiments.report.run_folders import driven_trace, write_run
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
-
-HUGE = {"width": 1920, "height": 1080}
 
 
 @pytest.fixture(scope="module")
@@ -28,27 +36,9 @@ def test_thirty_frames_a_second_with_three_overlaid_planners(comparison, show):
     page = show(comparison).page
     settle(page)
     page.locator("#play").click()
-    times = page.evaluate(
-        """seconds => new Promise(done => {
-          const [times, scene] = [[], window.rearview.scene];
-          let before = scene.frames;
-          const end = performance.now() + 1000 * seconds;
-          const look = now => {
-            if (scene.frames > before) times.push(performance.now());
-            before = scene.frames;
-            if (performance.now() < end) requestAnimationFrame(look);
-            else done(times);
-          };
-          requestAnimationFrame(look);
-        })""",
-        6,
-    )
-    # the best half a second: other processes may keep the cores busy
-    counts = [
-        np.searchsorted(times, begin + 500.0) - k for k, begin in enumerate(times)
-    ]
-    print("frames in the best half second:", max(counts))  # noqa: T201
-    assert max(counts) >= 15
+    count = frames_in_half_a_second(page, 4)
+    print("frames in the best half second:", count)  # noqa: T201
+    assert count >= 15
 
 
 def test_scene_charts_and_events_follow_one_clock(comparison, show):
@@ -86,6 +76,27 @@ def test_traffic_and_view_can_be_chosen(comparison, show):
     settle(page)
     ego = page.evaluate("rearview.scene.egoAt(20, 1).x")
     assert page.evaluate("rearview.camera.x") == pytest.approx(ego, abs=0.1)
+    page.locator("#colour").select_option("speed")
+    assert page.locator("#legend-speed").is_visible()
+
+
+def test_curves_of_all_runs_and_the_moment_can_be_taken_along(comparison, show):
+    page = show(comparison).page
+    page.evaluate(
+        "Object.defineProperty(navigator, 'clipboard', { value: {"
+        " writeText: (text) => { window.copied = text; return Promise.resolve(); } } })"
+    )
+    page.locator("#time").fill("250")
+    page.locator("#apart").check()
+    page.locator("#link").click()
+    assert page.evaluate("window.copied").endswith("#t=25&show=apart")
+    with page.expect_download() as download:
+        page.locator("#csv").click()
+    text = Path(download.value.path()).read_text(encoding="utf-8")
+    rows = list(csv.reader(io.StringIO(text)))
+    places = [rows[0].index(f"speed: {name} [m/s]") for name in ("cruise", "mine")]
+    assert rows[251][places[0]] != ""
+    assert rows[251][places[1]] == "", "this run has ended"
 
 
 @pytest.mark.parametrize(
@@ -96,20 +107,13 @@ def test_traffic_and_view_can_be_chosen(comparison, show):
 def test_it_fits_says_nothing_serious_to_axe_and_stands_still(
     comparison, show, size, scheme
 ):
-    from axe_playwright_python.sync_playwright import Axe
-
     page = show(comparison, size, scheme).page
     settle(page)
-    assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
-    page.evaluate(
-        "() => { window.shifts = []; new PerformanceObserver((list) => {"
-        " for (const one of list.getEntries()) window.shifts.push(one.value); })"
-        ".observe({ type: 'layout-shift', buffered: false }); }"
-    )
+    assert fits(page, size)
+    watch_shifts(page)
     page.locator("#time").fill("200")
     page.locator("#speed").select_option("8")
     page.locator("#play").click()
     until(page, "rearview.player.step === 300")
     assert page.evaluate("window.shifts") == []
-    violations = Axe().run(page).response["violations"]
-    assert [(v["id"], v["impact"]) for v in violations] == []
+    assert violations(page) == []

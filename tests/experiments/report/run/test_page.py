@@ -202,7 +202,7 @@ def other_schema(folder):
     ("damage", "message"),
     [
         (cut_short, "plans.parquet: cannot be read"),
-        (other_schema, "has trace schema version 0; allowed: 5"),
+        (other_schema, "has trace schema version 0; allowed: 6"),
         (lambda f: (f / "vehicles.parquet").unlink(), "vehicles.parquet: cannot be"),
         (lambda f: (f / "map.json").unlink(), "map.json: is missing"),
         (lambda f: (f / "metrics.json").write_text("{"), "metrics.json: cannot be"),

@@ -23,6 +23,14 @@ from experiments.trace.files import read_trace
 from experiments.trace.schema import Kind, column
 from planner.interface import PlanStats
 from planner.scene import Obstacles
+from tests.experiments.report.browser import (
+    fits,
+    frames_in_half_a_second,
+    settle,
+    until,
+    violations,
+    watch_shifts,
+)
 from tests.experiments.report.conftest import NARROW, WIDE
 from tests.experiments.report.run_folders import HOSTILE, driven_trace, write_run
 
@@ -50,23 +58,6 @@ def with_fallbacks(trace):
     said[60:63] = ["emergency_braking"] * 3
     steps = {**trace.steps, "plan_status": column(said, Kind.TEXT)}
     return replace(trace, steps=steps)
-
-
-def settle(page):
-    """Wait until what was asked for is drawn."""
-    page.evaluate(
-        "() => new Promise(done => requestAnimationFrame(() => "
-        "requestAnimationFrame(done)))"
-    )
-
-
-def until(page, expression, patience=200):
-    """Wait for something; the page's policy allows no evaluation of text of its own."""
-    for _ in range(patience):
-        if page.evaluate(expression):
-            return
-        page.wait_for_timeout(50)
-    pytest.fail(f"never: {expression}")
 
 
 def step_of(page):
@@ -248,7 +239,7 @@ def test_colours_the_camera_and_the_ruler(run, show):
     page = show(run / "report.html").page
     page.locator("#time").fill("30")
     plain = pixels(page)
-    for name in ("braking", "speed", "size"):
+    for name in ("braking", "speed", "type"):
         page.locator("#colour").select_option(name)
         changed = np.abs(pixels(page) - plain).max() > 50
         assert changed == (name != "braking"), "nobody brakes here"
@@ -288,6 +279,97 @@ def test_colours_the_camera_and_the_ruler(run, show):
     scale = page.evaluate("rearview.camera.scale")
     assert length == pytest.approx(120 / scale, rel=0.02)
     assert page.locator("#follow").is_checked(), "measuring does not pan"
+    assert page.locator("#measured").inner_text() == f"{length:.2f} m"
+    page.keyboard.press("Enter")  # the keys do it too: here ...
+    page.keyboard.press("d")  # ... 60 pixels on ...
+    settle(page)
+    page.keyboard.press("Enter")  # ... to there
+    page.keyboard.press("d")
+    settle(page)
+    assert page.locator("#measured").inner_text() == f"{60 / scale:.2f} m"
+    page.keyboard.press("m")
+    settle(page)
+    assert page.locator("#measured").is_hidden()
+
+
+def test_panels_are_resized_by_hand_and_by_keys(run, show):
+    page = show(run / "report.html").page
+    settle(page)
+    height = "document.querySelector('.scene-box').offsetHeight"
+    width = "document.querySelector('.events').offsetWidth"
+    before = page.evaluate(f"[{height}, {width}, window.rearview.camera.width]")
+    page.locator("#taller").focus()
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("ArrowDown")
+    page.locator("#wider").focus()
+    page.keyboard.press("ArrowLeft")
+    settle(page)
+    settle(page)
+    after = page.evaluate(f"[{height}, {width}, window.rearview.camera.width]")
+    assert after[0] == pytest.approx(before[0] + 40, abs=2)
+    assert after[1] == pytest.approx(before[1] + 20, abs=2)
+    assert after[2] == pytest.approx(before[2] - 20, abs=2), "the scene follows"
+    assert step_of(page) == 0, "these keys are those of the bars"
+    box = page.locator("#taller").bounding_box()
+    page.mouse.move(box["x"] + 200, box["y"] + 5)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 200, box["y"] - 45, steps=3)
+    page.mouse.up()
+    assert page.evaluate(height) == pytest.approx(before[0] - 10, abs=2)
+    page.locator("#taller").dblclick()
+    assert page.evaluate(height) == pytest.approx(before[0], abs=1)
+
+
+def test_indicators_types_and_what_the_ego_believes(tmp_path, show):
+    trace = driven_trace(31)
+    n = len(trace.vehicles["index"])
+    looks = [(0, "car.0", "bus", ""), (0, "car.1", "passenger", "left")]
+    looks += [(10, "car.0", "bus", "right"), (20, "car.1", "passenger", "")]
+    names = ("index", "id", "kind", "indicator")
+    kinds = (Kind.COUNT, Kind.TEXT, Kind.TEXT, Kind.TEXT)
+    table = zip(names, kinds, zip(*sorted(looks), strict=True), strict=True)
+    seen = np.ma.getdata(trace.vehicles["id"]) != "car.2"
+    believed = {key: trace.vehicles[key][seen] for key in trace.perceived}
+    believed["x_m"] = believed["x_m"] + 0.5
+    trace = replace(
+        trace,
+        looks={name: column(values, kind) for name, kind, values in table},
+        perceived=believed,
+    )
+    assert n == 93
+    folder = write_run(tmp_path / "run", trace)
+    page = show(save_run_page(folder)).page
+    settle(page)
+    shown = page.evaluate(
+        "[0, 1.5, 2.5].map((t) => rearview.scene.bodies(t).map((b) => b.indicator))"
+    )
+    assert shown == [[0, 2, 0], [1, 2, 0], [1, 0, 0]]
+    types = page.evaluate(
+        "rearview.scene.bodies(0).map((b) => rearview.scene.fillOf(b, 'type'))"
+    )
+    assert types[0] != types[1] == types[2]
+    assert page.evaluate("rearview.scene.believed(3).map(({ id }) => id)") == [
+        "car.0",
+        "car.1",
+    ]
+    with_beliefs = pixels(page)
+    page.keyboard.press("b")
+    assert np.abs(pixels(page) - with_beliefs).max() > 50
+    assert page.locator("figure.chart", has_text="perception error").count() == 1
+
+
+def test_a_film_of_a_span_is_saved(run, show):
+    page = show(run / "report.html").page
+    page.locator("#speed").select_option("8")
+    page.locator("#time").fill("60")
+    with page.expect_download() as download:
+        page.locator("#film").click()
+        assert page.locator("#film").inner_text() == "end of the film"
+    film = Path(download.value.path()).read_bytes()
+    assert download.value.suggested_filename == "made_up_cruise_seed_3.webm"
+    assert film[:4] == b"\x1aE\xdf\xa3"
+    assert step_of(page) == 90, "it ends where the run does"
+    assert page.locator("#film").inner_text() == "film from here"
 
 
 def test_a_link_may_name_a_moment(run, show):
@@ -397,26 +479,7 @@ def test_first_paint_and_thirty_frames_a_second_at_a_hundred_vehicles(tmp_path, 
     paint = page.evaluate("performance.getEntriesByType('paint')[0].startTime")
     assert paint < 2000
     page.locator("#play").click()
-    times = page.evaluate(
-        """seconds => new Promise(done => {
-          const [times, scene] = [[], window.rearview.scene];
-          let before = scene.frames;
-          const end = performance.now() + 1000 * seconds;
-          const look = now => {
-            if (scene.frames > before) times.push(performance.now());
-            before = scene.frames;
-            if (performance.now() < end) requestAnimationFrame(look);
-            else done(times);
-          };
-          requestAnimationFrame(look);
-        })""",
-        8,
-    )
-    # the best half a second: other processes may keep the cores busy
-    counts = [
-        np.searchsorted(times, begin + 500.0) - k for k, begin in enumerate(times)
-    ]
-    assert max(counts) >= 15, max(counts)
+    assert frames_in_half_a_second(page, 4) >= 15
 
 
 def test_hostile_names_run_nothing_and_are_shown_as_they_are(tmp_path, show):
@@ -438,7 +501,7 @@ def test_hostile_names_run_nothing_and_are_shown_as_they_are(tmp_path, show):
 def test_nothing_is_cut_off_or_overlaps(run, show, size, scheme):
     page = show(run / "report.html", size, scheme).page
     settle(page)
-    assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
+    assert fits(page, size)
     selector = "button, select, input, label, h1, h2, figure, #clock, summary"
     boxes = page.evaluate(
         """selector => [...document.querySelectorAll(selector)].map(node => {
@@ -467,14 +530,11 @@ def test_nothing_is_cut_off_or_overlaps(run, show, size, scheme):
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["wide", "narrow"])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(run, show, size, scheme):
-    from axe_playwright_python.sync_playwright import Axe
-
     page = show(run / "report.html", size, scheme).page
     settle(page)
     for summary in page.locator("summary").all():
         summary.click()
-    violations = Axe().run(page).response["violations"]
-    assert [(v["id"], v["impact"]) for v in violations] == []
+    assert violations(page) == []
 
 
 @pytest.mark.sumo
@@ -510,11 +570,7 @@ def test_nothing_jumps_while_the_page_plays(tmp_path, show, size):
     save_run_page(run)
     page = show(run / "report.html", size=size).page
     settle(page)
-    page.evaluate(
-        "() => { window.shifts = []; new PerformanceObserver((list) => {"
-        " for (const one of list.getEntries()) window.shifts.push(one.value); })"
-        ".observe({ type: 'layout-shift', buffered: false }); }"
-    )
+    watch_shifts(page)
     heights = set()
     for step in range(40):
         page.evaluate(f"window.rearview.player.goToStep({step})")

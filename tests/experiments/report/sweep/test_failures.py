@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments.report.sweep.failures import failure_kinds
+from experiments.report.sweep.failures import failure_kinds, failure_lines
 
 KNOWN = {"arrived": False, "label": "cruise", "planner": "cruise", "scenario": "road"}
 
@@ -45,3 +45,45 @@ def test_words_of_a_kind(reasons, words):
 def test_other_words_are_another_kind():
     found = kinds_of("touched car.7 at t = 3 s", "fell asleep at t = 3 s")
     assert [kind.count for kind in found] == [1, 1]
+
+
+@pytest.mark.parametrize(
+    ("status", "reason", "sentence"),
+    [
+        (
+            "collision",
+            "touched car.7 at t = 3.5 s",
+            "The ego touched car.7 at t = 3.5 s.",
+        ),
+        (
+            "timeout",
+            "s = 12.0 m of 220.0 m at t = 60.0 s, stands since t = 20.0 s",
+            "The ego was at s = 12.0 m of 220.0 m when time was up at t = 60.0 s, "
+            "stands since t = 20.0 s.",
+        ),
+        (
+            "blocked",
+            "stood 20 s at s = 124.6 m, since t = 3.7 s: no speed plan",
+            "The ego stood 20 s at s = 124.6 m, since t = 3.7 s: no speed plan.",
+        ),
+        ("timeout", "", "timeout."),
+        (
+            "planner_failed",
+            "ZeroDivisionError",
+            "The planner failed: ZeroDivisionError.",
+        ),
+        ("crashed", "the process died", "the process died."),
+    ],
+)
+def test_a_sentence_says_what_happened(status, reason, sentence):
+    (kind,) = kinds_of(reason, status=status)
+    assert kind.sentence == sentence
+
+
+def test_a_terminal_reads_the_most_frequent_kinds_and_how_to_look_at_one():
+    rare = [f"fell {word}" for word in ("asleep", "ill", "over", "down", "off")]
+    kinds = kinds_of("touched car.1 at t = 3 s", "touched car.2 at t = 4 s", *rare)
+    lines = failure_lines(kinds, "rearview rerun x")
+    assert lines[0].startswith("2 timeout (2 cruise): touched car.1 or another")
+    assert lines[0].endswith("Look: rearview rerun x 0")
+    assert lines[-1] == "1 other failures: see the page"

@@ -4,6 +4,7 @@ import sys
 from time import process_time
 
 import pytest
+import yaml
 
 from experiments.cli.app import app
 from experiments.comparison.results import rows
@@ -17,6 +18,7 @@ from tests.experiments.report.run_folders import (
     write_run,
     write_sweep,
 )
+from tests.experiments.report.unpacking import unpack
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +42,28 @@ def test_comparison_has_intervals_and_differences(sweep):
     for text in ("Comparison with cruise", "travel time [s]", "95 % interval"):
         assert text in page
     assert page.count('<th scope="row">arrived</th>') == 1
+
+
+def with_settings(folder):
+    """Let the planners of a made sweep be one, with other settings."""
+    file = folder / "sweep.yaml"
+    content = yaml.safe_load(file.read_text(encoding="utf-8"))
+    content["planners"] = [
+        {"name": "cruise", "label": "cruise", "settings": {"gap": 2, "same": 1}},
+        {"name": "cruise", "label": "old", "settings": {"gap": 3.5, "same": 1}},
+    ]
+    file.write_text(yaml.safe_dump(content), encoding="utf-8")
+
+
+def test_settings_in_which_planners_differ_are_columns(tmp_path):
+    folder = write_sweep(tmp_path / "made", seeds=2)
+    with_settings(folder)
+    axes = {axis["name"]: axis for axis in data_of(sweep_page(folder, folder))["axes"]}
+    assert list(axes)[3:] == ["gap", "seed"]
+    assert axes["gap"]["own"]
+    label = {"cruise": 2.0, "old": 3.5}
+    expected = [label[row["label"]] for row in rows(folder)]
+    assert unpack(axes["gap"]["values"]).tolist() == expected
 
 
 def test_columns_are_those_of_the_results(sweep):
@@ -126,4 +150,4 @@ def test_damaged_sweeps_are_one_line(tmp_path, capsys):
     (run / "config.yaml").write_text("{")
     assert "config.yaml: cannot be read" in refusal(capsys, folder)
     (folder / "sweep.yaml").write_text("name: [")
-    assert "sweep.yaml: cannot be read" in refusal(capsys, folder)
+    assert "sweep.yaml:1: is not YAML" in refusal(capsys, folder)

@@ -10,12 +10,14 @@ from experiments.report.sweep.page import save_run_pages, save_sweep_page
 from experiments.sweep.folder import run_folder
 from experiments.trace.files import write_trace
 from experiments.trace.road_map import RoadMap, write_map
+from tests.experiments.report.browser import fits, violations
 from tests.experiments.report.conftest import NARROW, WIDE
 from tests.experiments.report.run_folders import (
     HOSTILE,
     driven_trace,
     write_sweep,
 )
+from tests.experiments.report.sweep.test_page import with_settings
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 
@@ -132,6 +134,19 @@ def test_filters_hold_for_every_plot(sweep, show):
     assert "no pairs" in page.locator("#pairs").get_attribute("aria-label")
 
 
+def test_settings_of_planners_are_filters_and_part_no_pairs(tmp_path, show):
+    folder = write_sweep(tmp_path / "made", seeds=3)
+    with_settings(folder)
+    page = show(save_sweep_page(folder)).page
+    page.locator("#pairs-metric").select_option("min_clearance_m")
+    label = page.locator("#pairs").get_attribute("aria-label")
+    assert label.count("of 6 pairs") == 2, "one for each scenario"
+    page.locator("#filter-3").select_option("3.5")
+    assert page.locator("#filtered").inner_text() == "12 of 24 runs"
+    page.locator("#heat-x").select_option(label="gap")
+    assert page.locator("#heat th[scope=col]").all_inner_texts()[1:] == ["2", "3.5"]
+
+
 def test_pairs_are_differences_on_common_seeds(sweep, show):
     page = show(sweep / "report.html").page
     page.locator("#filter-0").select_option("straight")
@@ -206,13 +221,10 @@ def test_a_sweep_without_runs_is_a_whole_page(tmp_path, show):
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["wide", "narrow"])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_is_cut_off_and_axe_finds_nothing(sweep, show, size, scheme):
-    from axe_playwright_python.sync_playwright import Axe
-
     page = show(sweep / "report.html", size, scheme).page
-    assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
+    assert fits(page, size)
     for summary in page.locator("summary").all():
         summary.click()
     page.locator("#scatter").focus()
     page.keyboard.press("ArrowRight")
-    violations = Axe().run(page).response["violations"]
-    assert [(v["id"], v["impact"]) for v in violations] == []
+    assert violations(page) == []
