@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 from planner.lane_change.planner import LaneChangePlanner
-from planner.lane_change.settings import LaneChangeSettings, OrderRule
+from planner.lane_change.settings import GapRule, LaneChangeSettings, OrderRule
 
 
 def proposed(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
-    """Make the planner with every passing order solved."""
+    """Make the planner with every passing order solved and gaps rolled out."""
     return LaneChangePlanner(settings or LaneChangeSettings())
 
 
@@ -31,9 +31,13 @@ def conventional(settings: LaneChangeSettings | None = None) -> LaneChangePlanne
 
 
 def _with(settings: LaneChangeSettings | None, rule: OrderRule) -> LaneChangeSettings:
-    """Return settings with another order rule."""
+    """Return settings with another order rule, and changes as they were published."""
     base = settings or LaneChangeSettings()
-    return replace(base, speed=replace(base.speed, order_rule=rule))
+    return replace(
+        base,
+        speed=replace(base.speed, order_rule=rule),
+        gaps=replace(base.gaps, rule=GapRule.PLACES),
+    )
 
 
 __all__ = [

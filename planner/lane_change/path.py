@@ -22,12 +22,19 @@ from planner.reference_path.path import ReferencePath
 from planner.states import FloatArray, FrenetState, Path
 from planner.vehicle import Vehicle
 
+CAR_LENGTH = 5.0  # of a body for which lengths in the settings are made [m]
 SETTLING_SHARES = (1.0, 0.7, 0.5, 0.35)  # of the usual length, tried in turn
 PARALLEL = 0.05  # a lane that shifts by less is parallel to the reference path [m]
 SMOOTHED = 4.0  # to either side, over which a shifting lane is smoothed [m]
 SHARES = np.linspace(-1.0, 1.0, 9)
 WINDOW = (1.0 - np.abs(SHARES)) / (1.0 - np.abs(SHARES)).sum()
+CENTRED = 0.1  # within as much of a lane's centre the body is in the lane [m]
 MAX_SWING = 0.3  # beyond where a path begins and ends [m]
+
+
+def body_scale(vehicle: Vehicle) -> float:
+    """Return how much more room than a car a body needs to pull out, at least 1."""
+    return max(vehicle.length / CAR_LENGTH, 1.0)
 
 
 class KeptLane(NamedTuple):
@@ -74,6 +81,7 @@ def lane_keeping_path(
     lane: float | KeptLane,
     total: float,
     settings: PathSettings,
+    beyond: Callable[[Path], float] = lambda _: 0.0,
 ) -> Path | None:
     """Settle on an offset and stay there, or in a lane that shifts.
 
@@ -83,43 +91,52 @@ def lane_keeping_path(
         lane: Where to go [m].
         total: Length of the path along the reference [m].
         settings: Spacing and settling time.
+        beyond: Returns how far a path takes the body over the road's edges [m].
 
     Returns:
-        The path; None where the Frenet frame does not reach.
+        The path; None where the Frenet frame does not reach. Of several ways to settle
+        the longest that neither swings out nor leaves the road, else the one that does
+        so least.
     """
     settle = max(settings.settle_length, settings.settle_time * max(state.s_dot, 0.0))
     driven = _grid(total, settings.spacing)
     if isinstance(lane, KeptLane):
         centre = lane.rows(state.s + driven)
-        if centre is not None:
-            return _shifting_path(reference, state, centre, settle, driven)
-        offset = lane.offset_at(state.s)
+        if centre is None:
+            lane = lane.offset_at(state.s)
     else:
-        offset = lane
-    for share in SETTLING_SHARES:  # the longest that does not swing out
-        line = np.empty((3, driven.size))
-        _settle(
-            state.l, state.l_prime, state.l_second, offset, share * settle, driven, line
-        )
-        if swing(line[0], state.l, offset) <= MAX_SWING:
+        centre = None
+    if centre is None:
+        assert isinstance(lane, float)  # noqa: S101 - a lane that is parallel
+        centre = np.zeros((3, driven.size))
+        centre[0] = lane
+    least, best = math.inf, None
+    for share in SETTLING_SHARES:
+        line = _settling_line(state, centre, share * settle, driven)
+        path = line_in_plane(reference, state.s + driven, *line)
+        if path is None:
+            continue
+        away = state.l - float(centre[0, 0])
+        out = swing(line[0] - centre[0], away, 0.0)
+        over = max(out - MAX_SWING, 0.0)
+        if abs(away) + out > CENTRED:  # else the body is where the lane is
+            over += max(beyond(path), 0.0)
+        if over < least:
+            least, best = over, path
+        if over <= 0.0:
             break
-    return line_in_plane(reference, state.s + driven, *line)
+    return best
 
 
-def _shifting_path(
-    reference: ReferencePath,
-    state: FrenetState,
-    centre: FloatArray,
-    settle: float,
-    driven: FloatArray,
-) -> Path | None:
-    """Settle on a lane's centre line that is not parallel to the reference path.
+def _settling_line(
+    state: FrenetState, centre: FloatArray, length: float, driven: FloatArray
+) -> FloatArray:
+    """Return l, dl/ds, d²l/ds², (3, n), of a way to a lane's centre line.
 
     Args:
-        reference: Of the road.
         state: Of the ego.
         centre: Offset, slope and bend of the lane at the distances driven, (3, n).
-        settle: Length over which the ego comes to the centre line [m].
+        length: Over which the ego comes to the centre line [m].
         driven: Distances along the reference, (n,) [m].
     """
     l, slope, bend = (
@@ -128,12 +145,9 @@ def _shifting_path(
             (state.l, state.l_prime, state.l_second), centre[:, 0], strict=True
         )
     )
-    for share in SETTLING_SHARES:
-        line = np.empty((3, driven.size))
-        _settle(l, slope, bend, 0.0, share * settle, driven, line)
-        if swing(line[0], l, 0.0) <= MAX_SWING:
-            break
-    return line_in_plane(reference, state.s + driven, *(line + centre))
+    line = np.empty((3, driven.size))
+    _settle(l, slope, bend, 0.0, length, driven, line)
+    return line + centre
 
 
 class ChangeTarget(NamedTuple):
@@ -150,7 +164,7 @@ def best_change(
     target: ChangeTarget,
     vehicle: Vehicle,
     settings: PathSettings,
-    is_free: Callable[[ChangePath], bool] = lambda _: True,
+    refuses: Callable[[ChangePath], str | None] = lambda _: None,
     cutoff: float = math.inf,
 ) -> tuple[ChangePath | None, dict[str, int]]:
     """Find the cheapest change path that can be driven.
@@ -161,8 +175,8 @@ def best_change(
         target: See there.
         vehicle: Its curvature limit holds.
         settings: Lengths, ratios, weights.
-        is_free: Returns whether nothing that stands is in the way of a change. Of one
-            length only the cheapest is asked about.
+        refuses: Returns why a change cannot be driven, None if nothing is in its way.
+            Of one length only the cheapest is asked about.
         cutoff: Changes that cost as much are not looked at.
 
     Returns:
@@ -172,7 +186,7 @@ def best_change(
     refused: dict[str, int] = {}
     motion = (0.0, 0.0) if target.begin > 0.0 else (state.l_prime, state.l_second)
     points, costs, peaks = _priced(
-        (state.l, *motion), target.offset, _lengths(speed, settings), settings
+        (state.l, *motion), target.offset, _lengths(speed, vehicle, settings), settings
     )
     slow = speed**2 * peaks <= settings.lateral_acceleration
     if not slow.all():
@@ -199,9 +213,10 @@ def best_change(
             continue
         cost, peak = float(costs[k]), float(peaks[k])
         found = ChangePath(path, float(place[0]), float(place[1]), cost, peak)
-        if is_free(found):
+        why = refuses(found)
+        if why is None:
             return found, refused
-        _count(refused, "blockage")
+        _count(refused, why)
         blocked.add(length)
     return None, refused
 
@@ -223,9 +238,15 @@ def _priced(
     return points, *prices(points, BASIS, *weights)
 
 
-def _lengths(speed: float, settings: PathSettings) -> tuple[float, ...]:
-    """Return the lengths to try [m]; the tight ones are for walking speed."""
-    usual, *tight = settings.min_lengths
+def _lengths(
+    speed: float, vehicle: Vehicle, settings: PathSettings
+) -> tuple[float, ...]:
+    """Return the lengths to try [m]; the tight ones are for walking speed.
+
+    A body longer than a car needs more, or its ends swing over the edges.
+    """
+    scale = body_scale(vehicle)
+    usual, *tight = (scale * length for length in settings.min_lengths)
     soonest = min(settings.change_times) * speed
     lengths = {max(usual, t * speed) for t in settings.change_times}
     lengths |= {length for length in tight if length > soonest}

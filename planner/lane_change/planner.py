@@ -16,12 +16,15 @@ from planner.lane_change.phases.cycle_view import Situation, look
 from planner.lane_change.phases.keep import keep
 from planner.lane_change.phases.memory import Memory, Phase
 from planner.lane_change.phases.seek import seek
-from planner.lane_change.settings import LaneChangeSettings
+from planner.lane_change.phases.seek_gap import seek_gap
+from planner.lane_change.settings import GapRule, LaneChangeSettings
 from planner.lane_change.speed.drawn_graph import speed_graph_of
 from planner.path_velocity import trajectory_on
 from planner.scene import Scene
 from planner.scene_checks import invalid
 from planner.states import Trajectory
+
+FOR_A_WALL = 0.05  # advantage of a lane without what stands in the own one [m/s]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,9 +77,10 @@ def _decide(
     seeking = last is not None and last.phase is not Phase.KEEP
     gain = 0.3 * settings.manoeuvre.gain if seeking else settings.manoeuvre.gain
     left_hand = scene.lanes.left_hand
-    target = wanted_lane(
-        here.static_lane_speeds, lane, gain, left_hand=left_hand
-    )  # queues dissolve, walls do not
+    rolled_out = settings.gaps.rule is GapRule.HORIZON
+    # queues dissolve, walls do not; the earlier it begins, the calmer is the change
+    least = FOR_A_WALL if rolled_out else gain
+    target = wanted_lane(here.static_lane_speeds, lane, least, left_hand=left_hand)
     if target is None:
         target = wanted_lane(here.lane_speeds, lane, gain, left_hand=left_hand)
         if (
@@ -85,10 +89,29 @@ def _decide(
         ):
             target = None
     if target is not None:
-        found = seek(here, last, lane, target, settings, counts)
+        if rolled_out:
+            targets = _targets(here, lane, target, least)
+            found = seek_gap(here, last, lane, targets, settings, counts)
+        else:
+            found = seek(here, last, lane, target, settings, counts)
         if found is not None:
             return found
     return keep(here, lane, target, settings, counts)
+
+
+def _targets(here: Situation, lane: int, target: int, gain: float) -> tuple[int, ...]:
+    """Return the neighbour lanes to look for gaps in, the wanted one first.
+
+    Away from a blockage the one on the other side will do as well, if nothing that
+    stands makes it worse.
+    """
+    other = 2 * lane - target
+    static = here.static_lane_speeds
+    if static[lane] + gain > static[target] or not 0 <= other < static.size:
+        return (target,)
+    if not np.isfinite(static[other]) or static[other] + gain < static[target]:
+        return (target,)
+    return target, other
 
 
 def _result(
@@ -106,6 +129,7 @@ def _result(
         candidate.change,
         candidate.start_s,
         0 if last is None else last.cycle + 1,
+        candidate.gap,
     )
     stats = PlanStats(
         candidates=counts.candidates,

@@ -1,6 +1,6 @@
 """Parameters of the lane-change planner."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from planner.states import store_floats
@@ -81,6 +81,50 @@ class SpeedSettings:
         store_floats(self)
 
 
+class GapRule(StrEnum):
+    """How the place of a change is chosen."""
+
+    HORIZON = "horizon"  # every gap near the ego is rolled out over half a minute
+    PLACES = "places"  # speed plans from `starts`, the cheapest within their duration
+
+
+@dataclass(frozen=True, slots=True)
+class GapSettings:
+    """The choice of a gap, with its future in mind; see `gaps.rollout`."""
+
+    rule: GapRule = GapRule.HORIZON
+    horizon: float = 32.0  # [s]
+    step: float = 0.5  # of the rollouts [s]
+    gaps_ahead: int = 3  # looked at, beside the one beside the ego
+    gaps_behind: int = 3
+    line_time: float = 1.5  # from the begin of a change until the body enters [s]
+    aside_time: float = 2.5  # a change before a blockage begins as much earlier [s]
+    acceleration: float = 1.2  # of the ego while it adjusts [m/s²]
+    braking: float = 1.5  # [m/s²]
+    front_headway: float = 0.6  # to the vehicle ahead during the change [s]
+    rear_headway: float = 0.5  # of the one behind, who is predicted to yield [s]
+    reaction: float = 1.0  # of the one behind, for RSS [s]
+    yielding: float = 1.0  # braking that is predicted of it [m/s²]
+    # of the change itself where there is room; `path.lateral_acceleration` where a
+    # change that needs no more leads nowhere [m/s²]
+    lateral_acceleration: float = 1.0
+    braking_weight: float = 1.5  # of braking behind [s per m/s²]
+    wait_weight: float = 0.1  # of each second before the change [-]
+    room_weight: float = 3.0  # of having no room left before a blockage [s]
+    room_scale: float = 150.0  # with as much there is enough [m]
+    effort_weight: float = 0.02  # of the ego's squared acceleration [s⁴/m²]
+    keep_gain: float = 0.4  # by which another gap must be better [s]
+
+    @property
+    def n_times(self) -> int:
+        """Number of times of a rollout."""
+        return round(self.horizon / self.step) + 1
+
+    def __post_init__(self) -> None:
+        """Store whole numbers as floats."""
+        store_floats(self)
+
+
 @dataclass(frozen=True, slots=True)
 class ManoeuvreSettings:
     """When to change, and what has to be true before the body enters the lane."""
@@ -107,3 +151,28 @@ class LaneChangeSettings:
     path: PathSettings = PathSettings()
     speed: SpeedSettings = SpeedSettings()
     manoeuvre: ManoeuvreSettings = ManoeuvreSettings()
+    gaps: GapSettings = GapSettings()
+
+    @property
+    def rear_reaction(self) -> float:
+        """Reaction time of the driver behind, for RSS [s]."""
+        if self.gaps.rule is GapRule.PLACES:
+            return self.manoeuvre.reaction
+        return self.gaps.reaction
+
+    @property
+    def calm_path(self) -> PathSettings:
+        """Path settings of a change where there is room."""
+        lateral = min(self.gaps.lateral_acceleration, self.path.lateral_acceleration)
+        return replace(self.path, lateral_acceleration=lateral)
+
+    @property
+    def in_change(self) -> SpeedSettings:
+        """Speed settings while changing: headways of a gap that is being entered."""
+        if self.gaps.rule is GapRule.PLACES:
+            return self.speed
+        return replace(
+            self.speed,
+            front_headway=min(self.gaps.front_headway, self.speed.front_headway),
+            rear_headway=min(self.gaps.rear_headway, self.speed.rear_headway),
+        )

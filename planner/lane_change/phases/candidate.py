@@ -20,6 +20,7 @@ class PlanCandidate:
     change: Change | None = None
     start_s: float | None = None
     why: str = ""
+    gap: tuple[int, str | None, str | None] | None = None  # that is aimed at
 
 
 @dataclass(slots=True)

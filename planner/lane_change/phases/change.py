@@ -1,10 +1,11 @@
 """Continue a change, wait at the line, or give it up."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from planner.lane_change.path import lane_keeping_path
+from planner.lane_change.path import body_scale, lane_keeping_path
 from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.cycle_view import (
     STANDSTILL_ROOM,
@@ -27,6 +28,8 @@ from planner.lane_change.phases.memory import (
     rest_of,
     settled,
 )
+from planner.lane_change.phases.yielding import with_yielding
+from planner.lane_change.road_edges import worst_reach
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.plan import plan_speed
 from planner.lane_change.surroundings import in_lane
@@ -50,8 +53,12 @@ def go_on(
         return keep(here, change.target, None, settings, counts)
     path = _extended(here, rest, settings)
     followers = here.behind & in_lane(scene, here.bodies, change.lane)
+    entering_in = 0.0 if committed else 0.5 * settings.gaps.line_time
+    users = with_yielding(
+        here, change.target, entering_in + settings.gaps.reaction, settings
+    )
     speed = plan_speed(
-        path, scene.vehicle, here.ahead, ~followers, speed_task(here), settings.speed
+        path, scene.vehicle, users, ~followers, speed_task(here), settings.in_change
     )
     counts.speeds(speed)
     entering = about_to_enter(scene, change.lane, change.target, scene.step)
@@ -72,7 +79,12 @@ def go_on(
     if not committed:
         return _wait_at_line(here, candidate, followers, settings, counts)
     speed = plan_speed(
-        path, scene.vehicle, here.ahead, ~here.behind, speed_task(here), settings.speed
+        path,
+        scene.vehicle,
+        here.ahead,
+        ~here.behind,
+        speed_task(here),
+        settings.in_change,
     )
     counts.speeds(speed)
     if speed.profile is not None:
@@ -97,7 +109,14 @@ def _followed(
         return change, place
     ego, lanes = scene.ego_frenet, scene.lanes
     centre = float(np.interp(ego.s, lanes.s, lanes.centre[change.target]))
-    path = lane_keeping_path(scene.path, ego, centre, here.total, settings.path)
+    path = lane_keeping_path(
+        scene.path,
+        ego,
+        centre,
+        here.total,
+        settings.path,
+        partial(worst_reach, scene),
+    )
     if path is None:
         return change, None
     off = np.flatnonzero(np.abs(path.l - centre) > SETTLED)
@@ -118,7 +137,8 @@ def _wait_at_line(
     """
     scene, change = here.scene, candidate.change
     blockage = blockage_ahead(here, candidate.lane)
-    if change is None or blockage > 2.0 * settings.manoeuvre.pull_out_room:
+    scale = body_scale(scene.vehicle)
+    if change is None or blockage > 2.0 * scale * settings.manoeuvre.pull_out_room:
         return None
     line = lane_line(scene, change.lane, change.target)
     side = 1 if change.target > change.lane else -1

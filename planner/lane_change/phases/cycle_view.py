@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_worths
+from planner.lane_change.path import body_scale
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.program import SpeedTask, knot_times
 from planner.lane_change.speed.st_graph import UsersInTime, in_time
@@ -48,31 +49,59 @@ def look(scene: Scene, settings: LaneChangeSettings) -> Situation:
     )
 
 
-def speed_task(here: Situation, end: float = math.inf) -> SpeedTask:
-    """Return the task of a speed plan; closed stop lines end every path."""
+def speed_task(
+    here: Situation, end: float = math.inf, wished: FloatArray | None = None
+) -> SpeedTask:
+    """Return the task of a speed plan; closed stop lines end every path.
+
+    Args:
+        here: Of this cycle.
+        end: Not to be passed by the rear axle [m].
+        wished: Distance and speed to follow at the knots, (2, n_knots); the target
+            speed if None.
+    """
     scene = here.scene
     ego = scene.ego_frenet
     lines = [line for line in scene.stop_lines if line > ego.s]
     if lines:
         end = min(end, min(lines) - ego.s - scene.vehicle.front_reach)
     return SpeedTask(
-        scene.ego.speed, scene.ego.acceleration, scene.target_speed, max(end, 0.0)
+        scene.ego.speed,
+        scene.ego.acceleration,
+        scene.target_speed,
+        max(end, 0.0),
+        wished,
     )
 
 
 def blockage_ahead(here: Situation, lane: int) -> float:
     """Compute the room to what stands in a lane [m]; inf if nothing does."""
     scene, bodies = here.scene, here.bodies
-    ego, lanes = scene.ego_frenet, scene.lanes
-    centre = np.interp(bodies.s, lanes.s, lanes.centre[lane])
+    rears = (bodies.s - bodies.half_length)[_blocking(here, lane)]
+    end = float(rears.min(initial=math.inf))
+    return end - scene.ego_frenet.s - scene.vehicle.front_reach
+
+
+def _blocking(here: Situation, lane: int) -> BoolArray:
+    """Mark what stands in a lane ahead of the ego."""
+    scene, bodies = here.scene, here.bodies
+    centre = np.interp(bodies.s, scene.lanes.s, scene.lanes.centre[lane])
     reach = bodies.half_width + 0.5 * scene.vehicle.width
-    blocks = (
+    return np.asarray(
         (np.abs(bodies.l - centre) < reach)
         & (np.arange(bodies.s.size) < bodies.n_static)
-        & (bodies.s > ego.s)
+        & (bodies.s > scene.ego_frenet.s)
     )
-    rears = (bodies.s - bodies.half_length)[blocks]
-    return float(rears.min(initial=math.inf)) - ego.s - scene.vehicle.front_reach
+
+
+def blockage_end(here: Situation, lane: int) -> float:
+    """Find where the first blockage of a lane is over [m]; inf if it never is."""
+    bodies, blocks = here.bodies, _blocking(here, lane)
+    if not blocks.any():
+        return math.inf
+    near = np.where(blocks, bodies.s - bodies.half_length, np.inf)
+    k = int(np.argmin(near))
+    return float(bodies.s[k] + bodies.half_length[k])
 
 
 def place_to_wait(
@@ -87,7 +116,7 @@ def place_to_wait(
     braking = here.scene.vehicle.limits.max_deceleration
     gentle = 0.5 * speed + speed**2 / (1.4 * braking)
     hard = hard_stop(here, speed, settings)
-    room = settings.manoeuvre.pull_out_room
+    room = settings.manoeuvre.pull_out_room * body_scale(here.scene.vehicle)
     stop = min(gentle, max(blockage - 0.5 * room, hard))
     place = max(blockage - room, stop + STANDSTILL_ROOM)
     return place if place < blockage else math.inf
@@ -107,7 +136,8 @@ def can_still_wait(
     driven = float(np.interp(step, profile.t, profile.distance))
     speed = float(np.interp(step, profile.t, profile.speed))
     stop = driven + hard_stop(here, speed, settings)
-    return stop <= blockage - settings.manoeuvre.tight_room
+    room = settings.manoeuvre.tight_room * body_scale(here.scene.vehicle)
+    return stop <= blockage - room
 
 
 def hard_stop(here: Situation, speed: float, settings: LaneChangeSettings) -> float:

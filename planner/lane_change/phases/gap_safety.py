@@ -27,7 +27,7 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
     need = rss_distance(
         np.maximum(bodies.speed, 0.0),
         np.full(bodies.speed.shape, speed),
-        settings.manoeuvre.reaction,
+        settings.rear_reaction,
         settings.manoeuvre.rear_braking,
         limits.max_deceleration,
     )

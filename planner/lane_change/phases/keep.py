@@ -2,7 +2,9 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
+from planner.lane_change.gaps.choice import GapPlan
 from planner.lane_change.path import KeptLane, lane_keeping_path
 from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.cycle_view import (
@@ -12,8 +14,10 @@ from planner.lane_change.phases.cycle_view import (
     speed_task,
 )
 from planner.lane_change.phases.memory import Phase
+from planner.lane_change.road_edges import worst_reach
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.plan import plan_speed, soft_speed
+from planner.lane_change.speed.program import knot_times
 
 
 def keep(
@@ -22,17 +26,34 @@ def keep(
     target: int | None,
     settings: LaneChangeSettings,
     counts: SearchCounts,
+    gap: GapPlan | None = None,
 ) -> PlanCandidate | None:
-    """Stay in the lane behind the vehicle ahead."""
+    """Stay in the lane behind the vehicle ahead, on the way to a gap if there is one.
+
+    Args:
+        here: Of this cycle.
+        lane: To stay in.
+        target: Lane that the ego wants to go to.
+        settings: See there.
+        counts: Of the cycle's candidates.
+        gap: To adjust the speed to.
+    """
     scene = here.scene
     kept = KeptLane(scene.lanes.s, scene.lanes.centre[lane])
     path = lane_keeping_path(
-        scene.path, scene.ego_frenet, kept, here.total, settings.path
+        scene.path,
+        scene.ego_frenet,
+        kept,
+        here.total,
+        settings.path,
+        partial(worst_reach, scene),
     )
     if path is None:
         return None
     phase = Phase.KEEP if target is None else Phase.SEEK
-    why = "" if target is None else "no gap yet"
+    why = "" if target is None else str(gap) if gap is not None else "no gap yet"
+    name = None if gap is None else gap.name
+    wished = None if gap is None else gap.at(knot_times(settings.speed))
     rooms = [math.inf]
     blockage = blockage_ahead(here, lane)
     wait = place_to_wait(here, blockage, settings)
@@ -40,14 +61,15 @@ def keep(
         rooms = [wait, 0.5 * (wait + blockage), math.inf]
     considered = ~here.behind
     for room in rooms:
-        task = speed_task(here, room)
+        task = speed_task(here, room, wished)
         speed = plan_speed(
             path, scene.vehicle, here.ahead, considered, task, settings.speed
         )
         counts.speeds(speed)
         if speed.profile is not None:
-            return PlanCandidate(phase, lane, path, speed, why=why)
-    return soften(here, PlanCandidate(phase, lane, path, speed, why=why), settings)
+            return PlanCandidate(phase, lane, path, speed, why=why, gap=name)
+    held = PlanCandidate(phase, lane, path, speed, why=why, gap=name)
+    return soften(here, held, settings)
 
 
 def soften(

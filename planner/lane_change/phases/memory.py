@@ -48,6 +48,7 @@ class Memory:
     change: Change | None = None
     start_s: float | None = None  # where the wanted change begins on the road [m]
     cycle: int = 0  # counts up
+    gap: tuple[int, str | None, str | None] | None = None  # see `gaps.choice.GapPlan`
 
 
 def progress_on(path: Path, scene: Scene) -> float | None:

@@ -11,6 +11,7 @@ from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.cycle_view import Situation, blockage_ahead, speed_task
 from planner.lane_change.phases.gap_safety import has_way_out
 from planner.lane_change.phases.memory import Change, Memory, Phase
+from planner.lane_change.road_edges import stays_on_road
 from planner.lane_change.settings import LaneChangeSettings, SpeedSettings
 from planner.lane_change.speed.plan import SpeedPlan, plan_speed
 from planner.lane_change.speed.program import SpeedTask, free_cost
@@ -107,7 +108,7 @@ def _planned_from(
         ChangeTarget(search.centre, start, here.total),
         scene.vehicle,
         settings.path,
-        partial(_is_free, here, settings.speed),
+        partial(refusal, here, settings.speed),
         cutoff - search.least_speed_cost,
     )
     counts.paths(refused)
@@ -132,11 +133,14 @@ def _planned_from(
     return _Planned(put_off + change.cost + speed.cost, start, change, speed)
 
 
-def _is_free(here: Situation, settings: SpeedSettings, change: ChangePath) -> bool:
-    """Check whether nothing that stands is on the path before the change is over."""
+def refusal(here: Situation, settings: SpeedSettings, change: ChangePath) -> str | None:
+    """Say why a change cannot be driven: road's edges, or what stands on its path."""
+    end = change.end + here.scene.vehicle.front_reach
+    if not stays_on_road(here.scene, change.path, end):
+        return "over the road's edge"
     beside_or_ahead = ~here.behind[: here.bodies.n_static]
     if not beside_or_ahead.any():
-        return True
+        return None
     graph = st_graph(
         change.path,
         here.scene.vehicle,
@@ -145,7 +149,7 @@ def _is_free(here: Situation, settings: SpeedSettings, change: ChangePath) -> bo
         settings.along_margin,
         settings.across_margin,
     )
-    return not np.any(graph.lower[:, 0] < change.end)
+    return "blockage" if np.any(graph.lower[:, 0] < change.end) else None
 
 
 def starts(

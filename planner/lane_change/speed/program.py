@@ -24,7 +24,7 @@ ROUNDING = 1e-9  # by which bounds of the distance give way [m]
 JERK_TIME = 1.5  # in which an acceleration has surely turned into braking [s]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SpeedTask:
     """Start, target speed and end of a speed plan."""
 
@@ -32,6 +32,8 @@ class SpeedTask:
     acceleration: float  # now [m/s²]
     target_speed: float  # [m/s]
     end: float = math.inf  # not to be passed by the rear axle [m]
+    # distance and speed to follow at the knots, (2, n_knots); None: the target speed
+    wished: FloatArray | None = None
 
 
 class StartState(NamedTuple):
@@ -181,7 +183,9 @@ def reference_motion(task: SpeedTask, settings: SpeedSettings) -> FloatArray:
     """
     times = knot_times(settings)
     reference = np.zeros((times.size, 3))
-    if not settings.printed.objective:
+    if task.wished is not None:
+        reference[:, :2] = task.wished.T
+    elif not settings.printed.objective:
         reference[:, 0] = task.target_speed * times
         reference[:, 1] = task.target_speed
     reference.setflags(write=False)
