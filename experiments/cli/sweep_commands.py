@@ -17,7 +17,7 @@ from experiments.cli.user_errors import (
 )
 
 if TYPE_CHECKING:
-    from experiments.cli.sweep_session import SweepSession
+    from experiments.api.sweep_session import SweepSession
 
 WITHOUT_YES = 20_000  # runs of a sweep that need no confirmation
 SWEEPS = Path("sweeps")  # parent of the folders of sweeps
@@ -67,7 +67,7 @@ def sweep(
     130 Ctrl-C.
     """
     with report_user_errors():
-        from experiments.cli.sweep_session import SweepSession
+        from experiments.api.sweep_session import SweepSession
         from experiments.config.sweep_file import load_sweep
         from experiments.errors import ConfigError
 
