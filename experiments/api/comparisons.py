@@ -2,18 +2,16 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from experiments.api.frames import frame, table_of
+from experiments.api.sweeps import SweepResults
 from experiments.comparison.compare import Center, Line
 from experiments.comparison.compare import compare as compared
 from experiments.comparison.question import question_of
 from experiments.comparison.results import ALL_RUNS, rows
 from experiments.comparison.table import as_markdown, export, records
 from experiments.sweep.folder import require_sweep
-
-if TYPE_CHECKING:
-    from experiments.api.sweeps import SweepResults
 
 
 class Comparison:
@@ -61,7 +59,7 @@ class Comparison:
 
 
 def compare(
-    results: "SweepResults | str | Path",
+    results: SweepResults | str | Path,
     baseline: str | None = None,
     *,
     metrics: Sequence[str] | None = None,

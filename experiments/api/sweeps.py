@@ -4,7 +4,6 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from experiments.api.comparisons import Comparison, compare
 from experiments.api.frames import frame, table_of
 from experiments.api.runs import Run
 from experiments.api.sweep_session import SweepSession
@@ -66,10 +65,6 @@ class SweepResults:
     def run(self, run_id: str) -> Run:
         """Open the run with an id of the results."""
         return Run.open(run_folder(self._folder, run_id))
-
-    def compare(self, baseline: str | None = None, **options: Any) -> Comparison:
-        """Compare its planners; see `rearview.compare`."""
-        return compare(self, baseline, **options)
 
     def figure(self, file: str | Path) -> Path:
         """Draw the sweep; returns the file, `.png`, `.svg` or `.pdf`."""

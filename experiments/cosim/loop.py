@@ -36,7 +36,7 @@ from planner.errors import OutsidePathDomainError
 from planner.interface import Planner, PlanResult, PlanStats
 from planner.prediction import Predictor, constant_speed
 from planner.reference_path.frenet import cartesian_to_frenet_one
-from planner.scene import OFF_ROAD_TOLERANCE
+from planner.scene import OFF_ROAD_TOLERANCE, Scene
 from planner.states import CartesianState, FrenetState
 from planner.vehicle import Vehicle
 
@@ -87,7 +87,7 @@ def run_loop(
     """
     try:
         ego = world.enter()
-        return _Episode(world, planner, plant, task, options, on_step).run(ego)
+        return RunningEpisode(world, planner, plant, task, options, on_step).run(ego)
     except EntryError as error:
         return Ending(EpisodeStatus.NO_ROOM, str(error))
     except SimulationError as error:
@@ -130,8 +130,8 @@ def believed(record: StepRecord, lead: float) -> TrafficState:
     return replace(traffic, vehicles=users, ways=ways)
 
 
-class _Episode:
-    """The state that a running episode carries from step to step."""
+class RunningEpisode:
+    """A running episode: `begin`, then `drive` and `advance` until it has an ending."""
 
     def __init__(
         self,
@@ -168,22 +168,38 @@ class _Episode:
         self._off_road_steps = 0
         self._farthest = -math.inf  # along the path [m]
         self._process = os.getpid()
+        self._kept: tuple[StepRecord, Scene] | None = None
 
     def run(self, ego: CartesianState) -> Ending:
         """Step until something ends the episode."""
-        record = self._observe(0, ego, None)
+        record = self.begin(ego)
         while True:
-            ending = self._ending(record)
+            ending = self.ending(record)
             if ending is None:
                 try:
-                    record, ego = self._drive(record)
+                    record, ego = self.drive(record)
                 except PlannerOutputError as error:
                     ending = Ending(EpisodeStatus.PLANNER_FAILED, str(error))
             self._on_step(record)
             if ending is not None:
                 return ending
-            ego = self._world.advance(ego)
-            record = self._observe(record.index + 1, ego, record.ego_frenet)
+            record = self.advance(record, ego)
+
+    def begin(self, ego: CartesianState) -> StepRecord:
+        """Observe the first step, the world entered."""
+        return self._observe(0, ego, None)
+
+    def advance(self, record: StepRecord, ego: CartesianState) -> StepRecord:
+        """Move the world one step on, the ego to `ego`, and observe it."""
+        ego = self._world.advance(ego)
+        return self._observe(record.index + 1, ego, record.ego_frenet)
+
+    def scene(self, record: StepRecord) -> Scene | None:
+        """Return the scene that a plan is made for; None if none is made now."""
+        if record.ego_frenet is None:
+            return None
+        start = self._start(record, record.ego_frenet)
+        return None if start is None else self._scene(record, start)
 
     def _observe(
         self, index: int, ego: CartesianState, before: FrenetState | None
@@ -240,7 +256,7 @@ class _Episode:
             next((x.because_of for x in decided if x.because_of), None),
         )
 
-    def _ending(self, record: StepRecord) -> Ending | None:
+    def ending(self, record: StepRecord) -> Ending | None:
         """Return how the episode has ended, the worst ending first, or None."""
         frenet, time = record.ego_frenet, f"at t = {record.time:.1f} s"
         if record.contacts:
@@ -289,7 +305,7 @@ class _Episode:
             f"arrived {time}, but over the road's edge in {steps} steps",
         )
 
-    def _drive(self, record: StepRecord) -> tuple[StepRecord, CartesianState]:
+    def drive(self, record: StepRecord) -> tuple[StepRecord, CartesianState]:
         """Plan from a record; return it with its plan, and the ego's next state.
 
         Raises:
@@ -298,7 +314,7 @@ class _Episode:
         if record.ego_frenet is None:
             raise PlannerOutputError("there is no way to plan off the reference path")
         execution, time = self._execution, record.time
-        start = execution.start(record.index, time, record.ego, record.ego_frenet)
+        start = self._start(record, record.ego_frenet)
         if start is not None:
             plan, timing = self._plan(record, start)
             with failures_of_the_planner():
@@ -309,10 +325,14 @@ class _Episode:
         with failures_of_the_planner():
             return record, execution.advance(time, record.ego)
 
-    def _plan(
-        self, record: StepRecord, start: PlanStart
-    ) -> tuple[PlanResult, PlanningTime]:
-        """Call the planner and measure its time."""
+    def _start(self, record: StepRecord, place: FrenetState) -> PlanStart | None:
+        """Return where a plan begins; None if none is made now."""
+        return self._execution.start(record.index, record.time, record.ego, place)
+
+    def _scene(self, record: StepRecord, start: PlanStart) -> Scene:
+        """Return the scene of a record; that of the last one is kept."""
+        if self._kept is not None and self._kept[0] is record:
+            return self._kept[1]
         scene = build_scene(
             self._road,
             self._task,
@@ -322,6 +342,14 @@ class _Episode:
             start.frenet,
             record.stop_lines,
         )
+        self._kept = (record, scene)
+        return scene
+
+    def _plan(
+        self, record: StepRecord, start: PlanStart
+    ) -> tuple[PlanResult, PlanningTime]:
+        """Call the planner and measure its time."""
+        scene = self._scene(record, start)
         started, cpu_started = perf_counter(), thread_time()
         try:
             with failures_of_the_planner():

@@ -24,7 +24,7 @@ from tests.docs.documents import (
 
 COMMANDS = all_commands()
 OWN_SCENARIOS = {"my_road.yaml", "my.net.xml"}
-OWN_SWEEPS = {"mine.yaml", "study.yaml", "question.yaml"}
+OWN_SWEEPS = {"ci.yaml", "mine.yaml", "study.yaml", "question.yaml"}
 OWN_PLANNER = "my_planner:make"
 CHEAP = [
     "rearview list",
