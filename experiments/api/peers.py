@@ -6,6 +6,8 @@ the planning; this adapter hands it the scene and says what it had to assume:
 - They plan the centre of the body, whose heading is that of its course; here bodies are
   placed by their rear axle. A plan is moved back along its heading.
 - A plan begins on the plan before where the ego is on it, as in their own pipeline.
+- A plan that would roll backwards at its end is held where it stands, and a body that
+  hardly moves keeps its heading.
 - A closed stop line is a standing wall across the road behind the line.
 - The speed is capped by the bends of the next seconds, as in their pipeline.
 - Vehicles are predicted as the scenario says, the same for all planners.
@@ -37,6 +39,7 @@ SPACING = 1.0  # of the reference line's points [m]
 BEHIND, AHEAD = 20.0, 150.0  # of the ego, of the lanes handed over [m]
 STATION = 2.0  # between their points [m]
 BEND_TIME = 4.0  # for which bends ahead cap the speed [s]
+SLOW = 0.5  # below it a body keeps its heading [m/s]
 WALL = 0.5  # length of a closed stop line [m]
 STOP_HORIZON = 5.0  # of a fallback that stops [s]
 
@@ -82,7 +85,8 @@ class PeerPlanner:
         generated = int(found.stats.num_generated)
         if not found.success:
             return _fall_back(scene, kept, generated, counts)
-        plan = _from_centre(scene, found.trajectory)
+        stands = _stands_from(found.trajectory)
+        plan = _from_centre(scene, found.trajectory, stands)
         cost = found.trajectory.cost
         names = (
             "accel",
@@ -99,7 +103,8 @@ class PeerPlanner:
             removed=counts,
             costs={name: float(getattr(cost, name)) for name in names},
         )
-        after = _Memory(kept.planner, kept.path, kept.line, found.trajectory, plan)
+        goes_on = found.trajectory if stands > 1 else None
+        after = _Memory(kept.planner, kept.path, kept.line, goes_on, plan)
         return PlanResult(PlanStatus.OK, plan, after, stats)
 
     def _begin(self, scene: Scene) -> _Memory:
@@ -262,26 +267,52 @@ def _speed_cap(scene: Scene) -> float:
     return min(scene.target_speed, math.sqrt(most / max(bend, 1e-9)))
 
 
-def _from_centre(scene: Scene, native: Any) -> Trajectory:
-    """Move a plan of the centre back to the rear axle."""
-    heading = np.unwrap(np.asarray(native.yaw))
+def _stands_from(native: Any) -> int:
+    """Return the index from which on a plan would roll backwards; its length if never.
+
+    Polynomials that end standing may swing through a negative speed.
+    """
+    s = np.asarray(native.s)
+    back = np.flatnonzero(np.diff(s) < 0.0)
+    return int(back[0]) if back.size else int(s.size)
+
+
+def _from_centre(scene: Scene, native: Any, stands: int) -> Trajectory:
+    """Move a plan of the centre back to the rear axle; hold it where it stands."""
+    order = np.minimum(np.arange(len(native.t)), stands)
+    moving = np.arange(order.size) < stands
+    heading = _headings(scene, native)[order]
     offset = scene.vehicle.centre_offset
-    x = np.asarray(native.x) - offset * np.cos(heading)
-    y = np.asarray(native.y) - offset * np.sin(heading)
-    s, l = scene.path.project(x, y, near=np.asarray(native.s) - offset)
+    x = np.asarray(native.x)[order] - offset * np.cos(heading)
+    y = np.asarray(native.y)[order] - offset * np.sin(heading)
+    s, l = scene.path.project(x, y, near=np.asarray(native.s)[order] - offset)
     t = np.asarray(native.t)
-    speed = np.maximum(np.asarray(native.v), 0.0)
     return Trajectory(
         t - t[0],
         x,
         y,
         heading,
-        np.asarray(native.kappa),
-        speed,
-        np.asarray(native.a),
+        np.asarray(native.kappa)[order],
+        np.where(moving, np.maximum(np.asarray(native.v), 0.0), 0.0),
+        np.where(moving, np.asarray(native.a), 0.0),
         s,
         l,
     )
+
+
+def _headings(scene: Scene, native: Any) -> FloatArray:
+    """Return the headings of a plan; a body that hardly moves keeps the one it has.
+
+    The course of a point that stands is any: 5 degrees there are 0.1 m of the rear
+    axle here.
+    """
+    number = np.arange(len(native.t))
+    fast = np.asarray(native.v) >= SLOW
+    last = np.maximum.accumulate(np.where(fast, number, -1))
+    ego = scene.ego.heading
+    course = np.where(last >= 0, np.asarray(native.yaw)[np.maximum(last, 0)], ego)
+    headings: FloatArray = np.unwrap(np.concatenate(((ego,), course)))[1:]
+    return headings
 
 
 def _fall_back(
