@@ -266,11 +266,10 @@ def _check_leaf(node: ast.expr, text: str) -> None:
                 hint = _few(of, list(_NUMBERS))
                 raise _error(text, f"{name}({of}): no such metric; {hint}")
         case _:
-            allowed = "numbers, metrics, functions of one metric, < <= > >= == !="
             raise _error(
                 text,
-                f"{ast.unparse(node)} is not allowed; allowed: {allowed}, "
-                "and or not, + - * /",
+                f"{ast.unparse(node)} is not allowed; allowed: numbers, metrics, "
+                "functions of one metric, < <= > >= == !=, and or not, + - * /",
             )
 
 
@@ -289,10 +288,10 @@ def _check_compared(
     """Check a comparison: of numbers, or of texts for equality."""
     for node in nodes:
         _check(node, text)
-    texts = [_is_text(node) for node in nodes]
+    kinds = [_is_text(node) for node in nodes]
     odd = [op for op in ops if type(op) not in _COMPARISONS]
-    unequal = any(texts) and any(not isinstance(op, ast.Eq | ast.NotEq) for op in ops)
-    if odd or unequal or any(map(_is_condition, nodes)) or len(set(texts)) > 1:
+    unequal = any(kinds) and any(not isinstance(op, ast.Eq | ast.NotEq) for op in ops)
+    if odd or unequal or any(map(_is_condition, nodes)) or len(set(kinds)) > 1:
         raise _error(
             text,
             "compares what cannot be compared; allowed: numbers with < <= > >= == !=, "

@@ -92,7 +92,7 @@ def _arc(scene: Scene, acceleration: float, curvature: float) -> Trajectory:
     if math.isfinite(limits.max_curvature_rate):
         reach = limits.max_curvature_rate * scene.step
         bent = min(max(bent, ego.curvature - reach), ego.curvature + reach)
-    t = scene.step * np.arange(ARC_POINTS)
+    t = scene.step * np.arange(ARC_POINTS, dtype=np.float64)
     speed = np.clip(ego.speed + rate * t, 0.0, max(limits.max_speed, ego.speed))
     driven = _integral(speed, scene.step)
     heading = ego.heading + bent * driven
@@ -137,7 +137,8 @@ def _to_end_state(
     duration = max(times[1], CUBIC_PEAK * abs(apart) / most)
     aside = QUINTIC_PEAK * abs(offset - frenet.l)
     across = max(times[0], math.sqrt(aside / limits.max_lateral_acceleration))
-    t = scene.step * np.arange(max(round(duration / scene.step), 1) + 1)
+    n_steps = max(round(duration / scene.step), 1) + 1
+    t = scene.step * np.arange(n_steps, dtype=np.float64)
     s_dot, s_ddot = _speeds(frenet.s_dot, frenet.s_ddot, speed, duration, t)
     along = _integral(s_dot, scene.step)
     mean = 0.5 * (max(frenet.s_dot, 0.0) + speed)

@@ -3,9 +3,10 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any, ClassVar
-from weakref import WeakSet
+from shutil import rmtree
+from tempfile import mkdtemp
+from typing import Any
+from weakref import WeakSet, finalize
 
 import gymnasium as gym
 import numpy as np
@@ -139,7 +140,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
         ConfigError: If the scenario is wrong, or does not plan in every step.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as in the base class
         "render_modes": ["rgb_array"],
         "render_fps": 10,
     }
@@ -178,9 +179,10 @@ class DrivingEnv(gym.Env[Observation, Action]):
         self._planner = _ActionPlanner(ActionKind(action))
         self._running: _Running | None = None
         self._seen: Observation | None = None
-        self._folder: TemporaryDirectory[str] | None = None
+        self._folder = Path(mkdtemp(prefix="rearview-gym-"))
+        self._tidy = finalize(self, rmtree, self._folder, ignore_errors=True)
         self.action_space = _action_space(self._planner.kind)
-        self.observation_space = observation_space(self._shape)
+        self.observation_space = observation_space(self._shape)  # type: ignore[assignment]
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -258,7 +260,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
             self._end()
         return self._copy(), reward, terminated, truncated, info
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """Return a picture of the surroundings from above, (height, width, 3)."""
         if self.render_mode is None or self._running is None:
             return None
@@ -268,9 +270,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
     def close(self) -> None:
         """End the simulation; allowed at any time."""
         self._end()
-        if self._folder is not None:
-            self._folder.cleanup()
-            self._folder = None
+        self._tidy()
 
     def _draw(self) -> int:
         """Draw the seed of an episode."""
@@ -280,13 +280,12 @@ class DrivingEnv(gym.Env[Observation, Action]):
         """Set a world up and enter it."""
         scenario = self._scenario.with_(seed=seed).checked
         layout = make_layout(scenario)
-        if self._folder is None:
-            self._folder = TemporaryDirectory(prefix="rearview-gym-")
+        self._folder.mkdir(exist_ok=True)  # also after `close`
         options = replace(
             episode_options(scenario, layout, OutputOptions(full_statistics=False)),
             horizon=scenario.simulation.step_s,  # policies get no predictions
         )
-        world = make_world(scenario, layout, Path(self._folder.name))
+        world = make_world(scenario, layout, self._folder)
         try:
             ego = world.enter()
             episode = RunningEpisode(

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from experiments.cosim.records import StepRecord
 from experiments.world_setup.road import Layout
+from planner.states import FloatArray
 from planner.vehicle import centre_from_rear_axle
 
 SIZE = (7.2, 2.4)  # [in]
@@ -41,7 +42,7 @@ def picture(layout: Layout, record: StepRecord) -> NDArray[np.uint8]:
         )
     )
 
-    def seen(x: object, y: object) -> NDArray[np.float64]:
+    def seen(x: FloatArray, y: FloatArray) -> NDArray[np.float64]:
         """Turn points into the ego's frame, (n, 2)."""
         apart = np.column_stack((np.subtract(x, ego.x), np.subtract(y, ego.y)))
         turned: NDArray[np.float64] = apart @ turn.T
@@ -74,6 +75,7 @@ def picture(layout: Layout, record: StepRecord) -> NDArray[np.uint8]:
         draw(body, "0.4")
     x, y = centre_from_rear_axle(ego, vehicle)
     draw((x, y, ego.heading, vehicle.length, vehicle.width), "#d55e00")
-    canvas.draw()
-    shown: NDArray[np.uint8] = np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
+    canvas.draw()  # type: ignore[no-untyped-call]
+    pixels = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+    shown: NDArray[np.uint8] = np.asarray(pixels)[:, :, :3].copy()
     return shown

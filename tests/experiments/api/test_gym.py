@@ -269,8 +269,9 @@ def test_observations_are_those_of_the_ego_s_frame():
     seen = learning.observe(scene, learning.ObservationShape(bodies=4, points=7))
     assert seen["mask"].tolist() == [1.0, 1.0, 1.0, 0.0]
     assert not seen["vehicles"][3].any()
+    disc = scene.obstacles
     bodies = [
-        (scene.obstacles.x[0], scene.obstacles.y[0], 0.0, 0.0, 1.6, 1.6),
+        (disc.x[0], disc.y[0], disc.heading[0], 0.0, 1.6, 1.6),
         *(
             (u.x[k], u.y[k], u.heading[k], u.speed[k], u.length[k], u.width[k])
             for u in [scene.vehicles]
