@@ -156,7 +156,12 @@ def run(
     allow_planner: AllowPlanner = None,
     gui: Annotated[bool, typer.Option("--gui", help="Show SUMO's window.")] = False,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the results row as one line of JSON.")
+        bool,
+        typer.Option(
+            "--json",
+            help="Print the results row, reason, trace hash, folder and page as a "
+            "line of JSON.",
+        ),
     ] = False,
     out: Annotated[Path, typer.Option(help="Parent folder of run folders.")] = Path(
         "runs"
@@ -323,7 +328,13 @@ def _report(outcome: "Outcome", *, as_json: bool) -> int:
     many = outcome.row[EGOS_DRIVEN] is not None
     page = None if many else report_commands.write_page(outcome.folder)
     if as_json:
-        row: dict[str, Any] = {**outcome.row, "run_folder": str(outcome.folder)}
+        row: dict[str, Any] = {
+            **outcome.row,
+            "reason": outcome.ending.reason,
+            "trace_hash": outcome.trace_hash,
+            "run_folder": str(outcome.folder),
+            "report": None if page is None else str(page),
+        }
         sys.stdout.write(json.dumps(row) + "\n")
     else:
         from experiments.cli.outcome_table import print_outcome

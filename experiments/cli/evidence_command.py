@@ -85,7 +85,7 @@ def evidence(
 
 def _drive(published: "PublishedSweep", folder: Path, workers: int) -> None:
     """Run what is missing of a sweep, and keep its numbers."""
-    from experiments.cli.sweep_session import SweepSession
+    from experiments.api.sweep_session import SweepSession
     from experiments.evidence.claims import claim_data
     from experiments.evidence.numbers import keep_claim
 

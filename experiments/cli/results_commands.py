@@ -4,13 +4,20 @@ import csv
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from experiments.cli.user_errors import report_user_errors
+from experiments.cli.option_group import with_options
+from experiments.cli.user_errors import OTHER_OUTCOME, report_user_errors
+from experiments.errors import ConfigError
+
+if TYPE_CHECKING:
+    from experiments.comparison.compare import Line
+    from experiments.comparison.results import Row
 
 
 class Format(StrEnum):
@@ -19,6 +26,13 @@ class Format(StrEnum):
     TABLE = "table"
     CSV = "csv"
     JSON = "json"
+
+
+class FailOn(StrEnum):
+    """Which difference from earlier results is a regression."""
+
+    SIGNIFICANT = "significant"
+    WORSE = "worse"
 
 
 AT_ONCE = "none"  # of --by: no cells
@@ -72,6 +86,40 @@ def results(
         _print(relation.columns, found.fetch(relation), form)
 
 
+@dataclass(frozen=True, slots=True)
+class Earlier:
+    """Earlier results that a sweep is compared with, instead of a baseline."""
+
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PARQUET",
+            help="Compare every planner with itself in an earlier results.parquet.",
+        ),
+    ] = None
+    fail_on: Annotated[
+        FailOn | None,
+        typer.Option(
+            help="With --against: what is a regression.  [significant]",
+            show_default=False,
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, slots=True)
+class TableFile:
+    """Where a comparison is written to."""
+
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="A .csv, .md or .tex file.")
+    ] = None
+    caption: Annotated[
+        str, typer.Option(help="Of a .tex file, which becomes a whole table.")
+    ] = ""
+
+
+@with_options("earlier", Earlier)
+@with_options("table", TableFile)
 def compare(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
     *,
@@ -102,36 +150,72 @@ def compare(
     median: Annotated[
         bool, typer.Option("--median", help="Compare medians instead of means.")
     ] = False,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="A .csv, .md or .tex file.")
-    ] = None,
-    caption: Annotated[
-        str, typer.Option(help="Of a .tex file, which becomes a whole table.")
-    ] = "",
+    table: TableFile,
+    earlier: Earlier,
 ) -> None:
-    """Compare planners with a baseline on common seeds.
+    """Compare planners with a baseline on common seeds, or with earlier results.
 
-    Example: rearview compare sweeps/smoke --baseline cruise -o table.tex
+    Examples: rearview compare sweeps/smoke --baseline cruise -o table.tex;
+    rearview compare sweeps/smoke --against baseline.parquet
 
-    Exit status: 0 done, 2 bad input.
+    Exit status: 0 done, 1 with --against: a metric got worse, 2 bad input.
     """
     with report_user_errors():
         from experiments.comparison.compare import Center
         from experiments.comparison.compare import compare as compared
         from experiments.comparison.question import question_of
         from experiments.comparison.results import ALL_RUNS, rows
-        from experiments.comparison.table import cells, export, header
 
         condition = f" WHERE {where}" if where else ""
         found = rows(folder, f"{ALL_RUNS}{condition}", "--where")
+        if earlier.against is not None:
+            if baseline is not None or by is not None or median:
+                raise ConfigError(
+                    "--against: compares means of each planner with its own earlier "
+                    "ones; allowed with it: --metric, --where, --fail-on, -o"
+                )
+            _against(found, earlier, metric, table)
+            return
+        if earlier.fail_on is not None:
+            raise ConfigError("--fail-on: allowed with --against")
         center = Center.MEDIAN if median else Center.MEAN
         split = () if by == [AT_ONCE] else by
         lines = compared(found, question_of(folder, baseline, metric, split, center))
-        if output is None:
-            _print(header(lines), cells(lines), Format.TABLE)
-        else:
-            export(lines, output, caption)
-            sys.stdout.write(f"{output}\n")
+        _show(lines, table)
+
+
+def _against(
+    found: "Sequence[Row]",
+    earlier: Earlier,
+    metrics: Sequence[str] | None,
+    table: TableFile,
+) -> None:
+    """Compare rows with earlier ones, print what got worse, and exit by it."""
+    from experiments.comparison import against
+
+    assert earlier.against is not None  # noqa: S101 - of the caller
+    before = against.read_results(earlier.against)
+    lines = against.compare_with_earlier(found, before, metrics)
+    if table.output is not None:
+        _show(lines, table)
+    fail_on = against.RegressionRule(earlier.fail_on or FailOn.SIGNIFICANT)
+    worse = against.regressions(lines, fail_on)
+    for one in worse:
+        sys.stdout.write(f"{one}\n")
+    if worse:
+        raise typer.Exit(OTHER_OUTCOME)
+    sys.stdout.write(f"no metric got worse: {len(lines)} comparisons\n")
+
+
+def _show(lines: "Sequence[Line]", table: TableFile) -> None:
+    """Print a comparison, or write it to a file."""
+    from experiments.comparison.table import cells, export, header
+
+    if table.output is None:
+        _print(header(lines), cells(lines), Format.TABLE)
+    else:
+        export(lines, table.output, table.caption)
+        sys.stdout.write(f"{table.output}\n")
 
 
 def _print(names: Sequence[str], rows: Sequence[Sequence[Any]], form: Format) -> None:

@@ -3,11 +3,14 @@
 import shlex
 import signal
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from experiments.cli.gate_options import Gate
+from experiments.cli.option_group import with_options
 from experiments.cli.report_commands import write_page
 from experiments.cli.scenario_options import AllowPlanner
 from experiments.cli.user_errors import (
@@ -17,7 +20,7 @@ from experiments.cli.user_errors import (
 )
 
 if TYPE_CHECKING:
-    from experiments.cli.sweep_session import SweepSession
+    from experiments.api.sweep_session import SweepSession
 
 WITHOUT_YES = 20_000  # runs of a sweep that need no confirmation
 SWEEPS = Path("sweeps")  # parent of the folders of sweeps
@@ -30,23 +33,31 @@ def add_to(app: typer.Typer) -> None:
     app.command()(cluster)
 
 
-def sweep(
-    file: Annotated[
-        str, typer.Argument(metavar="NAME|FILE", help="Shipped sweep, or a .yaml file.")
-    ],
-    *,
+@dataclass(frozen=True, slots=True)
+class Execution:
+    """Where a sweep is executed, and how much of it."""
+
     workers: Annotated[
         int | None,
         typer.Option(
             min=0, help="Processes; 0: this one, not isolated.  [one per core]"
         ),
-    ] = None,
+    ] = None
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler: tcp://...")
-    ] = None,
+    ] = None
     limit: Annotated[
         int | None, typer.Option(min=1, help="Execute at most this many runs.")
-    ] = None,
+    ] = None
+
+
+@with_options("gate", Gate)
+@with_options("execution", Execution)
+def sweep(
+    file: Annotated[
+        str, typer.Argument(metavar="NAME|FILE", help="Shipped sweep, or a .yaml file.")
+    ],
+    *,
     dry_run: Annotated[
         bool,
         typer.Option("--dry-run", help="Print the number of runs and an estimate."),
@@ -58,19 +69,23 @@ def sweep(
         bool, typer.Option("--yes", help=f"Allow more than {WITHOUT_YES} runs.")
     ] = False,
     allow_planner: AllowPlanner = None,
+    execution: Execution,
+    gate: Gate,
 ) -> None:
     """Execute the missing runs of a sweep and collect the results.
 
-    Example: rearview sweep smoke --dry-run
+    Examples: rearview sweep smoke --dry-run;
+    rearview sweep smoke --fail-if "collisions > 0 or arrived < 0.95"
 
-    Exit status: 0 all runs were executed, whatever their outcome, 2 bad input,
-    130 Ctrl-C.
+    Exit status: 0 all runs were executed, whatever their outcome, 1 a condition of
+    --fail-if is met, 2 bad input, 130 Ctrl-C.
     """
     with report_user_errors():
-        from experiments.cli.sweep_session import SweepSession
+        from experiments.api.sweep_session import SweepSession
         from experiments.config.sweep_file import load_sweep
         from experiments.errors import ConfigError
 
+        conditions = gate.conditions()
         asked, document = load_sweep(file, allow_planner or ())
         if asked.count > WITHOUT_YES and not yes:
             raise ConfigError(
@@ -78,12 +93,21 @@ def sweep(
                 f"{WITHOUT_YES}"
             )
         folder = (out or SWEEPS / asked.name).absolute()
-        session = SweepSession(asked, document, folder, workers, cluster, limit)
+        session = SweepSession(
+            asked,
+            document,
+            folder,
+            execution.workers,
+            execution.cluster,
+            execution.limit,
+        )
         if dry_run:
             for line in session.preview():
                 sys.stdout.write(f"{line}\n")
             return
         _drive(session, shlex.join(["rearview", *sys.argv[1:]]))
+        if gate.is_set and not gate.passes(conditions, asked.name, session.rows()):
+            raise typer.Exit(OTHER_OUTCOME)
 
 
 def rerun(

@@ -108,32 +108,35 @@ def as_csv(lines: Sequence[Line]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(_CSV_HEADER)
-    for line in lines:
-        writer.writerow(
-            (
-                line.metric,
-                line.where,
-                line.label,
-                line.runs,
-                *_ends(line.value),
-                line.pairs,
-                *_ends(line.difference),
-                *_ends(line.placebo),
-                *_ends(line.ahead),
-                *(
-                    "" if value is None else value
-                    for value in (
-                        line.effect,
-                        line.test,
-                        line.p_value,
-                        line.p_holm,
-                        line.seeds_needed,
-                        line.note,
-                    )
-                ),
-            )
-        )
+    for row in records(lines):
+        writer.writerow("" if value is None else value for value in row.values())
     return text.getvalue()
+
+
+def records(lines: Sequence[Line]) -> list[dict[str, str | int | float | None]]:
+    """Return the lines of a comparison with all digits, None where nothing is known."""
+    return [dict(zip(_CSV_HEADER, _values(line), strict=True)) for line in lines]
+
+
+def _values(line: Line) -> tuple[str | int | float | None, ...]:
+    """Return one line, in the order of `_CSV_HEADER`."""
+    return (
+        line.metric,
+        line.where,
+        line.label,
+        line.runs,
+        *_ends(line.value),
+        line.pairs,
+        *_ends(line.difference),
+        *_ends(line.placebo),
+        *_ends(line.ahead),
+        line.effect,
+        line.test,
+        line.p_value,
+        line.p_holm,
+        line.seeds_needed,
+        line.note,
+    )
 
 
 def as_markdown(lines: Sequence[Line]) -> str:
@@ -208,8 +211,8 @@ def _p(value: float) -> str:
     return f"< {SMALL_P:g}" if value < SMALL_P else f"{value:.3f}"
 
 
-def _ends(interval: Interval | None) -> tuple[float | str, ...]:
-    """Return the estimate and the ends of its interval, as cells."""
+def _ends(interval: Interval | None) -> tuple[float | None, ...]:
+    """Return the estimate and the ends of its interval."""
     if interval is None:
-        return "", "", ""
+        return None, None, None
     return interval.value, interval.low, interval.high

@@ -1,7 +1,8 @@
 """Reads sweep files: a file or a shipped name."""
 
 import sys
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -69,15 +70,32 @@ def load_sweep(
     other = hint_at_scenario(name, document.data)
     if other is not None:
         raise ConfigError(f"{path}: {other}")
-    _anchor_scenarios(document.data, path.parent)
-    try:
-        sweep = Sweep.model_validate(tuples(document.data))
-    except ValidationError as error:
-        raise ConfigError(describe(error, document, sweep_schema())) from error
+    sweep = _checked(document, path.parent)
     for index, planner in enumerate(sweep.planners):
         where = document.where(("planners", index))
         require_allowed(planner.name, where, path.parent, allow_planners)
     return sweep, document
+
+
+def sweep_of(content: Mapping[str, Any]) -> tuple[Sweep, Document]:
+    """Check a sweep that a program has made; see `load_sweep`.
+
+    Args:
+        content: As a sweep file holds it. Scenario files are relative to the working
+            folder, and any planner is allowed: the program could run its code itself.
+    """
+    document = Document("sweep", deepcopy(dict(content)))
+    return _checked(document, Path()), document
+
+
+def _checked(document: Document, folder: Path) -> Sweep:
+    """Check the keys of a sweep; raises ConfigError."""
+    assert isinstance(document.data, dict)  # noqa: S101 - of both callers
+    _anchor_scenarios(document.data, folder)
+    try:
+        return Sweep.model_validate(tuples(document.data))
+    except ValidationError as error:
+        raise ConfigError(describe(error, document, sweep_schema())) from error
 
 
 def planner_folders(sweep: Sweep, document: Document) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ from planner.errors import OutsidePathDomainError
 from planner.interface import Planner, PlanResult, PlanStats
 from planner.prediction import Predictor, constant_speed
 from planner.reference_path.frenet import cartesian_to_frenet_one
-from planner.scene import OFF_ROAD_TOLERANCE, Vehicles
+from planner.scene import OFF_ROAD_TOLERANCE, Scene, Vehicles
 from planner.states import CartesianState, FrenetState
 from planner.vehicle import Vehicle
 
@@ -142,6 +142,7 @@ class EgoDriver:
         self._off_road_steps = 0
         self._farthest = -math.inf  # along the path [m]
         self._process = os.getpid()
+        self._kept: tuple[StepRecord, Scene] | None = None
 
     @property
     def outlook(self) -> Outlook:
@@ -289,7 +290,7 @@ class EgoDriver:
         if record.ego_frenet is None:
             raise PlannerOutputError("there is no way to plan off the reference path")
         execution, time = self._execution, record.time
-        start = execution.start(record.index, time, record.ego, record.ego_frenet)
+        start = self._start(record, record.ego_frenet)
         if start is not None:
             plan, timing = self._plan(record, start, vehicles)
             with failures_of_the_planner():
@@ -300,10 +301,23 @@ class EgoDriver:
         with failures_of_the_planner():
             return record, execution.advance(time, record.ego)
 
-    def _plan(
+    def scene(self, record: StepRecord) -> Scene | None:
+        """Return the scene that a plan is made for; None if none is made now."""
+        if record.ego_frenet is None:
+            return None
+        start = self._start(record, record.ego_frenet)
+        return None if start is None else self._scene(record, start, None)
+
+    def _start(self, record: StepRecord, place: FrenetState) -> PlanStart | None:
+        """Return where a plan begins; None if none is made now."""
+        return self._execution.start(record.index, record.time, record.ego, place)
+
+    def _scene(
         self, record: StepRecord, start: PlanStart, vehicles: Vehicles | None
-    ) -> tuple[PlanResult, PlanningTime]:
-        """Call the planner and measure its time."""
+    ) -> Scene:
+        """Return the scene of a record; that of the last one is kept."""
+        if self._kept is not None and self._kept[0] is record:
+            return self._kept[1]
         scene = build_scene(
             self._road,
             self._task,
@@ -314,6 +328,14 @@ class EgoDriver:
             record.stop_lines,
             vehicles if start.lead == 0.0 and record.seen is None else None,
         )
+        self._kept = (record, scene)
+        return scene
+
+    def _plan(
+        self, record: StepRecord, start: PlanStart, vehicles: Vehicles | None
+    ) -> tuple[PlanResult, PlanningTime]:
+        """Call the planner and measure its time."""
+        scene = self._scene(record, start, vehicles)
         started, cpu_started = perf_counter(), thread_time()
         try:
             with failures_of_the_planner():

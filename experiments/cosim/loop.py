@@ -15,6 +15,7 @@ from experiments.cosim.road import EgoTask
 from experiments.cosim.world import World
 from experiments.errors import EntryError, SimulationError
 from planner.interface import Planner
+from planner.scene import Scene
 from planner.states import CartesianState, FrenetState
 
 log = logging.getLogger(__name__)
@@ -46,9 +47,7 @@ def run_loop(
     """
     try:
         ego = world.enter()
-        knows = world if isinstance(world, JunctionTraffic) else None
-        driver = EgoDriver(planner, plant, world.road, task, options, world.step, knows)
-        return _Episode(world, driver, task, on_step).run(ego)
+        return RunningEpisode(world, planner, plant, task, options, on_step).run(ego)
     except EntryError as error:
         return Ending(EpisodeStatus.NO_ROOM, str(error))
     except SimulationError as error:
@@ -56,37 +55,65 @@ def run_loop(
         return Ending(EpisodeStatus.SIMULATOR_FAILED, str(error))
 
 
-class _Episode:
-    """An ego driver in its world."""
+class RunningEpisode:
+    """A running episode: `begin`, then `drive` and `advance` until it has an ending."""
 
     def __init__(
         self,
         world: World,
-        driver: EgoDriver,
+        planner: Planner,
+        plant: Plant,
         task: EgoTask,
+        options: EpisodeOptions,
         on_step: Callable[[StepRecord], None],
     ) -> None:
+        knows = world if isinstance(world, JunctionTraffic) else None
         self._world = world
-        self._driver = driver
+        self._driver = EgoDriver(
+            planner, plant, world.road, task, options, world.step, knows
+        )
         self._monitor = CollisionMonitor(world.road, task.vehicle)
         self._on_step = on_step
 
     def run(self, ego: CartesianState) -> Ending:
         """Step until something ends the episode."""
-        driver = self._driver
-        record = self._observe(0, ego, None)
+        record = self.begin(ego)
         while True:
-            ending = driver.ending(record)
+            ending = self.ending(record)
             if ending is None:
                 try:
-                    record, ego = driver.drive(record)
+                    record, ego = self.drive(record)
                 except PlannerOutputError as error:
                     ending = Ending(EpisodeStatus.PLANNER_FAILED, str(error))
             self._on_step(record)
             if ending is not None:
                 return ending
-            ego = self._world.advance(ego)
-            record = self._observe(record.index + 1, ego, record.ego_frenet)
+            record = self.advance(record, ego)
+
+    def begin(self, ego: CartesianState) -> StepRecord:
+        """Observe the first step, the world entered."""
+        return self._observe(0, ego, None)
+
+    def advance(self, record: StepRecord, ego: CartesianState) -> StepRecord:
+        """Move the world one step on, the ego to `ego`, and observe it."""
+        ego = self._world.advance(ego)
+        return self._observe(record.index + 1, ego, record.ego_frenet)
+
+    def ending(self, record: StepRecord) -> Ending | None:
+        """Return how the episode has ended, the worst ending first, or None."""
+        return self._driver.ending(record)
+
+    def drive(self, record: StepRecord) -> tuple[StepRecord, CartesianState]:
+        """Plan from a record; return it with its plan, and the ego's next state.
+
+        Raises:
+            PlannerOutputError: If there is nothing that can be driven.
+        """
+        return self._driver.drive(record)
+
+    def scene(self, record: StepRecord) -> Scene | None:
+        """Return the scene that a plan is made for; None if none is made now."""
+        return self._driver.scene(record)
 
     def _observe(
         self, index: int, ego: CartesianState, before: FrenetState | None

@@ -81,7 +81,7 @@ def run_episode(
     if layout.network is not None:
         load_libsumo()
     plant = make_plant(scenario)
-    loop_options = _options(scenario, layout, options)
+    loop_options = episode_options(scenario, layout, options)
     log = CandidateLog() if options.keeps_candidates else None
     recorder = Recorder(on_step, log)
     identity = run_identity(scenario, _net_file(layout))
@@ -178,7 +178,7 @@ def _road_map(layout: Layout) -> RoadMap:
     return map_around(layout.road.path, _net_file(layout))
 
 
-def _options(
+def episode_options(
     scenario: Scenario, layout: Layout, output: OutputOptions
 ) -> EpisodeOptions:
     """Return the options of the loop."""

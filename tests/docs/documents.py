@@ -109,7 +109,8 @@ def run_in(
         cwd=folder,
         env={
             **os.environ,
-            "PYTHONPATH": str(ROOT),
+            # the second holds the package rearview, as an installation has it
+            "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'experiments' / 'api'}",
             "PATH": tools + os.pathsep + os.environ["PATH"],
         },
         capture_output=True,

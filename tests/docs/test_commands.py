@@ -24,8 +24,16 @@ from tests.docs.documents import (
 
 COMMANDS = all_commands()
 OWN_SCENARIOS = {"my_road.yaml", "my.net.xml"}
-OWN_SWEEPS = {"mine.yaml", "study.yaml", "question.yaml"}
+OWN_SWEEPS = {
+    "against_peers.yaml",
+    "ci.yaml",
+    "learned.yaml",
+    "mine.yaml",
+    "study.yaml",
+    "question.yaml",
+}
 OWN_PLANNER = "my_planner:make"
+PEER = "rearview.peers:fiss_plus"  # of others, see docs/planners/peers.md
 CHEAP = [
     "rearview list",
     "rearview schema",
@@ -50,7 +58,7 @@ def test_commands_parse(command):
         assert given["file"] in sweep_names()
     if "scenario" not in given or given["scenario"] in OWN_SCENARIOS:
         return
-    assert given["planner"] in (None, OWN_PLANNER, *PLANNERS)
+    assert given["planner"] in (None, OWN_PLANNER, PEER, *PLANNERS)
     assert given["scenario"] in scenario_names()
     load_scenario(
         given["scenario"],

@@ -69,6 +69,16 @@ def save_figure(folder: Path, file: Path | None = None) -> Path:
     return target
 
 
+def run_figure(folder: Path) -> "Figure":
+    """Draw a run as `save_figure` does, without saving it."""
+    run = read_run(folder)
+    require_matplotlib("figure")
+    from matplotlib import rc_context
+
+    with rc_context(_STYLE):
+        return draw_run(run)
+
+
 def save_metric_figure(
     folder: Path,
     metric: str,

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from experiments.comparison.results import rebuild, refresh
+from experiments.comparison.results import RUN_ID, Row, rebuild, refresh, rows
 from experiments.config.sweep import Sweep
 from experiments.config.sweep_file import planner_folders
 from experiments.config.yaml_reader import Document
@@ -75,6 +75,11 @@ class SweepSession:
         yield from _failures(self._folder)
         yield f"results: {self._folder / RESULTS}"
         yield f"report: {_page(self._folder)}"
+
+    def rows(self) -> list[Row]:
+        """Return the results of the sweep's own runs, of those that are finished."""
+        planned = {run.run_id for run in self._plan}
+        return [row for row in rows(self._folder) if row[RUN_ID] in planned]
 
     def _survey(self) -> Survey:
         """Check the folder and all runs."""

@@ -1,0 +1,1 @@
+"""What the installed package `rearview` is made of."""

@@ -1,0 +1,1 @@
+"""Environments of Gymnasium, and planners that drive by a trained policy."""

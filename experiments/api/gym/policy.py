@@ -1,0 +1,103 @@
+"""A policy as a planner: `module:factory` in runs and sweeps."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.api.gym.actions import Action, ActionKind, drive
+from experiments.api.gym.observation import Observation, ObservationShape, observe
+from experiments.errors import ConfigError
+from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.scene import Scene
+
+Policy = Callable[[Observation], Action]
+
+
+@dataclass(frozen=True, slots=True)
+class PolicyPlanner:
+    """Drives by a policy, each action for a number of steps."""
+
+    policy: Policy
+    kind: ActionKind = ActionKind.LANE_AND_SPEED
+    shape: ObservationShape = field(default_factory=ObservationShape)
+    repeat: int = 1
+
+    def plan(self, scene: Scene, memory: object) -> PlanResult:
+        """Ask the policy, or go on with its last action; `memory` is (action, age)."""
+        action, age = memory if isinstance(memory, tuple) else (None, self.repeat)
+        if age >= self.repeat:
+            action, age = self.policy(observe(scene, self.shape)), 0
+        kept = (action, age + 1)
+        plan = drive(self.kind, action, scene)
+        if plan is None:
+            reason = "the action leads off the frame of the reference path"
+            stats = PlanStats(reason=reason)
+            return PlanResult(PlanStatus.INVALID_SCENE, None, kept, stats)
+        return PlanResult(PlanStatus.OK, plan, kept)
+
+
+def onnx_planner(
+    file: str, action: str = "lane_and_speed", repeat: int = 1
+) -> PolicyPlanner:
+    """Make a planner of a policy in an ONNX file: `rearview.gym:onnx_planner`.
+
+    The model takes the arrays of an observation by their names, each with a first axis
+    of 1 (it may take some of them only); its first output is the action, (1, n).
+
+    Args:
+        file: Of the model, absolute or relative to the working folder.
+        action: `control`, `lane_and_speed` or `frenet`.
+        repeat: Steps that an action is driven for, as in training.
+
+    Raises:
+        ConfigError: If file, action or model are not what is allowed, or onnxruntime is
+            missing.
+    """
+    kinds = [kind.value for kind in ActionKind]
+    if action not in kinds:
+        allowed = ", ".join(kinds)
+        raise ConfigError(f"action: is {action!r}; allowed: {allowed}")
+    if not Path(file).is_file():
+        raise ConfigError(f"file: {file}: no such file; allowed: an ONNX model")
+    try:
+        import onnxruntime
+    except ImportError as error:
+        raise ConfigError(
+            f"onnx_planner needs onnxruntime ({error}); install it: pip install "
+            "onnxruntime"
+        ) from error
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1  # the same bytes
+    try:
+        session = onnxruntime.InferenceSession(file, options)
+    except Exception as error:  # of its own kinds, which are not exported
+        line = (str(error).splitlines() or ["damaged"])[0][:200]
+        raise ConfigError(f"file: {file}: cannot be read: {line}") from error
+    names = [one.name for one in session.get_inputs()]
+    unknown = set(names) - set(ObservationShape().shapes)
+    if unknown:
+        allowed = ", ".join(ObservationShape().shapes)
+        raise ConfigError(f"file: {file}: takes {min(unknown)}; allowed: {allowed}")
+    shape = _shape_of(session, names)
+
+    def policy(observation: Observation) -> Action:
+        given = {name: observation[name][None] for name in names}
+        found: Action = np.asarray(session.run(None, given)[0])[0]
+        return found
+
+    return PolicyPlanner(policy, ActionKind(action), shape, repeat)
+
+
+def _shape_of(session: Any, names: list[str]) -> ObservationShape:
+    """Read the numbers of bodies and points from the inputs of a model."""
+    sizes = {one.name: one.shape for one in session.get_inputs()}
+    default = ObservationShape()
+    bodies = next((sizes[x][1] for x in ("vehicles", "mask") if x in names), None)
+    points = sizes["path"][1] if "path" in names else None
+    return ObservationShape(
+        bodies if isinstance(bodies, int) else default.bodies,
+        points if isinstance(points, int) else default.points,
+    )

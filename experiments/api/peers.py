@@ -1,0 +1,379 @@
+"""Planners of others as planners here: FOP, FOP+, FISS and FISS+ of `fiss-planner`.
+
+Sun et al., RA-L 2022 and IROS 2023; Werling et al., ICRA 2010 for FOP. The package does
+the planning; this adapter hands it the scene and says what it had to assume:
+
+- They plan the centre of the body, whose heading is that of its course; here bodies are
+  placed by their rear axle. A plan is moved back along its heading.
+- A plan begins on the plan before where the ego is on it, as in their own pipeline.
+- A plan that would roll backwards at its end is held where it stands, and a body that
+  hardly moves keeps its heading.
+- A closed stop line is a standing wall across the road behind the line.
+- The speed is capped by the bends of the next seconds, as in their pipeline.
+- Vehicles are predicted as the scenario says, the same for all planners.
+- A road without lanes is one lane between its bounds. Lanes may be changed anywhere.
+- Where they find nothing, the fallback of this project's planners drives: the last plan
+  shifted, a stop, emergency braking.
+- Their QP smoother is not used: the package offers it for its own maps only.
+- FISS and FISS+ remember their last solution inside: a recorded cycle planned again may
+  differ, an episode run again does not.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from experiments.errors import ConfigError
+from planner.bodies import bodies_of
+from planner.contact_check import Contact, first_contact
+from planner.fallback import HARD_GAP, SAME_PLACE, SAME_SPEED, fallback
+from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.reference_path.path import ReferencePath
+from planner.scene import Scene
+from planner.states import FloatArray, Trajectory
+from planner.vehicle import Vehicle, centre_from_rear_axle
+
+SPACING = 1.0  # of the reference line's points [m]
+BEHIND, AHEAD = 20.0, 150.0  # of the ego, of the lanes handed over [m]
+STATION = 2.0  # between their points [m]
+BEND_TIME = 4.0  # for which bends ahead cap the speed [s]
+SLOW = 0.5  # below it a body keeps its heading [m/s]
+WALL = 0.5  # length of a closed stop line [m]
+STOP_HORIZON = 5.0  # of a fallback that stops [s]
+
+
+@dataclass(slots=True)
+class _Memory:
+    """What one episode keeps: their planner, the line, and the last plan."""
+
+    planner: Any
+    path: ReferencePath
+    line: Any
+    native: Any = None  # their last trajectory, None after a fallback
+    driven: Trajectory | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PeerPlanner:
+    """A planner of `fiss-planner`."""
+
+    kind: str  # fop, fop_plus, fiss, fiss_plus
+    sampling: dict[str, int] = field(default_factory=dict)
+
+    def plan(self, scene: Scene, memory: object) -> PlanResult:
+        """Plan one cycle."""
+        import fiss_planner as fp
+
+        kept = memory if isinstance(memory, _Memory) else None
+        if kept is None or kept.path is not scene.path:
+            kept = self._begin(scene)
+        start = _start(scene, kept)
+        found = kept.planner.plan(
+            start,
+            kept.line,
+            _corridor(scene),
+            [*_vehicles(scene), *_standing(scene), *_walls(scene)],
+            target_speed=_speed_cap(scene),
+        )
+        counts = {
+            str(key).rpartition(".")[2].lower(): int(value)
+            for key, value in dict(found.stats.rejections).items()
+            if key != fp.Rejection.OK and value
+        }
+        generated = int(found.stats.num_generated)
+        if not found.success:
+            return _fall_back(scene, kept, generated, counts)
+        stands = _stands_from(found.trajectory)
+        plan = _from_centre(scene, found.trajectory, stands)
+        cost = found.trajectory.cost
+        names = (
+            "accel",
+            "jerk",
+            "lane_change",
+            "lateral",
+            "proximity",
+            "speed",
+            "time",
+        )
+        stats = PlanStats(
+            candidates=generated,
+            survivors=None,
+            removed=counts,
+            costs={name: float(getattr(cost, name)) for name in names},
+        )
+        goes_on = found.trajectory if stands > 1 else None
+        after = _Memory(kept.planner, kept.path, kept.line, goes_on, plan)
+        return PlanResult(PlanStatus.OK, plan, after, stats)
+
+    def _begin(self, scene: Scene) -> _Memory:
+        """Make their planner and line, once an episode."""
+        import fiss_planner as fp
+
+        config = fp.make_config(self.kind, **self.sampling, dt=scene.step)
+        s = np.arange(0.0, scene.path.length, SPACING)
+        points = scene.path.at(s)
+        line = fp.ReferenceLine(points.x, points.y, SPACING)
+        planner = fp.make_planner(config, _vehicle(scene.vehicle))
+        return _Memory(planner, scene.path, line)
+
+
+def _vehicle(vehicle: Vehicle) -> Any:
+    """Return the ego's size and limits in their words."""
+    import fiss_planner as fp
+
+    params, limits = fp.VehicleParams(), vehicle.limits
+    params.length, params.width = vehicle.length, vehicle.width
+    params.wheelbase = vehicle.wheelbase
+    params.rear_axle_to_center = vehicle.centre_offset
+    params.max_accel, params.max_decel = (
+        limits.max_acceleration,
+        limits.max_deceleration,
+    )
+    params.max_speed = limits.max_speed
+    params.max_lat_accel = limits.max_lateral_acceleration
+    params.max_steer = math.atan(limits.max_curvature * vehicle.wheelbase)
+    return params
+
+
+def _start(scene: Scene, kept: _Memory) -> Any:
+    """Return where their plan begins: on the last one if the ego is on it."""
+    import fiss_planner as fp
+
+    ego = scene.ego
+    x, y = centre_from_rear_axle(ego, scene.vehicle)
+    if kept.native is not None:
+        here = kept.native.cartesian_state_at(1)
+        near = math.hypot(here.x - x, here.y - y) <= SAME_PLACE
+        if near and abs(here.v - ego.speed) <= SAME_SPEED:
+            return kept.native.frenet_state_at(1)
+    state = fp.EgoState(x, y, ego.heading, ego.speed, ego.acceleration, ego.curvature)
+    return kept.line.to_frenet(state, scene.ego_frenet.s)
+
+
+def _corridor(scene: Scene) -> Any:
+    """Return the lanes about the ego, or the road between its bounds."""
+    import fiss_planner as fp
+
+    s = scene.ego_frenet.s
+    stations = np.arange(
+        max(s - BEHIND, 0.0), min(s + AHEAD, scene.path.length), STATION
+    )
+    corridor = fp.Corridor(stations.tolist())
+    lanes = scene.lanes
+    centres, widths = lanes.at(s)
+    rows = [k for k in range(centres.size) if widths[k] > 0.0]
+    if not rows:
+        left, right = scene.road.at(stations)
+        corridor.add_lane(_band(0, 0, 0.5 * (left + right), left, right))
+        return corridor
+    own = min(rows, key=lambda k: abs(centres[k] - scene.ego_frenet.l))
+    for k in rows:
+        centre = np.interp(stations, lanes.s, lanes.centre[k])
+        half = 0.5 * np.interp(stations, lanes.s, lanes.width[k])
+        corridor.add_lane(_band(k, k - own, centre, centre + half, centre - half))
+    return corridor
+
+
+def _band(
+    number: int, offset: int, centre: FloatArray, left: FloatArray, right: FloatArray
+) -> Any:
+    """Return a lane in their words."""
+    import fiss_planner as fp
+
+    band = fp.LaneBand()
+    band.lane_id, band.offset = number, offset
+    band.center, band.left, band.right = centre.tolist(), left.tolist(), right.tolist()
+    band.change_allowed = True
+    band.speed_limit = math.inf
+    return band
+
+
+def _vehicles(scene: Scene) -> list[Any]:
+    """Return the vehicles with their predictions."""
+    import fiss_planner as fp
+
+    vehicles, ahead = scene.vehicles, scene.vehicles.prediction
+    times = (ahead.step * np.arange(ahead.x.shape[1])).tolist()
+    return [
+        fp.Obstacle.from_arrays(
+            k,
+            float(vehicles.length[k]),
+            float(vehicles.width[k]),
+            times,
+            ahead.x[k].tolist(),
+            ahead.y[k].tolist(),
+            ahead.heading[k].tolist(),
+            is_static=False,
+        )
+        for k in range(len(vehicles.ids))
+    ]
+
+
+def _standing(scene: Scene) -> list[Any]:
+    """Return the obstacles, discs as squares."""
+    bodies = scene.obstacles
+    grown = 2.0 * bodies.radius
+    return [
+        _box(-1 - k, *numbers)
+        for k, numbers in enumerate(
+            zip(
+                bodies.x.tolist(),
+                bodies.y.tolist(),
+                bodies.heading.tolist(),
+                (bodies.length + grown).tolist(),
+                (bodies.width + grown).tolist(),
+                strict=True,
+            )
+        )
+    ]
+
+
+def _walls(scene: Scene) -> list[Any]:
+    """Return a wall behind every closed stop line that is ahead."""
+    front = scene.ego_frenet.s + scene.vehicle.front_reach
+    walls = []
+    for number, line in enumerate(scene.stop_lines):
+        if line < front - WALL:
+            continue
+        x, y, heading = scene.path.pose(line + 0.5 * WALL)
+        left, right = (float(v) for v in scene.road.at(np.array(line)))
+        middle = 0.5 * (left + right)
+        place = (x - middle * math.sin(heading), y + middle * math.cos(heading))
+        walls.append(_box(-100_000 - number, *place, heading, WALL, left - right))
+    return walls
+
+
+def _box(
+    number: int, x: float, y: float, heading: float, length: float, width: float
+) -> Any:
+    """Return a standing body in their words."""
+    import fiss_planner as fp
+
+    return fp.Obstacle.from_arrays(
+        number, length, width, [0.0], [x], [y], [heading], is_static=True
+    )
+
+
+def _speed_cap(scene: Scene) -> float:
+    """Return the target speed, less in bends [m/s]."""
+    reach = max(scene.ego.speed, 1.0) * BEND_TIME
+    s = scene.ego_frenet.s + np.arange(0.0, reach, STATION)
+    bend = float(
+        np.abs(scene.path.at(np.minimum(s, scene.path.length)).curvature).max()
+    )
+    most = scene.vehicle.limits.max_lateral_acceleration
+    return min(scene.target_speed, math.sqrt(most / max(bend, 1e-9)))
+
+
+def _stands_from(native: Any) -> int:
+    """Return the index from which on a plan would roll backwards; its length if never.
+
+    Polynomials that end standing may swing through a negative speed.
+    """
+    s = np.asarray(native.s)
+    back = np.flatnonzero(np.diff(s) < 0.0)
+    return int(back[0]) if back.size else int(s.size)
+
+
+def _from_centre(scene: Scene, native: Any, stands: int) -> Trajectory:
+    """Move a plan of the centre back to the rear axle; hold it where it stands."""
+    order = np.minimum(np.arange(len(native.t)), stands)
+    moving = np.arange(order.size) < stands
+    heading = _headings(scene, native)[order]
+    offset = scene.vehicle.centre_offset
+    x = np.asarray(native.x)[order] - offset * np.cos(heading)
+    y = np.asarray(native.y)[order] - offset * np.sin(heading)
+    s, l = scene.path.project(x, y, near=np.asarray(native.s)[order] - offset)
+    t = np.asarray(native.t)
+    return Trajectory(
+        t - t[0],
+        x,
+        y,
+        heading,
+        np.asarray(native.kappa)[order],
+        np.where(moving, np.maximum(np.asarray(native.v), 0.0), 0.0),
+        np.where(moving, np.asarray(native.a), 0.0),
+        s,
+        l,
+    )
+
+
+def _headings(scene: Scene, native: Any) -> FloatArray:
+    """Return the headings of a plan; a body that hardly moves keeps the one it has.
+
+    The course of a point that stands is any: 5 degrees there are 0.1 m of the rear
+    axle here.
+    """
+    number = np.arange(len(native.t))
+    fast = np.asarray(native.v) >= SLOW
+    last = np.maximum.accumulate(np.where(fast, number, -1))
+    ego = scene.ego.heading
+    course = np.where(last >= 0, np.asarray(native.yaw)[np.maximum(last, 0)], ego)
+    headings: FloatArray = np.unwrap(np.concatenate(((ego,), course)))[1:]
+    return headings
+
+
+def _fall_back(
+    scene: Scene, kept: _Memory, generated: int, removed: dict[str, int]
+) -> PlanResult:
+    """Drive the fallback of this project's planners."""
+    ahead = scene.vehicles.prediction
+    bodies = bodies_of(scene, max(ahead.x.shape[1], 1), ahead.step)
+    none = np.zeros(len(bodies.ids), dtype=np.bool_)
+
+    def contact(trajectory: Trajectory, margin: float) -> Contact | None:
+        return first_contact(trajectory, scene.vehicle, bodies, none, margin)
+
+    def blocker(trajectory: Trajectory) -> str | None:
+        hit = contact(trajectory, HARD_GAP)
+        return None if hit is None else hit.id
+
+    status, plan = fallback(scene, kept.driven, blocker, STOP_HORIZON, contact)
+    stats = PlanStats(
+        reason=f"none of {generated} candidates is allowed",
+        candidates=generated,
+        removed=removed,
+        blocker=blocker(plan),
+    )
+    after = _Memory(kept.planner, kept.path, kept.line, None, plan)
+    return PlanResult(status, plan, after, stats)
+
+
+def _make(kind: str, **sampling: int) -> PeerPlanner:
+    """Make a planner; raises ConfigError without the package."""
+    try:
+        import fiss_planner  # noqa: F401
+    except ImportError as error:
+        raise ConfigError(
+            f"{kind} needs fiss-planner ({error}); install it: pip install "
+            "fiss-planner==1.0.0"
+        ) from error
+    return PeerPlanner(kind, sampling)
+
+
+def fop(num_width: int = 5, num_speed: int = 5, num_t: int = 5) -> PeerPlanner:
+    """Make FOP: every candidate, the cheapest that is allowed.
+
+    Args:
+        num_width: End states across a lane.
+        num_speed: End speeds.
+        num_t: Durations.
+    """
+    return _make("fop", num_width=num_width, num_speed=num_speed, num_t=num_t)
+
+
+def fop_plus(num_width: int = 5, num_speed: int = 5, num_t: int = 5) -> PeerPlanner:
+    """Make FOP+: the same, checked in the order of cost; arguments as for `fop`."""
+    return _make("fop_plus", num_width=num_width, num_speed=num_speed, num_t=num_t)
+
+
+def fiss(num_width: int = 5, num_speed: int = 5, num_t: int = 5) -> PeerPlanner:
+    """Make FISS: iterative search from the last solution; arguments as for `fop`."""
+    return _make("fiss", num_width=num_width, num_speed=num_speed, num_t=num_t)
+
+
+def fiss_plus(num_width: int = 5, num_speed: int = 5, num_t: int = 5) -> PeerPlanner:
+    """Make FISS+: best first, with refined end states; arguments as for `fop`."""
+    return _make("fiss_plus", num_width=num_width, num_speed=num_speed, num_t=num_t)

@@ -1,0 +1,82 @@
+"""Planners of others drive as planners here."""
+
+import sys
+
+import numpy as np
+import pytest
+import rearview
+from rearview import peers
+
+from experiments.errors import ConfigError
+from planner.interface import PlanStatus
+from planner.vehicle import Vehicle
+from tests.planner.scenes import Car, Disc, ego_on, make_scene, straight, winding
+
+KINDS = ("fop", "fop_plus", "fiss", "fiss_plus")
+
+
+def test_without_the_package_one_line_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "fiss_planner", None)
+    with pytest.raises(ConfigError, match=r"pip install fiss-planner==1\.0\.0"):
+        peers.fiss_plus()
+
+
+@pytest.fixture(params=KINDS)
+def planner(request):
+    pytest.importorskip("fiss_planner")
+    return getattr(peers, request.param)()
+
+
+def test_plans_start_at_the_ego_and_go_on_from_each_other(planner):
+    path = winding()
+    ego, memory = ego_on(path, 5.0, 0.3, 6.0), None
+    for _ in range(5):
+        scene = make_scene(path, ego, target_speed=8.0)
+        result = planner.plan(scene, memory)
+        assert result.status is PlanStatus.OK
+        plan, memory = result.trajectory, result.memory
+        assert (plan.x[0], plan.y[0]) == pytest.approx((ego.x, ego.y), abs=0.02)
+        assert plan.heading[0] == pytest.approx(ego.heading, abs=0.02)
+        assert plan.speed[0] == pytest.approx(ego.speed, abs=0.05)
+        moved = np.hypot(np.diff(plan.x), np.diff(plan.y))
+        mean = 0.5 * (plan.speed[1:] + plan.speed[:-1])
+        assert moved == pytest.approx(mean * scene.step, abs=0.05)
+        ego = plan.at(scene.step)
+
+
+def test_they_see_obstacles_vehicles_and_lines(planner):
+    path = straight()
+    ego = ego_on(path, 20.0, 0.0, 10.0)
+    front = Vehicle().front_reach
+
+    def ends(**scene):
+        plan = planner.plan(make_scene(path, ego, **scene), None).trajectory
+        return plan.s[-1], np.abs(plan.l).max(), plan.speed[-1]
+
+    free, _, _ = ends()
+    far, _, slow = ends(stop_lines=(60.0,))
+    assert far + front < 60.0 < free
+    assert slow < 8.0  # of 10: their end speeds are a quarter of the target apart
+    _, aside, _ = ends(obstacles=[Disc(60.0, 0.0, 0.5)])
+    behind, swerved, _ = ends(vehicles=[Car(45.0, 0.0, 3.0)])
+    assert aside > 0.5 or ends(obstacles=[Disc(60.0, 0.0, 0.5)])[0] + front < 59.5
+    assert swerved > 1.0 or behind + front < 45.0 + 5.0 * 3.0
+
+
+def test_where_they_find_nothing_the_ego_brakes(planner):
+    path = straight()
+    scene = make_scene(path, ego_on(path, 20.0, 0.0, 10.0), stop_lines=(26.0,))
+    result = planner.plan(scene, None)
+    assert result.status is not PlanStatus.OK
+    assert result.trajectory.speed[-1] == pytest.approx(0.0, abs=1e-6)
+    assert "candidates" in result.stats.reason
+
+
+def test_an_episode_is_the_same_again(tmp_path):
+    pytest.importorskip("fiss_planner")
+    scenario = rearview.Scenario.load("thesis_straight").with_(
+        {"obstacles": "none", "ego.goal_m": 80}, planner="rearview.peers:fiss_plus"
+    )
+    first, again = (scenario.run(tmp_path / name) for name in "ab")
+    assert first.status == "arrived", first.reason
+    assert first.trace_hash == again.trace_hash
