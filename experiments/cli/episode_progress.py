@@ -43,7 +43,7 @@ def _bar(scenario: Scenario) -> Iterator[OnStep]:
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as shown:
         task = shown.add_task(
-            scenario.name, total=ego.goal_m - ego.start_m, now="warming up"
+            scenario.name, total=(ego.goal - ego.start_m) or None, now="warming up"
         )
 
         def on_step(record: StepRecord) -> None:

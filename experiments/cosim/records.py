@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Protocol
 
 from planner.interface import PlanResult
+from planner.prediction import Predictor
 from planner.right_of_way.records import Foe, JunctionAhead
 from planner.scene import RoadUsers
 from planner.states import CartesianState, FrenetState
@@ -19,6 +21,14 @@ class Signal:
     state: str  # SUMO's letter: G g y r u o O s M m
 
 
+class KnownFuture(Predictor, Protocol):
+    """What a world knows of the others' future, at one moment."""
+
+    def later(self, lead: float) -> "KnownFuture":
+        """Return what it knows a time [s] later."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TrafficState:
     """All vehicles but the ego and its ghost at one moment, and the signals."""
@@ -30,6 +40,7 @@ class TrafficState:
     ways: Ways | None = None  # of the vehicles, near junctions
     junctions: tuple[JunctionAhead, ...] = ()  # junctions near the ego
     foes: tuple[Foe, ...] = ()  # at them; `junction` is a place there
+    future: KnownFuture | None = None  # if planners may know it
 
 
 @dataclass(frozen=True, slots=True)

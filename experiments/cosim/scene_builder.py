@@ -58,7 +58,8 @@ def build_scene(
     front = ego_frenet.s + task.vehicle.front_reach
     near = np.hypot(users.x - ego.x, users.y - ego.y) <= PLANNED_RADIUS
     planned = users.among(near)
-    prediction = outlook.predictor(road.path, planned, outlook.times)
+    predict = traffic.future or outlook.predictor
+    prediction = predict(road.path, planned, outlook.times)
     if traffic.ways is not None:
         ways = traffic.ways.among(np.flatnonzero(near))
         brake = outlook.predictor is held_braking
@@ -76,7 +77,10 @@ def build_scene(
         obstacles=road.known_obstacles(front),
         vehicles=Vehicles.predicted(planned, prediction),
         stop_lines=stop_lines,
-        target_speed=min(task.target_speed, road.allowed_speed(front, ego.speed)),
+        target_speed=min(
+            task.wanted_speed(ego_frenet.s, traffic.time),
+            road.allowed_speed(front, ego.speed),
+        ),
         lanes=road.lanes,
         speed_limits=road.speed_limits,
         junctions=traffic.junctions,

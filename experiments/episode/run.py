@@ -25,7 +25,7 @@ from experiments.storage.atomic_folder import atomic_folder
 from experiments.trace.candidates import CandidateLog, write_candidates
 from experiments.trace.files import write_tables
 from experiments.trace.recording import RunFacts, build_trace
-from experiments.trace.road_map import RoadMap, map_around, write_map
+from experiments.trace.road_map import RoadMap, lanelet_map, map_around, write_map
 from experiments.trace.schema import TABLES, Trace
 from experiments.trace.speed_graphs import write_graphs
 from experiments.world_setup.layout import make_layout
@@ -38,7 +38,7 @@ from experiments.world_setup.vehicle_model import (
 )
 from experiments.world_setup.world import make_world
 from planner.interface import Planner
-from planner.prediction import PREDICTORS
+from planner.prediction import PREDICTORS, constant_speed
 
 WITHOUT_EGO_FILE = "vehicles_without_ego.parquet"
 PLACEBO_FILES = ("vehicles_placebo_1.parquet", "vehicles_placebo_2.parquet")
@@ -147,12 +147,16 @@ def make_scenario_planner(scenario: Scenario) -> Planner:
 
 
 def _net_file(layout: Layout) -> Path | None:
-    """Return the network's file, None in the world without a simulator."""
+    """Return the file of the roads, None if the scenario itself has them."""
+    if layout.lanelets is not None:
+        return layout.lanelets.file
     return layout.network.net_file if layout.network else None
 
 
 def _road_map(layout: Layout) -> RoadMap:
     """Collect the lanes about the ego's route for pictures."""
+    if layout.lanelets is not None:
+        return lanelet_map(layout.road.path, layout.lanelets.network)
     return map_around(layout.road.path, _net_file(layout))
 
 
@@ -165,7 +169,8 @@ def _options(
         duration=simulation.duration_s,
         blocked_after=simulation.blocked_after_s,
         horizon=simulation.horizon_s,
-        predictor=PREDICTORS[simulation.predictor],
+        # what was recorded is the world's to tell; the rest goes on as it is
+        predictor=PREDICTORS.get(simulation.predictor, constant_speed),
         full_statistics=output.full_statistics,
         timing=plan_timing(scenario),
         perception=make_perception(scenario, layout.road),
