@@ -22,6 +22,7 @@ import typer
 
 from experiments.cli import (
     before_run_commands,
+    commonroad_commands,
     compare_runs_command,
     compile_command,
     events_command,
@@ -232,6 +233,7 @@ robustness_command.add_to(app)
 thesis_command.add_to(app)
 evidence_command.add_to(app)
 compile_command.add_to(app)
+commonroad_commands.add_to(app)
 
 
 @app.command()

@@ -28,7 +28,7 @@ WIDTH = 3.5
 def lanelet(number, points, width=WIDTH, **more):
     """Spread a centre line over its width."""
     points = np.asarray(points, dtype=float)
-    tangent = np.gradient(points, axis=0)
+    tangent = np.gradient(points, axis=0, edge_order=2)
     tangent /= np.hypot(*tangent.T)[:, None]
     normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
     half = 0.5 * width * normal
@@ -73,6 +73,9 @@ def user(number, points, speed, kind="car", first=0, n=None, size=(4.5, 1.8)):
 def scenario(name, lanelets, problem, moving=(), static=(), **network):
     """Put a scenario together."""
     by_id = {x.id: x for x in lanelets}
+    for one in lanelets:  # normals of sampled lines differ a little where they meet
+        for name in one.successors:
+            by_id[name].left[0], by_id[name].right[0] = one.left[-1], one.right[-1]
     return CommonRoadScenario(
         Path(f"{name}.xml"),
         name,
