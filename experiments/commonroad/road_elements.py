@@ -61,6 +61,8 @@ def _read_lanelet(node: Node) -> Lanelet:
     if left.shape != right.shape:
         n = max(left.shape[0], right.shape[0])
         left, right = _resampled(left, n), _resampled(right, n)
+    if _is_swapped(left, right):
+        left, right = right, left
     return Lanelet(
         node.key(),
         left,
@@ -83,6 +85,13 @@ def _read_bound(node: Node) -> FloatArray:
     if np.ptp(points, axis=0).max() < LEAST_STEP:
         raise node.error("has no length")
     return points
+
+
+def _is_swapped(left: FloatArray, right: FloatArray) -> bool:
+    """Tell whether the bounds of a lanelet were written the wrong way round."""
+    ahead = np.diff(left + right, axis=0)
+    across = (left - right)[:-1] + (left - right)[1:]
+    return float((ahead[:, 0] * across[:, 1] - ahead[:, 1] * across[:, 0]).sum()) < 0.0
 
 
 def _resampled(points: FloatArray, n: int) -> FloatArray:

@@ -74,8 +74,8 @@ def scenario(name, lanelets, problem, moving=(), static=(), **network):
     """Put a scenario together."""
     by_id = {x.id: x for x in lanelets}
     for one in lanelets:  # normals of sampled lines differ a little where they meet
-        for name in one.successors:
-            by_id[name].left[0], by_id[name].right[0] = one.left[-1], one.right[-1]
+        for after in one.successors:
+            by_id[after].left[0], by_id[after].right[0] = one.left[-1], one.right[-1]
     return CommonRoadScenario(
         Path(f"{name}.xml"),
         name,
