@@ -122,3 +122,28 @@ def check(
             verdict = "accepted" if report.is_accepted else "rejected"
             sys.stdout.write(f"{verdict} by the official checker\n")
         raise typer.Exit(ARRIVED if report.is_accepted else OTHER_OUTCOME)
+
+
+@commands.command()
+def export(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder.")],
+    *,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", help="File; default: its benchmark id, here."),
+    ] = None,
+) -> None:
+    """Write a recorded run as a CommonRoad scenario: its traffic becomes a replay.
+
+    Example: rearview commonroad export runs/intersection-cruise-0-1a2b3c4d -o left.xml
+
+    Exit status: 0 done, 2 bad input.
+    """
+    with report_user_errors():
+        from experiments.commonroad.write import write_commonroad
+        from experiments.episode.commonroad_export import exported_scenario
+
+        made = exported_scenario(run)
+        file = out or Path(f"{made.benchmark_id}.xml")
+        write_commonroad(made, file)
+        sys.stdout.write(f"scenario: {file}\n")

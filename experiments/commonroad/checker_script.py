@@ -1,7 +1,7 @@
 """Runs the official checks; started by the Python of an environment of their own.
 
-Nothing of rearview can be imported here. Called with the files of scenario and solution;
-prints one line of JSON: check -> "" or what is wrong, and the cost.
+Nothing of rearview can be imported here. Called with the files of scenario and
+solution; prints one line of JSON: check -> "" or what is wrong, and the cost.
 """
 
 import json
