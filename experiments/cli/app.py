@@ -143,7 +143,10 @@ before_run_commands.add_to(app)
 def run(
     scenario: Annotated[
         str,
-        typer.Argument(metavar="NAME|FILE", help="Shipped scenario, or a .yaml file."),
+        typer.Argument(
+            metavar="NAME|FILE",
+            help="Shipped scenario, a .yaml file, a network, or a CommonRoad .xml.",
+        ),
     ],
     *,
     planner: Annotated[
@@ -185,6 +188,8 @@ def run(
             overrides=overrides or (),
             allow_planners=allow_planner or (),
         )
+
+        _say_which_problem(loaded)
 
         def episode() -> int:
             return _episode(loaded, out, gui=gui, as_json=as_json)
@@ -293,6 +298,22 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
                 output=OutputOptions(keeps_candidates=True),
             )
         return _report(outcome, as_json=as_json)
+
+
+def _say_which_problem(scenario: "Scenario") -> None:
+    """Say which planning problem of a CommonRoad file is driven, if it has several."""
+    network = scenario.network
+    if scenario.world != "commonroad" or network is None or network.file is None:
+        return
+    from experiments.commonroad.read import read_commonroad
+
+    names = [problem.id for problem in read_commonroad(Path(network.file)).problems]
+    if network.planning_problem is None and len(names) > 1:
+        listed = ", ".join(str(name) for name in names)
+        sys.stderr.write(
+            f"{scenario.name}: has planning problems {listed}; {names[0]} is driven; "
+            f"another one: --set network.planning_problem={names[1]}\n"
+        )
 
 
 def _crashed(

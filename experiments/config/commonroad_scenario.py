@@ -52,7 +52,7 @@ def complete(document: Document) -> None:
     try:
         problem = found.problem(wanted if isinstance(wanted, int) else None)
     except KeyError:
-        return  # the layout says which there are
+        problem = found.problems[0]  # the layout says which there are
     data.setdefault("name", _name(found))
     for section, defaults in (
         ("simulation", _simulation(found, problem, data.get("ego"))),

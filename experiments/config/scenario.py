@@ -370,4 +370,6 @@ class Scenario(Strict):
             data["obstacles"] = data["obstacles"] or listed
         if self.world == "sumo":
             data.setdefault("traffic", "none")
+        if self.world == "commonroad" and self.ego.plant is None:
+            data["ego"]["plant"] = "perfect"  # silence would mean a kinematic one
         return data

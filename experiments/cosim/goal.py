@@ -14,7 +14,9 @@ from planner.vehicle import Vehicle, centre_from_rear_axle
 TIME_TOLERANCE = 1e-6  # [s]
 IN_TIME = 0.9  # share of the time that is left in which one wants to be there
 SPARE_WAY = 1.0  # before the end of an area in which one waits for its time [m]
-SOFT_RATE = 1.5  # of braking and speeding up towards the goal's speed [m/s²]
+BRAKING = 1.2  # towards the goal's speed [m/s²]
+SPEEDING_UP = 0.8  # the same [m/s²]
+LEAD = 1.0  # by which that begins earlier: planners follow a speed with a lag [s]
 INNER = 0.25  # share of the goal's interval of speeds that is kept free at both ends
 BEYOND = 5.0  # farther behind its area a goal is missed [m]
 FULL_TURN = 2.0 * math.pi
@@ -79,7 +81,9 @@ class GoalRegion:
             return "the ego drove through the goal's area without meeting its state"
         return None
 
-    def wanted_speed(self, preferred: float, s: float, time: float) -> float:
+    def wanted_speed(
+        self, preferred: float, s: float, time: float, speed: float
+    ) -> float:
         """Return the speed at which to drive to the first state now [m/s].
 
         It is fast enough to arrive before the time is over, slow enough not to leave
@@ -89,6 +93,7 @@ class GoalRegion:
             preferred: Where the goal leaves the choice [m/s].
             s: Of the rear axle on the path [m].
             time: Since the ego entered [s].
+            speed: Of the ego [m/s].
         """
         window = self.windows[0]
         place = s + self.centre
@@ -96,23 +101,23 @@ class GoalRegion:
         until, left = window.time[0] - time, window.time[1] - time
         wanted = preferred
         if 0.0 < to_area < math.inf and left > 0.0:
-            wanted = max(wanted, to_area / max(IN_TIME * left, 0.1))
+            mean = to_area / max(IN_TIME * left, 0.1)
+            # an even change of speed has this end
+            wanted = max(wanted, mean, 2.0 * mean - speed)
         if until > 0.0 and math.isfinite(to_end):
-            wanted = min(wanted, max(to_end - SPARE_WAY, 0.0) / until)
-        return self._with_own_speed(window, wanted, to_area, until)
+            mean = max(to_end - SPARE_WAY, 0.0) / until
+            wanted = min(wanted, mean, max(2.0 * mean - speed, 0.0))
+        way = to_area if math.isfinite(to_area) else until * max(wanted, 0.0)
+        return _with_own_speed(window, wanted, max(way - LEAD * speed, 0.0))
 
-    def _with_own_speed(
-        self, window: GoalWindow, wanted: float, to_area: float, until: float
-    ) -> float:
-        """Bring a speed to the state's own one near the goal."""
-        low, high = window.speed
-        if math.isinf(low) and math.isinf(high):
-            return wanted
-        inner = INNER * (high - low) if math.isfinite(high - low) else 0.0
-        if math.isfinite(to_area):
-            way = max(to_area, 0.0)
-        else:
-            way = max(until, 0.0) * max(wanted, 0.0)
-        most = math.sqrt(max(high - inner, 0.0) ** 2 + 2.0 * SOFT_RATE * way)
-        least = math.sqrt(max(max(low + inner, 0.0) ** 2 - 2.0 * SOFT_RATE * way, 0.0))
-        return float(np.clip(wanted, least, max(most, least)))
+
+def _with_own_speed(window: GoalWindow, wanted: float, way: float) -> float:
+    """Bring a speed to the state's own one near the goal, `way` [m] ahead."""
+    low, high = window.speed
+    if math.isinf(low) and math.isinf(high):
+        return wanted
+    inner = INNER * (high - low) if math.isfinite(high - low) else 0.0
+    most = math.sqrt(max(high - inner, 0.0) ** 2 + 2.0 * BRAKING * way)
+    least = max(low + inner, 0.0) ** 2 - 2.0 * SPEEDING_UP * way
+    least = math.sqrt(max(least, 0.0))
+    return float(np.clip(wanted, least, max(most, least)))

@@ -78,7 +78,7 @@ def build_scene(
         vehicles=Vehicles.predicted(planned, prediction),
         stop_lines=stop_lines,
         target_speed=min(
-            task.wanted_speed(ego_frenet.s, traffic.time),
+            task.wanted_speed(ego_frenet.s, traffic.time, ego.speed),
             road.allowed_speed(front, ego.speed),
         ),
         lanes=road.lanes,

@@ -88,7 +88,8 @@ def write_run(
         The outcome.
     """
     limits = scenario.ego.vehicle.limits.to_planner()
-    row = metric_row(trace, *runs_without_ego, limits=limits)
+    recorded = scenario.world == "commonroad"
+    row = metric_row(trace, *runs_without_ego, limits=limits, recorded_traffic=recorded)
     hashed = trace_hash(trace)
     kept = output.options.keeps_trace(ending)
     if kept:

@@ -94,8 +94,10 @@ def t_junction():
         lanelet(1, straight((1.75, -70.0), (1.75, -12.0)), successors=(2, 3)),
         lanelet(2, left_turn, successors=(4,), predecessors=(1,)),
         lanelet(
-            3, arc((1.75, -12.0), math.pi / 2.0, 10.25, -math.pi / 2.0),
-            successors=(7,), predecessors=(1,),
+            3,
+            arc((1.75, -12.0), math.pi / 2.0, 10.25, -math.pi / 2.0),
+            successors=(7,),
+            predecessors=(1,),
         ),
         lanelet(4, straight((-12.0, 1.75), (-110.0, 1.75)), predecessors=(2, 6)),
         lanelet(5, straight((110.0, 1.75), (12.0, 1.75)), successors=(6,)),
@@ -105,18 +107,22 @@ def t_junction():
         lanelet(7, straight((12.0, -1.75), (110.0, -1.75)), predecessors=(3, 9)),
         lanelet(8, straight((-110.0, -1.75), (-12.0, -1.75)), successors=(9,)),
         lanelet(
-            9, straight((-12.0, -1.75), (12.0, -1.75)), successors=(7,),
+            9,
+            straight((-12.0, -1.75), (12.0, -1.75)),
+            successors=(7,),
             predecessors=(8,),
         ),
     ]
     goal = GoalState(Span(90, 200), lanelets=(4,))
-    problem = PlanningProblem(100, InitialState(0, 1.75, -60.0, math.pi / 2, 8.0), (goal,))
+    problem = PlanningProblem(
+        100, InitialState(0, 1.75, -60.0, math.pi / 2, 8.0), (goal,)
+    )
     way = straight((105.0, 1.75), (-108.0, 1.75), 100)
     other = straight((-105.0, -1.75), (108.0, -1.75), 100)
-    moving = [
-        user(200 + k, way, 11.0, first=8 + 17 * k)
-        for k in range(2)
-    ] + [user(210, other, 10.0, first=0), user(211, other, 10.0, first=30)]
+    moving = [user(200 + k, way, 11.0, first=8 + 17 * k) for k in range(2)] + [
+        user(210, other, 10.0, first=0),
+        user(211, other, 10.0, first=30),
+    ]
     turns = {(1, 2): "left", (1, 3): "right", (5, 6): "straight", (8, 9): "straight"}
     return scenario("ZAM_TJunctionLeft-1_1_T-1", lanelets, problem, moving, turns=turns)
 
@@ -127,20 +133,33 @@ def merge():
     lanelets = [
         lanelet(1, own, beside_left=(2, True), signs=(50,)),
         lanelet(
-            2, straight((0.0, 0.0), (180.0, 0.0), 60), successors=(4,),
-            beside_left=(3, True), beside_right=(1, True), signs=(50,),
+            2,
+            straight((0.0, 0.0), (180.0, 0.0), 60),
+            successors=(4,),
+            beside_left=(3, True),
+            beside_right=(1, True),
+            signs=(50,),
         ),
         lanelet(
-            3, straight((0.0, 3.5), (180.0, 3.5), 60), successors=(5,),
-            beside_right=(2, True), signs=(50,),
+            3,
+            straight((0.0, 3.5), (180.0, 3.5), 60),
+            successors=(5,),
+            beside_right=(2, True),
+            signs=(50,),
         ),
         lanelet(
-            4, straight((180.0, 0.0), (420.0, 0.0), 60), predecessors=(2,),
-            beside_left=(5, True), signs=(50,),
+            4,
+            straight((180.0, 0.0), (420.0, 0.0), 60),
+            predecessors=(2,),
+            beside_left=(5, True),
+            signs=(50,),
         ),
         lanelet(
-            5, straight((180.0, 3.5), (420.0, 3.5), 60), predecessors=(3,),
-            beside_right=(4, True), signs=(50,),
+            5,
+            straight((180.0, 3.5), (420.0, 3.5), 60),
+            predecessors=(3,),
+            beside_right=(4, True),
+            signs=(50,),
         ),
     ]
     area = shapely.box(270.0, -1.75, 300.0, 1.75)
@@ -161,15 +180,24 @@ def urban_curve():
     bend = arc((40.0, 0.0), 0.0, 22.0, math.pi / 2.0)
     back = arc(bend[-1], math.pi / 2.0, 25.0, -math.pi / 2.0)
     last = straight(back[-1], back[-1] + (120.0, 0.0), 60)
-    light = TrafficLight(70, ("red", "redYellow", "green", "yellow"), (90, 10, 200, 30), 0, "all", True)
+    light = TrafficLight(
+        70,
+        ("red", "redYellow", "green", "yellow"),
+        (90, 10, 200, 30),
+        0,
+        "all",
+        active=True,
+    )
     lanelets = [
         lanelet(1, first, successors=(2,), beside_left=(11, False)),
         lanelet(2, bend, predecessors=(1,), successors=(3,), beside_left=(12, False)),
         lanelet(3, back, predecessors=(2,), successors=(4,), lights=(70,)),
         lanelet(4, last, predecessors=(3,), signs=(51,)),
-        lanelet(11, (first + (0.0, 3.5))[::-1], beside_left=(1, False)),
+        lanelet(11, (first + np.array([0.0, 3.5]))[::-1], beside_left=(1, False)),
         lanelet(
-            12, arc((40.0, 3.5), 0.0, 18.5, math.pi / 2.0)[::-1], successors=(11,),
+            12,
+            arc((40.0, 3.5), 0.0, 18.5, math.pi / 2.0)[::-1],
+            successors=(11,),
             beside_left=(2, False),
         ),
     ]
@@ -179,8 +207,12 @@ def urban_curve():
     way = np.concatenate([first[15:], bend[1:], back[1:], last[1:]])
     ahead = user(200, way, np.concatenate([np.full(60, 7.0), np.full(160, 9.0)]))
     return scenario(
-        "ZAM_UrbanCurve-1_1_T-1", lanelets, problem, [ahead],
-        speed_limits={51: 50 / 3.6}, lights={70: light},
+        "ZAM_UrbanCurve-1_1_T-1",
+        lanelets,
+        problem,
+        [ahead],
+        speed_limits={51: 50 / 3.6},
+        lights={70: light},
     )
 
 
@@ -197,8 +229,14 @@ def dense_parking():
     static = [
         (str(200 + k), Box(x, y, turned, 4.4, 1.8))
         for k, (x, y, turned) in enumerate(
-            [(35.0, -1.4, 0.05), (42.0, -1.5, -0.04), (70.0, 4.9, 0.0),
-             (78.0, 5.0, 0.08), (105.0, -1.3, 0.1), (112.0, -1.5, 0.0)]
+            [
+                (35.0, -1.4, 0.05),
+                (42.0, -1.5, -0.04),
+                (70.0, 4.9, 0.0),
+                (78.0, 5.0, 0.08),
+                (105.0, -1.3, 0.1),
+                (112.0, -1.5, 0.0),
+            ]
         )
     ]
     static.append(("230", Box(128.0, 5.2, 0.0, 0.0, 0.0, 0.9)))
@@ -214,7 +252,9 @@ def cut_in():
     lanelets = [
         lanelet(1, straight((0.0, 0.0), (500.0, 0.0), 100), beside_left=(2, True)),
         lanelet(
-            2, straight((0.0, 3.5), (500.0, 3.5), 100), beside_left=(3, True),
+            2,
+            straight((0.0, 3.5), (500.0, 3.5), 100),
+            beside_left=(3, True),
             beside_right=(1, True),
         ),
         lanelet(3, straight((0.0, 7.0), (500.0, 7.0), 100), beside_right=(2, True)),
@@ -225,7 +265,9 @@ def cut_in():
     moved = np.clip((x - 15.0) / 55.0, 0.0, 1.0)
     y = 3.5 * (moved**3 * (10.0 - 15.0 * moved + 6.0 * moved**2))
     way = np.column_stack([x + 32.0, y])
-    pace = np.concatenate([np.full(30, 19.0), np.linspace(19.0, 15.0, 25), np.full(110, 15.0)])
+    pace = np.concatenate(
+        [np.full(30, 19.0), np.linspace(19.0, 15.0, 25), np.full(110, 15.0)]
+    )
     moving = [
         user(200, way, pace),
         user(201, straight((60.0, 0.0), (500.0, 0.0), 100), 18.0),
