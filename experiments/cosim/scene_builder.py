@@ -6,6 +6,7 @@ import numpy as np
 
 from experiments.cosim.records import TrafficState
 from experiments.cosim.road import EgoTask, Road
+from experiments.cosim.unreacting_followers import FASTER, speed_ahead_of
 from planner.prediction import Predictor, constant_speed, held_braking
 from planner.scene import Scene, Vehicles
 from planner.states import CartesianState, FloatArray, FrenetState, freeze
@@ -66,6 +67,13 @@ def build_scene(
         prediction = along_ways(
             prediction, road.path, planned, ways, outlook.times, brake=brake
         )
+    vehicles = Vehicles.predicted(planned, prediction)
+    allowed = road.allowed_speed(front, ego.speed)
+    target = min(task.wanted_speed(ego_frenet.s, traffic.time, ego.speed), allowed)
+    if traffic.future is not None:
+        pushed = speed_ahead_of(vehicles, outlook.times, ego_frenet, task.vehicle)
+        most = min(FASTER * allowed, task.vehicle.limits.max_speed)
+        target = max(target, min(pushed, most))
     return Scene(
         time=traffic.time,
         step=outlook.step,
@@ -75,12 +83,9 @@ def build_scene(
         path=road.path,
         road=road.bounds,
         obstacles=road.known_obstacles(front),
-        vehicles=Vehicles.predicted(planned, prediction),
+        vehicles=vehicles,
         stop_lines=stop_lines,
-        target_speed=min(
-            task.wanted_speed(ego_frenet.s, traffic.time, ego.speed),
-            road.allowed_speed(front, ego.speed),
-        ),
+        target_speed=target,
         lanes=road.lanes,
         speed_limits=road.speed_limits,
         junctions=traffic.junctions,

@@ -256,7 +256,8 @@ def with_lights(
 
 def _light(number: int, letters: list[str]) -> TrafficLight:
     """Turn the letters of all steps into a cycle, which is as long as the run."""
-    colours, durations = [], []
+    colours: list[str] = []
+    durations: list[int] = []
     for letter in letters:
         colour = COLOURS.get(letter, "green" if letter == "g" else "inactive")
         if colours and colours[-1] == colour:

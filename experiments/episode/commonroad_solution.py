@@ -104,8 +104,8 @@ def _driven(run: SolvedRun) -> DrivenTrajectory:
     """Return the states of a run in the model of its plant."""
     plant, network = run.scenario.ego.plant, run.scenario.network
     if plant is None:
-        problem = "ego.plant: is perfect, a motion that no vehicle model has"
-        raise ConfigError(f"{run.folder}: {problem}; allowed: kinematic, dynamic")
+        words = "ego.plant: is perfect, a motion that no vehicle model has"
+        raise ConfigError(f"{run.folder}: {words}; allowed: kinematic, dynamic")
     body = run.scenario.ego.vehicle
     try:
         vehicle = vehicle_of(

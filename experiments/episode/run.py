@@ -99,7 +99,7 @@ def run_episode(
         trace = _trace(scenario, layout, recorder, ending)
         place = RunOutput(folder, target, options, started)
         if options.keeps_trace(ending):
-            write_map(_road_map(layout), folder)
+            write_map(road_map(layout), folder)
             if log is not None:
                 write_candidates(log, folder)
                 write_graphs(recorder.graphs, folder)
@@ -127,9 +127,9 @@ def record_crash(scenario: Scenario, reason: str, out: Path = RUNS) -> Outcome:
     identity = run_identity(scenario, _net_file(layout))
     target = out / folder_name(scenario, identity["run_hash"])
     trace = _trace(scenario, layout, Recorder(None), ending)
-    road_map = _road_map(layout)
+    whole = road_map(layout)
     with atomic_folder(target) as folder:
-        write_map(road_map, folder)
+        write_map(whole, folder)
         place = RunOutput(folder, target, OutputOptions(), started)
         return write_run(scenario, identity, ending, trace, place)
 
@@ -153,7 +153,7 @@ def _net_file(layout: Layout) -> Path | None:
     return layout.network.net_file if layout.network else None
 
 
-def _road_map(layout: Layout) -> RoadMap:
+def road_map(layout: Layout) -> RoadMap:
     """Collect the lanes about the ego's route for pictures."""
     if layout.lanelets is not None:
         return lanelet_map(layout.road.path, layout.lanelets.network)

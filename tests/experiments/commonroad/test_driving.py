@@ -302,6 +302,15 @@ def test_an_exported_kinematic_run_has_its_lanes(tmp_path):
         exported_scenario(drive(dense_parking(), tmp_path).folder)
 
 
+def test_a_recorded_follower_that_will_not_brake_is_kept_behind(tmp_path):
+    goal = GoalState(Span(50, 120), shapely.box(150.0, -2.0, 170.0, 5.5))
+    follower = user(30, straight((5.0, 0.0), (300.0, 0.0)), 14.0)
+    made = one_road(goal, InitialState(0, 20.0, 0.0, 0.0, 10.0), [follower])
+    assert drive(made, tmp_path).row["status"] == "arrived"
+    blind = drive(made, tmp_path, "simulation.predictor=constant_speed")
+    assert blind.row["status"] == "collision"  # as other worlds rely on followers
+
+
 def test_the_goal_paces_the_ego():
     vehicle = Vehicle()
     window = GoalWindow((10.0, 20.0), shapely.box(100, -2, 110, 2), 100.0, 110.0)
