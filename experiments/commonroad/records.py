@@ -33,7 +33,7 @@ class Box(NamedTuple):
     radius: float = 0.0
 
 
-class Span(NamedTuple):
+class Range(NamedTuple):
     """An interval; both ends belong to it."""
 
     begin: float
@@ -184,11 +184,11 @@ class InitialState:
 class GoalState:
     """One of the states of which the ego has to reach one; None is not asked for."""
 
-    steps: Span
+    steps: Range
     area: BaseGeometry | None = None  # that has to hold the ego's centre
     lanelets: tuple[int, ...] = ()  # of which the area was given
-    heading: Span | None = None  # begin <= end [rad]
-    speed: Span | None = None  # [m/s]
+    heading: Range | None = None  # begin <= end [rad]
+    speed: Range | None = None  # [m/s]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from experiments.commonroad.records import GoalState, InitialState, Lanelet, Span
+from experiments.commonroad.records import GoalState, InitialState, Lanelet, Range
 from experiments.commonroad.shapes import SHAPES, read_area, read_point
 from experiments.commonroad.xml_tree import Node
 
@@ -29,17 +29,17 @@ class ObstacleState:
     reach: float  # of an uncertain position about its middle [m]
 
 
-def read_span(node: Node, *, whole: bool = False) -> Span:
+def read_span(node: Node, *, whole: bool = False) -> Range:
     """Read an exact value or an interval."""
     exact = node.child("exact")
     if exact is not None:
         value = float(exact.whole()) if whole else exact.number()
-        return Span(value, value)
+        return Range(value, value)
     begin, end = node.child("intervalStart"), node.child("intervalEnd")
     if begin is None or end is None:
         allowed = "allowed: exact, or intervalStart and intervalEnd"
         raise node.error(f"has no value; {allowed}")
-    span = Span(
+    span = Range(
         float(begin.whole()) if whole else begin.number(),
         float(end.whole()) if whole else end.number(),
     )
@@ -146,7 +146,7 @@ def _goal_area(position: Node, lanelets: Mapping[int, Lanelet]) -> BaseGeometry:
     return shapely.Point(read_point(point)).buffer(1.0)
 
 
-def _read_angles(node: Node) -> Span:
+def _read_angles(node: Node) -> Range:
     """Read an interval of angles; its end is at most a full turn behind its begin."""
     exact = node.child("exact")
     if exact is not None:
@@ -154,9 +154,9 @@ def _read_angles(node: Node) -> Span:
     begin, end = node.need("intervalStart").number(), node.need("intervalEnd").number()
     while end < begin:
         end += FULL_TURN
-    return Span(begin, end)
+    return Range(begin, end)
 
 
-def angle_in(span: Span, angle: float) -> bool:
+def angle_in(span: Range, angle: float) -> bool:
     """Tell whether an angle is in an interval, whole turns aside."""
     return bool(np.mod(angle - span.begin, FULL_TURN) <= span.end - span.begin)

@@ -16,7 +16,7 @@ from experiments.commonroad.records import (
     Lanelet,
     MovingObstacle,
     PlanningProblem,
-    Span,
+    Range,
     StopMark,
     TrafficLight,
 )
@@ -264,13 +264,15 @@ def _add_goal(node: ET.Element, goal: GoalState) -> None:
     if goal.heading is not None:
         begin, end = goal.heading
         turns = math.floor((begin + math.pi) / (2.0 * math.pi)) * 2.0 * math.pi
-        _add_span(state, "orientation", Span(begin - turns, end - turns))
+        _add_span(state, "orientation", Range(begin - turns, end - turns))
     _add_span(state, "time", goal.steps, whole=True)
     if goal.speed is not None:
         _add_span(state, "velocity", goal.speed)
 
 
-def _add_span(parent: ET.Element, tag: str, span: Span, *, whole: bool = False) -> None:
+def _add_span(
+    parent: ET.Element, tag: str, span: Range, *, whole: bool = False
+) -> None:
     """Add an interval."""
     node = _add(parent, tag)
     for name, value in zip(("intervalStart", "intervalEnd"), span, strict=True):

@@ -14,7 +14,7 @@ from experiments.commonroad.records import (
     InitialState,
     MovingObstacle,
     PlanningProblem,
-    Span,
+    Range,
 )
 from experiments.commonroad.shapes import box_polygon
 from experiments.config import Scenario
@@ -148,9 +148,9 @@ def _problem(trace: Trace, road: Road) -> PlanningProblem:
     turned = math.remainder(turned, 2.0 * math.pi)
     last = len(steps["index"]) - 1 + round(LATER / float(trace.fact("step_s")))
     goal = GoalState(
-        Span(1, last),
+        Range(1, last),
         box_polygon(box),
-        heading=Span(turned - GOAL_TURN, turned + GOAL_TURN),
+        heading=Range(turned - GOAL_TURN, turned + GOAL_TURN),
     )
     return PlanningProblem(PROBLEM, start, (goal,))
 

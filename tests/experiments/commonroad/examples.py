@@ -15,8 +15,8 @@ from experiments.commonroad.records import (
     Lanelet,
     MovingObstacle,
     PlanningProblem,
+    Range,
     RoadNetwork,
-    Span,
     TrafficLight,
 )
 from experiments.commonroad.write import write_commonroad
@@ -113,7 +113,7 @@ def t_junction():
             predecessors=(8,),
         ),
     ]
-    goal = GoalState(Span(90, 200), lanelets=(4,))
+    goal = GoalState(Range(90, 200), lanelets=(4,))
     problem = PlanningProblem(
         100, InitialState(0, 1.75, -60.0, math.pi / 2, 8.0), (goal,)
     )
@@ -163,7 +163,9 @@ def merge():
         ),
     ]
     area = shapely.box(270.0, -1.75, 300.0, 1.75)
-    goal = GoalState(Span(100, 200), area, heading=Span(-0.3, 0.3), speed=Span(10, 25))
+    goal = GoalState(
+        Range(100, 200), area, heading=Range(-0.3, 0.3), speed=Range(10, 25)
+    )
     problem = PlanningProblem(100, InitialState(0, 12.0, -3.5, 0.0, 18.0), (goal,))
     way = straight((-200.0, 0.0), (420.0, 0.0), 300)
     fast = straight((-200.0, 3.5), (420.0, 3.5), 300)
@@ -202,7 +204,7 @@ def urban_curve():
         ),
     ]
     area = shapely.Point(last[-20]).buffer(4.0)
-    goal = GoalState(Span(100, 320), area, speed=Span(0.0, 14.0))
+    goal = GoalState(Range(100, 320), area, speed=Range(0.0, 14.0))
     problem = PlanningProblem(100, InitialState(0, 5.0, 0.2, 0.02, 9.0), (goal,))
     way = np.concatenate([first[15:], bend[1:], back[1:], last[1:]])
     ahead = user(200, way, np.concatenate([np.full(60, 7.0), np.full(160, 9.0)]))
@@ -241,7 +243,9 @@ def dense_parking():
     ]
     static.append(("230", Box(128.0, 5.2, 0.0, 0.0, 0.0, 0.9)))
     goal = GoalState(
-        Span(60, 250), shapely.box(140.0, -1.8, 152.0, 1.8), heading=Span(-0.4, 0.4)
+        Range(60, 250),
+        shapely.box(140.0, -1.8, 152.0, 1.8),
+        heading=Range(-0.4, 0.4),
     )
     problem = PlanningProblem(100, InitialState(0, 6.0, 0.0, 0.0, 6.0), (goal,))
     return scenario("ZAM_DenseParking-1_1_T-1", lanelets, problem, (), static)
@@ -259,7 +263,7 @@ def cut_in():
         ),
         lanelet(3, straight((0.0, 7.0), (500.0, 7.0), 100), beside_right=(2, True)),
     ]
-    goal = GoalState(Span(120, 160), lanelets=(2,), speed=Span(8.0, 30.0))
+    goal = GoalState(Range(120, 160), lanelets=(2,), speed=Range(8.0, 30.0))
     problem = PlanningProblem(100, InitialState(0, 20.0, 3.5, 0.0, 22.0), (goal,))
     x = np.linspace(0.0, 400.0, 400)
     moved = np.clip((x - 15.0) / 55.0, 0.0, 1.0)

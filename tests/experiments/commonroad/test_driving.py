@@ -14,7 +14,7 @@ from experiments.commonroad.records import (
     GoalState,
     InitialState,
     PlanningProblem,
-    Span,
+    Range,
 )
 from experiments.commonroad.solution import CostFunction
 from experiments.commonroad.vehicles import DEFAULT
@@ -79,13 +79,15 @@ def test_shipped_files_are_those_of_the_examples(make, tmp_path):
 
 
 GOALS = {
-    "lanelet and lane change": GoalState(Span(20, 200), lanelets=(2,)),
-    "disc": GoalState(Span(1, 200), shapely.Point(120.0, 0.5).buffer(2.0)),
-    "time alone": GoalState(Span(40, 45)),
-    "slow": GoalState(Span(1, 300), shapely.box(150, -2, 170, 2), speed=Span(2.0, 4.0)),
-    "fast": GoalState(Span(1, 200), shapely.box(180, -2, 200, 2), speed=Span(15, 20)),
-    "not before": GoalState(Span(150, 160), shapely.box(60.0, -2.0, 75.0, 2.0)),
-    "late": GoalState(Span(60, 66), shapely.box(110.0, -2.0, 116.0, 2.0)),
+    "lanelet and lane change": GoalState(Range(20, 200), lanelets=(2,)),
+    "disc": GoalState(Range(1, 200), shapely.Point(120.0, 0.5).buffer(2.0)),
+    "time alone": GoalState(Range(40, 45)),
+    "slow": GoalState(
+        Range(1, 300), shapely.box(150, -2, 170, 2), speed=Range(2.0, 4.0)
+    ),
+    "fast": GoalState(Range(1, 200), shapely.box(180, -2, 200, 2), speed=Range(15, 20)),
+    "not before": GoalState(Range(150, 160), shapely.box(60.0, -2.0, 75.0, 2.0)),
+    "late": GoalState(Range(60, 66), shapely.box(110.0, -2.0, 116.0, 2.0)),
 }
 
 
@@ -109,14 +111,14 @@ def test_every_kind_of_goal_is_reached(goal, tmp_path):
 
 
 def test_a_goal_that_is_out_of_reach_in_time_is_missed_and_said(tmp_path):
-    goal = GoalState(Span(1, 20), shapely.box(200.0, -2.0, 210.0, 2.0))
+    goal = GoalState(Range(1, 20), shapely.box(200.0, -2.0, 210.0, 2.0))
     outcome = drive(one_road(goal), tmp_path)
     assert outcome.row["status"] == "timeout"
 
 
 def test_the_ego_begins_exactly_where_the_file_says(tmp_path):
     start = InitialState(12, 20.0, 0.6, 0.08, 9.0, yaw_rate=0.05)
-    goal = GoalState(Span(40, 200), shapely.box(100.0, -2.0, 110.0, 2.0))
+    goal = GoalState(Range(40, 200), shapely.box(100.0, -2.0, 110.0, 2.0))
     outcome = drive(one_road(goal, start), tmp_path)
     first = {name: float(outcome.trace.steps[name][0]) for name in ("x_m", "y_m")}
     assert first["x_m"] + DEFAULT.rear * np.cos(0.08) == pytest.approx(20.0, abs=1e-6)
@@ -160,7 +162,7 @@ def test_other_planners_drive_there_too(planner, tmp_path):
 
 
 def test_left_driving_and_a_road_without_successor(tmp_path):
-    goal = GoalState(Span(20, 200), lanelets=(3,))
+    goal = GoalState(Range(20, 200), lanelets=(3,))
     lanelets = [
         lanelet(1, straight((0.0, 0.0), (100.0, 0.0)), beside_right=(2, True)),
         lanelet(2, straight((0.0, -3.5), (100.0, -3.5)), beside_left=(1, True)),
@@ -173,8 +175,8 @@ def test_left_driving_and_a_road_without_successor(tmp_path):
 
 
 def test_problems_of_a_file_are_chosen_by_key(tmp_path):
-    goal = GoalState(Span(1, 200), lanelets=(1,))
-    made = one_road(GoalState(Span(20, 200), shapely.box(80.0, -2.0, 90.0, 2.0)))
+    goal = GoalState(Range(1, 200), lanelets=(1,))
+    made = one_road(GoalState(Range(20, 200), shapely.box(80.0, -2.0, 90.0, 2.0)))
     other = PlanningProblem(8, InitialState(0, 50.0, 3.5, 0.0, 10.0), (goal,))
     made = replace(made, problems=(*made.problems, other))
     first = drive(made, tmp_path)
@@ -215,21 +217,21 @@ def test_a_goal_that_no_route_reaches_names_where_routes_end(tmp_path):
         lanelet(1, straight((0.0, 0.0), (100.0, 0.0))),
         lanelet(2, straight((0.0, 50.0), (100.0, 50.0))),
     ]
-    made = one_road(GoalState(Span(1, 90), lanelets=(2,)), lanelets=lanelets)
+    made = one_road(GoalState(Range(1, 90), lanelets=(2,)), lanelets=lanelets)
     with pytest.raises(ConfigError, match="no route reaches its goal on lanelets 2"):
         drive(made, tmp_path)
     far = InitialState(0, 20.0, 30.0, 0.0, 9.0)
-    made = one_road(GoalState(Span(1, 90), lanelets=(2,)), far, lanelets=lanelets)
+    made = one_road(GoalState(Range(1, 90), lanelets=(2,)), far, lanelets=lanelets)
     with pytest.raises(ConfigError, match="allowed: within 5 m of a lanelet"):
         drive(made, tmp_path)
 
 
 def test_no_solution_is_made_of_what_solves_nothing(tmp_path):
-    goal = GoalState(Span(20, 200), shapely.box(80.0, -2.0, 90.0, 2.0))
+    goal = GoalState(Range(20, 200), shapely.box(80.0, -2.0, 90.0, 2.0))
     perfect = drive(one_road(goal), tmp_path, "ego.plant=perfect")
     with pytest.raises(ConfigError, match=r"ego\.plant: is perfect"):
         solution_of([read_solved_run(perfect.folder)], CostFunction.SM1)
-    late = replace(goal, steps=Span(1, 9))
+    late = replace(goal, steps=Range(1, 9))
     missed = drive(one_road(late), tmp_path)
     with pytest.raises(ConfigError, match="status is timeout, which solves nothing"):
         read_solved_run(missed.folder)
@@ -303,7 +305,7 @@ def test_an_exported_kinematic_run_has_its_lanes(tmp_path):
 
 
 def test_a_recorded_follower_that_will_not_brake_is_kept_behind(tmp_path):
-    goal = GoalState(Span(50, 120), shapely.box(150.0, -2.0, 170.0, 5.5))
+    goal = GoalState(Range(50, 120), shapely.box(150.0, -2.0, 170.0, 5.5))
     follower = user(30, straight((5.0, 0.0), (300.0, 0.0)), 14.0)
     made = one_road(goal, InitialState(0, 20.0, 0.0, 0.0, 10.0), [follower])
     assert drive(made, tmp_path).row["status"] == "arrived"
@@ -338,7 +340,7 @@ def test_the_official_checker_accepts_what_is_solved(tmp_path):
     except ConfigError:
         pytest.skip("needs make commonroad-checker")
     moving = [user(30, straight((60.0, 0.0), (300.0, 0.0)), 8.0)]
-    goal = GoalState(Span(20, 200), shapely.box(120.0, -2.0, 130.0, 2.0))
+    goal = GoalState(Range(20, 200), shapely.box(120.0, -2.0, 130.0, 2.0))
     for plant in ("kinematic", "dynamic"):
         outcome = drive(one_road(goal, moving=moving), tmp_path, f"ego.plant={plant}")
         run = read_solved_run(outcome.folder)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from experiments.commonroad.read import read_commonroad
 from experiments.commonroad.records import Box
 from experiments.commonroad.shapes import box_polygon, covering_boxes
-from experiments.commonroad.states import Span, angle_in
+from experiments.commonroad.states import Range, angle_in
 from experiments.commonroad.write import write_commonroad
 from experiments.errors import ConfigError
 from tests.experiments.commonroad.examples import EXAMPLES
@@ -147,7 +147,7 @@ def test_rectangles_cover_an_area_and_little_more(box, notch):
     turns=st.integers(-3, 3),
 )
 def test_an_angle_is_in_an_interval_whole_turns_aside(begin, width, share, turns):
-    span = Span(begin, begin + width)
+    span = Range(begin, begin + width)
     if width > 1e-3:
         assert angle_in(span, begin + share * width + turns * 2.0 * math.pi)
         outside = begin + width + share * (2.0 * math.pi - width)
@@ -224,7 +224,7 @@ def test_all_kinds_of_obstacles_positions_and_goals(read):
     assert angle_in(states[1].heading, math.pi)
     assert not angle_in(states[1].heading, 0.0)
     assert states[2].area is None
-    assert states[2].speed == Span(1.0, 3.0)
+    assert states[2].speed == Range(1.0, 3.0)
     assert [problem.id for problem in found.problems] == [9, 10]
 
 
