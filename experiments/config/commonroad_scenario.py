@@ -15,6 +15,13 @@ PREFERRED = 50.0 / 3.6  # speed of an ego that begins slowly [m/s]
 SLOW = 8.0  # an ego that begins faster than this keeps its speed [m/s]
 CONTROL_PERIOD = 0.05  # about, and a whole part of the file's step [s]
 SHARPEST = 0.25  # curvature that is planned with; the vehicle can steer more [1/m]
+# More than comfort asks for: who was recorded does not wait. The vehicle has 11.5 m/s².
+LIMITS = {
+    "max_acceleration_mps2": 4.0,
+    "max_deceleration_mps2": 6.0,
+    "emergency_deceleration_mps2": 9.0,
+    "max_lateral_acceleration_mps2": 6.0,
+}
 DIGITS = 6  # of a speed
 
 
@@ -64,9 +71,22 @@ def complete(document: Document) -> None:
         if isinstance(own, dict):
             for key, value in defaults.items():
                 own.setdefault(key, value)
-    ego = data["ego"]
-    if isinstance(ego, dict) and ego["plant"] == "perfect":
+    _fit_plant(data["ego"])
+
+
+def _fit_plant(ego: Any) -> None:
+    """Write or leave out what depends on the plant."""
+    if not isinstance(ego, dict):
+        return
+    if ego["plant"] == "perfect":
         ego.pop("controller", None)
+    elif _is_kinematic(ego["plant"]):
+        ego.setdefault("tube", "none")  # it follows its plan to a centimetre or two
+
+
+def _is_kinematic(plant: Any) -> bool:
+    """Tell whether a plant is the kinematic one, in either form."""
+    return (plant.get("model") if isinstance(plant, dict) else plant) == "kinematic"
 
 
 def _name(found: CommonRoadScenario) -> str:
@@ -103,6 +123,7 @@ def _ego(found: CommonRoadScenario, problem: PlanningProblem) -> dict[str, Any]:
             "limits": {
                 "max_speed_mps": DEFAULT.max_speed,
                 "max_curvature_1pm": SHARPEST,
+                **LIMITS,
             },
         },
         "plant": "kinematic",

@@ -68,12 +68,7 @@ def build_scene(
             prediction, road.path, planned, ways, outlook.times, brake=brake
         )
     vehicles = Vehicles.predicted(planned, prediction)
-    allowed = road.allowed_speed(front, ego.speed)
-    target = min(task.wanted_speed(ego_frenet.s, traffic.time, ego.speed), allowed)
-    if traffic.future is not None:
-        pushed = speed_ahead_of(vehicles, outlook.times, ego_frenet, task.vehicle)
-        most = min(FASTER * allowed, task.vehicle.limits.max_speed)
-        target = max(target, min(pushed, most))
+    target = _target_speed(road, task, outlook, traffic, ego, ego_frenet, vehicles)
     return Scene(
         time=traffic.time,
         step=outlook.step,
@@ -92,3 +87,29 @@ def build_scene(
         foes=traffic.foes,
         full_statistics=outlook.full_statistics,
     )
+
+
+def _target_speed(
+    road: Road,
+    task: EgoTask,
+    outlook: Outlook,
+    traffic: TrafficState,
+    ego: CartesianState,
+    ego_frenet: FrenetState,
+    vehicles: Vehicles,
+) -> float:
+    """Return how fast the ego wants to be and may be now [m/s].
+
+    Limits bind, but not to the last: who has to be at a goal in time, or ahead of a
+    recorded follower, drives up to `FASTER` times the limit, as recorded traffic does.
+    """
+    front = ego_frenet.s + task.vehicle.front_reach
+    allowed = road.allowed_speed(front, ego.speed)
+    wanted = task.wanted_speed(ego_frenet.s, traffic.time, ego.speed)
+    most = min(FASTER * allowed, task.vehicle.limits.max_speed)
+    hurries = task.region is not None and wanted > task.target_speed
+    target = min(wanted, most if hurries else allowed)
+    if traffic.future is not None:
+        pushed = speed_ahead_of(vehicles, outlook.times, ego_frenet, task.vehicle)
+        target = max(target, min(pushed, most))
+    return target

@@ -44,11 +44,15 @@ def lanelets_of_net(net: Net, path: ReferencePath) -> RoadNetwork:
     number = {lane.id: k for k, lane in enumerate(lanes, 1)}
     onward: dict[str, list[str]] = {lane.id: [] for lane in lanes}
     turns: dict[tuple[int, int], str] = {}
+    speeds = {lane.id: lane.speed for lane in lanes}
     for lane in lanes:
         if lane.edge.internal:
             continue
         for link in lane.links:
-            chain = [lane, *via_lanes(net, link), link.target]
+            inside = via_lanes(net, link)
+            # the speed of a lane inside is no limit: that of the road before goes on
+            speeds.update({via.id: lane.speed for via in inside})
+            chain = [lane, *inside, link.target]
             for before, after in pairwise(chain):
                 if after.id in number and before.id in number:
                     onward[before.id].append(after.id)
@@ -61,7 +65,7 @@ def lanelets_of_net(net: Net, path: ReferencePath) -> RoadNetwork:
     for lane in lanes:
         left, right = bounds[lane.id]
         beside = _neighbours(lane, number, left_hand=net.left_hand)
-        speed = round(lane.speed, 4)
+        speed = round(speeds[lane.id], 4)
         sign = () if speed > FASTEST else (_sign(limits, speed),)
         following = tuple(dict.fromkeys(number[x] for x in onward[lane.id]))
         lanelets[number[lane.id]] = Lanelet(

@@ -24,6 +24,7 @@ from experiments.cosim.replay_world import Replay, ReplayLog
 from experiments.cosim.road import EgoTask, Road, Start
 from experiments.world_setup.lanelet_road import lanelet_road, lights
 from experiments.world_setup.road import Layout
+from planner.reference_path.frenet import MIN_STRETCH
 from planner.reference_path.path import ReferencePath
 from planner.scene import Obstacles
 from planner.states import CartesianState
@@ -60,7 +61,9 @@ def commonroad_layout(scenario: Scenario) -> Layout:
     )
     road = lanelet_road(found.network, corridor, vehicle, left_hand=found.left_hand)
     path = road.path
-    entry = _entry(start, vehicle)
+    plant = scenario.ego.plant
+    dynamic = plant is not None and plant.model == "dynamic"
+    entry = _entry(start, vehicle, None if dynamic else path)
     s, l = path.project_one(entry.x, entry.y)
     target = scenario.ego.target_speed_mps
     windows = _windows(problem, route, path, s, found.step)
@@ -126,18 +129,34 @@ def _extent(problem: PlanningProblem, route: LaneletRoute, step: float) -> Exten
     return Extent((start.x, start.y), goal, start.speed, beyond)
 
 
-def _entry(start: InitialState, vehicle: Vehicle) -> CartesianState:
-    """Return the ego's first state: of the rear axle, while files give the middle."""
+def _entry(
+    start: InitialState, vehicle: Vehicle, path: ReferencePath | None
+) -> CartesianState:
+    """Return the ego's first state: of the rear axle, while files give the middle.
+
+    Args:
+        start: Of the file.
+        vehicle: The ego.
+        path: Whose bend the ego is in where the file has no yaw rate: a kinematic
+            vehicle may begin with any steering. None: it begins with that of the file.
+    """
     back = vehicle.centre_offset
+    x = start.x - back * math.cos(start.heading)
+    y = start.y - back * math.sin(start.heading)
     curvature = 0.0
-    if start.speed > CREEPING:
-        most = vehicle.limits.max_curvature
-        curvature = min(max(start.yaw_rate / start.speed, -most), most)
+    if path is not None and abs(start.yaw_rate) < STRICT_VALUE:
+        s, l = path.project_one(x, y)
+        bend = float(path.at(s).curvature)
+        stretch = 1.0 - bend * l
+        curvature = bend / stretch if stretch > MIN_STRETCH else 0.0
+    elif start.speed > CREEPING:
+        curvature = start.yaw_rate / start.speed
+    most = vehicle.limits.max_curvature
     return CartesianState(
-        start.x - back * math.cos(start.heading),
-        start.y - back * math.sin(start.heading),
+        x,
+        y,
         math.remainder(start.heading, 2.0 * math.pi),
-        curvature,
+        min(max(curvature, -most), most),
         start.speed,
         start.acceleration,
     )
