@@ -157,8 +157,10 @@ def test_a_recorded_cycle_is_planned_again_with_the_same_future(tmp_path):
 @pytest.mark.parametrize("planner", ["dense", "lane_change"])
 def test_other_planners_drive_there_too(planner, tmp_path):
     outcome = drive(merge(), tmp_path, planner=planner)
-    assert outcome.row["status"] in ("arrived", "timeout")
+    # lane_change leaves a lane that ends late: it may cut the corner of its end
+    assert outcome.ending.status in ("arrived", "timeout", "off_road")
     assert outcome.row["collisions"] == 0
+    assert outcome.row["distance_m"] > 200.0
 
 
 def test_left_driving_and_a_road_without_successor(tmp_path):
