@@ -151,7 +151,8 @@ def _entry(
         curvature = bend / stretch if stretch > MIN_STRETCH else 0.0
     elif start.speed > CREEPING:
         curvature = start.yaw_rate / start.speed
-    most = vehicle.limits.max_curvature
+    held = vehicle.limits.max_lateral_acceleration / max(start.speed, CREEPING) ** 2
+    most = min(vehicle.limits.max_curvature, held)
     return CartesianState(
         x,
         y,
