@@ -9,10 +9,16 @@ PIP_INSTALL := $(BIN)/python -m pip install --disable-pip-version-check
 PACKAGES := planner sumo_nets experiments
 # Of pip's lines only one for each large download, and the last stage. Errors go to stderr,
 # which is left alone.
+# The official checker pins protobuf 3.20 and works with commonroad-io up to 2024.3.
+# `triangle`, which it needs for the road's edge, may be used freely but not sold.
+CHECKER_VENV := .venv-commonroad
+CHECKER_STAMP := $(CHECKER_VENV)/.installed
+CHECKER := commonroad-drivability-checker==2025.4.0 commonroad-io==2024.3 \
+	commonroad-clcs==2025.2.0 commonroad-vehicle-models==3.0.2 triangle==20250106
 SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collected packages'
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs test test-slow cov docs lint fmt type imports bench bench-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker test test-slow cov docs lint fmt type imports bench bench-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -62,6 +68,8 @@ perception: $(USER_STAMP) ## Drive the sweep perception, or go on, and write tab
 r157-docs: r157 ## The same, and put document and pictures into docs
 	@cp runs/r157/r157.md docs/
 	@cp runs/r157/r157_*.png docs/pictures/
+
+commonroad-checker: $(CHECKER_STAMP) ## Make .venv-commonroad with the official checker of CommonRoad solutions
 
 test: $(DEV_STAMP) ## Run the tests on all cores, without the slow ones
 	@$(BIN)/python -m pytest -n auto --dist worksteal $(ARGS)
@@ -117,7 +125,7 @@ ci: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory test
 
 clean: ## Remove .venv, caches and all results in runs and sweeps; compiled loops stay in ~/.cache/rearview
-	rm -rf $(VENV) runs sweeps build site .coverage .coverage.* htmlcov *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
+	rm -rf $(VENV) $(CHECKER_VENV) runs sweeps build site .coverage .coverage.* htmlcov *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
 	rm -rf planner/_kernels
 	find $(PACKAGES) tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -128,6 +136,13 @@ $(USER_STAMP): pyproject.toml constraints.txt
 	@{ $(PIP_INSTALL) -e ".[figures]" -c constraints.txt && touch $@.packages; } | $(SHORTLY) || true
 	@test -e $@.packages && rm $@.packages
 	@$(BIN)/python -m experiments.cosim.sumo.system_libraries
+	@touch $@
+
+$(CHECKER_STAMP): Makefile
+	@echo "Installing the official checker of CommonRoad into $(CHECKER_VENV) (once) ..."
+	@$(PYTHON) -m venv $(CHECKER_VENV)
+	@$(CHECKER_VENV)/bin/python -m pip install --disable-pip-version-check --quiet $(CHECKER)
+	@$(CHECKER_VENV)/bin/python -c "import commonroad_dc.feasibility.solution_checker, triangle"
 	@touch $@
 
 $(DEV_STAMP): $(USER_STAMP)

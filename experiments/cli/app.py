@@ -22,6 +22,7 @@ import typer
 
 from experiments.cli import (
     before_run_commands,
+    commonroad_commands,
     compare_runs_command,
     compile_command,
     events_command,
@@ -186,6 +187,8 @@ def run(
             allow_planners=allow_planner or (),
         )
 
+        _say_which_problem(loaded)
+
         def episode() -> int:
             return _episode(loaded, out, gui=gui, as_json=as_json)
 
@@ -234,6 +237,7 @@ rate_command.add_to(app)
 thesis_command.add_to(app)
 evidence_command.add_to(app)
 compile_command.add_to(app)
+commonroad_commands.add_to(app)
 
 
 @app.command()
@@ -295,6 +299,22 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
                 output=OutputOptions(keeps_candidates=True),
             )
         return _report(outcome, as_json=as_json)
+
+
+def _say_which_problem(scenario: "Scenario") -> None:
+    """Say which planning problem of a CommonRoad file is driven, if it has several."""
+    network = scenario.network
+    if scenario.world != "commonroad" or network is None or network.file is None:
+        return
+    from experiments.commonroad.read import read_commonroad
+
+    names = [problem.id for problem in read_commonroad(Path(network.file)).problems]
+    if network.planning_problem is None and len(names) > 1:
+        listed = ", ".join(str(name) for name in names)
+        sys.stderr.write(
+            f"{scenario.name}: has planning problems {listed}; {names[0]} is driven; "
+            f"another one: --set network.planning_problem={names[1]}\n"
+        )
 
 
 def _crashed(

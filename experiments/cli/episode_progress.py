@@ -36,10 +36,11 @@ def _bar(scenario: Scenario) -> Iterator[OnStep]:
     from rich.progress import BarColumn, Progress, TextColumn
 
     last = 0.0
-    begin, total = 0.0, scenario.simulation.duration_s
+    begin = 0.0
+    total: float | None = scenario.simulation.duration_s
     if scenario.single_ego is not None:
         begin = scenario.single_ego.start_m
-        total = scenario.single_ego.goal_m - begin
+        total = (scenario.single_ego.goal - begin) or None
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),

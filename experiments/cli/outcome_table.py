@@ -45,4 +45,6 @@ def print_outcome(outcome: Outcome, console: Console | None = None) -> None:
     reason = outcome.ending.reason.removeprefix(status).strip()  # not twice
     verdict = Text(status, style=f"bold {style}")
     console.print(verdict.append(f": {reason}", style="default"), soft_wrap=True)
+    if row[columns.RECORDED_TRAFFIC]:
+        console.print("traffic: a recording, which does not react to the ego")
     console.print(f"run folder: {outcome.folder}", soft_wrap=True)

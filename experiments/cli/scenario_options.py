@@ -5,7 +5,11 @@ from typing import Annotated
 import typer
 
 ScenarioName = Annotated[
-    str, typer.Argument(metavar="NAME|FILE", help="Shipped scenario, or a .yaml file.")
+    str,
+    typer.Argument(
+        metavar="NAME|FILE",
+        help="Shipped scenario, a .yaml file, a network, or a CommonRoad .xml.",
+    ),
 ]
 PlannerName = Annotated[
     str | None,

@@ -131,7 +131,11 @@ class Ego(Strict):
         "kinematic",
     )
     target_speed_mps: Annotated[float, Field(gt=0.0, le=70.0)] = 13.89
-    goal_m: Position = Field(description="rear axle has arrived from here on")
+    goal_m: Position | None = Field(
+        default=None,
+        description="rear axle has arrived from here on; world commonroad: the file's "
+        "planning problem has the goal",
+    )
     vehicle: EgoVehicle = EgoVehicle()
     plant: Annotated[
         PlantConfig | None,
@@ -179,10 +183,15 @@ class Ego(Strict):
         ),
     ] = Field(default=None, description="perfect, the default: all is seen as it is")
 
+    @property
+    def goal(self) -> float:
+        """Where the ego has arrived; for worlds whose scenarios say it [m]."""
+        return self.start_m if self.goal_m is None else self.goal_m
+
     @model_validator(mode="after")
     def _goal_ahead(self) -> Self:
         """Raise if the goal is behind the start, or the ego starts too fast."""
-        if self.goal_m <= self.start_m:
+        if self.goal_m is not None and self.goal_m <= self.start_m:
             raise mismatch(
                 "goal_m",
                 f"is {self.goal_m:g}; allowed: more than start_m = {self.start_m:g}",

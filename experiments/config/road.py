@@ -23,8 +23,8 @@ class NetworkConfig(Strict):
     name: str | None = Field(default=None, description="network of the catalogue")
     file: str | None = Field(
         default=None,
-        description=".net.xml, or a map to be converted (.xodr, .osm); relative to "
-        "this file",
+        description=".net.xml, or a map to be converted (.xodr, .osm); world "
+        "commonroad: a scenario's .xml; relative to this file",
     )
     route: tuple[EdgeId, ...] | None = Field(
         default=None, description="edges, in driving order; without it by from and to"
@@ -47,6 +47,11 @@ class NetworkConfig(Strict):
         default=None,
         description="lane of the first edge, 0 is at the kerb; by default the first "
         "one for cars",
+    )
+
+    planning_problem: int | None = Field(
+        default=None,
+        description="world commonroad: which one of the file; default: the first",
     )
 
     @property

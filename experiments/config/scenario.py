@@ -65,10 +65,11 @@ class Simulation(Strict):
         default=20.0,
         description="the episode ends after standing this long without a way on",
     )
-    predictor: Literal["constant_speed", "held_braking"] = Field(
+    predictor: Literal["constant_speed", "held_braking", "recorded"] = Field(
         default="constant_speed",
         description="constant_speed: vehicles keep their speed; held_braking: braking "
-        "vehicles are predicted to brake to a stop",
+        "vehicles are predicted to brake to a stop; recorded: in world commonroad, the "
+        "file's own future",
     )
     ghost: bool = Field(
         default=True,
@@ -115,7 +116,7 @@ class Scenario(Strict):
 
     name: str = Field(pattern=r"^[A-Za-z0-9_]+$")
     purpose: str = Field("", description="one sentence, shown by `rearview list`")
-    world: Literal["sumo", "kinematic"] = "sumo"
+    world: Literal["sumo", "kinematic", "commonroad"] = "sumo"
     network: (
         Annotated[
             NetworkConfig,
@@ -125,7 +126,9 @@ class Scenario(Strict):
         ]
         | None
     ) = Field(
-        default=None, description="world sumo: a network of the catalogue or a file"
+        default=None,
+        description="world sumo: a network of the catalogue or a file; world "
+        "commonroad: a scenario's file",
     )
     road: KinematicRoad | None = Field(default=None, description="world kinematic")
     single_ego: Ego | None = Field(
@@ -232,7 +235,16 @@ class Scenario(Strict):
 
     @model_validator(mode="after")
     def _fits_world(self) -> Self:
-        """Reject keys of the other world, and objects beyond the road."""
+        """Reject keys of the other worlds, and objects beyond the road."""
+        if self.world == "commonroad":
+            self._fits_commonroad()
+        else:
+            self._is_without_recording()
+            self._fits_sumo_or_kinematic()
+        return self
+
+    def _fits_sumo_or_kinematic(self) -> None:
+        """Reject keys of one of the two worlds in the other."""
         sumo = self.world == "sumo"
         needed, foreign = ("network", "road") if sumo else ("road", "network")
         if getattr(self, needed) is None:
@@ -259,7 +271,48 @@ class Scenario(Strict):
         beyond = self.beyond(self.road.length) if self.road else None
         if beyond is not None:
             raise mismatch(dotted(beyond[0]), beyond[1])
-        return self
+
+    def _is_without_recording(self) -> None:
+        """Reject what only a CommonRoad file gives, and what only that leaves out."""
+        if self.ego.goal_m is None:
+            raise mismatch("ego.goal_m", f"is missing; world {self.world} needs it")
+        if self.simulation.predictor == "recorded":
+            problem = "is for world commonroad; allowed: constant_speed, held_braking"
+            raise mismatch("simulation.predictor", f"is recorded, which {problem}")
+        if self.network is not None and self.network.planning_problem is not None:
+            problem = "is for world commonroad; allowed: name, or file and route"
+            raise mismatch("network.planning_problem", problem)
+
+    def _fits_commonroad(self) -> None:
+        """Reject what a CommonRoad file gives, or cannot be with."""
+        if self.network is None or self.network.file is None:
+            raise mismatch("network", "allowed in world commonroad: file: scenario.xml")
+        if not self.network.is_drawn or self.network.lane is not None:
+            problem = "allowed in world commonroad: file, planning_problem"
+            raise mismatch("network", problem)
+        for key in ("road", "traffic", "conflict"):
+            if getattr(self, key) is not None:
+                problem = "is not for world commonroad, whose file has the traffic"
+                raise mismatch(key, f"{problem}; allowed: obstacles")
+        if self.vehicles:
+            raise mismatch(
+                "vehicles", "is not for world commonroad; allowed: obstacles"
+            )
+        ego = self.ego
+        placed = ego.start_m or ego.start_offset_m or ego.depart_speed_mps != "max"
+        if placed or ego.goal_m is not None:
+            key = "ego.start_m" if placed else "ego.goal_m"
+            problem = "is the planning problem's; allowed: network.planning_problem"
+            raise mismatch(key, problem)
+        if self.obstacles.closure is not None or self.obstacles.field is not None:
+            problem = "allowed in world commonroad: a list, or random"
+            raise mismatch("obstacles", problem)
+        if self.simulation.predictor == "recorded" and ego.perception is not None:
+            problem = "is beside ego.perception; allowed: constant_speed, held_braking"
+            raise mismatch("simulation.predictor", problem)
+        if self.simulation.without_ego:
+            problem = "is for world sumo, where vehicles react; allowed: false"
+            raise mismatch("simulation.without_ego", problem)
 
     @model_validator(mode="after")
     def _fits_time(self) -> Self:
@@ -346,7 +399,7 @@ class Scenario(Strict):
         """
         places: dict[KeyPath, float] = {}
         if self.single_ego is not None:
-            places["ego", "goal_m"] = self.single_ego.goal_m
+            places["ego", "goal_m"] = self.single_ego.goal
         for index, obstacle in enumerate(self.obstacles.listed):
             key: KeyPath = ("obstacles", *self.obstacles.listed_key, index, "s_m")
             places[key] = obstacle.s_m
@@ -400,4 +453,6 @@ class Scenario(Strict):
             data["obstacles"] = data["obstacles"] or listed
         if self.world == "sumo":
             data.setdefault("traffic", "none")
+        if self.world == "commonroad" and self.ego.plant is None:
+            data["ego"]["plant"] = "perfect"  # silence would mean a kinematic one
         return data

@@ -13,6 +13,11 @@ import yaml
 from pydantic import ValidationError
 
 from experiments.config import DEFAULT_PLANNER, Scenario
+from experiments.config.commonroad_scenario import (
+    commonroad_document,
+    complete,
+    is_commonroad_file,
+)
 from experiments.config.ego import TUBE_WORDS
 from experiments.config.file_kinds import hint_at_sweep
 from experiments.config.network_scenario import is_network_file, network_document
@@ -114,6 +119,7 @@ def load_scenario(
     for override in overrides:
         _override(document, *_parse_override(override))
     _anchor_files(document)
+    complete(document)
     scenario = check_scenario(document)
     for key, choice in scenario.planner_choices():
         named = document.where(key)
@@ -126,10 +132,13 @@ def load_scenario(
 def scenario_document(name: str) -> Document:
     """Read a scenario, a shipped name or a file, without checking it yet.
 
-    A network file stands for a scenario on a random route through it.
+    A network file stands for a scenario on a random route through it, a CommonRoad
+    file for its own.
     """
     if is_network_file(name):
         return network_document(name)
+    if is_commonroad_file(name):
+        return commonroad_document(name)
     path = find_scenario(name)
     document = read_document(path)
     if not isinstance(document.data, dict):
@@ -159,6 +168,7 @@ def changed(document: Document, changes: Sequence[Change]) -> Document:
         else:
             _override(copy, path, deepcopy(value), option)
     _anchor_files(copy)
+    complete(copy)
     return copy
 
 

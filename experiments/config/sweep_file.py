@@ -117,5 +117,7 @@ def _anchor_scenarios(data: dict[str, Any], folder: Path) -> None:
     if not isinstance(scenarios, list):
         return
     for index, name in enumerate(scenarios):
-        if isinstance(name, str) and (name.endswith((".yaml", ".yml")) or "/" in name):
+        if isinstance(name, str) and (
+            name.endswith((".yaml", ".yml", ".xml")) or "/" in name
+        ):
             scenarios[index] = str((folder / name).resolve())

@@ -93,7 +93,8 @@ def believed(record: StepRecord, lead: float) -> TrafficState:
     ways = traffic.ways
     if ways is not None:
         ways = ways.renamed(traffic.vehicles.ids, users.ids).later(users.speed * lead)
-    return replace(traffic, vehicles=users, ways=ways)
+    future = None if traffic.future is None else traffic.future.later(lead)
+    return replace(traffic, vehicles=users, ways=ways, future=future)
 
 
 class EgoDriver:
@@ -123,6 +124,7 @@ class EgoDriver:
         self._planner = planner
         self._execution = PlanExecution(plant, road.path, step, options.timing)
         self._task = replace(task, vehicle=options.planned_body or vehicle)
+        self._body = vehicle
         self._options = options
         self._road = road
         self._outlook = Outlook(
@@ -238,8 +240,9 @@ class EgoDriver:
                 EpisodeStatus.OFF_ROAD,
                 f"at {where} m the ego has no place on the reference path, {time}",
             )
-        if frenet.s >= self._task.goal:
-            return self._arrival(time)
+        ending = self._goal_ending(record, frenet, time)
+        if ending is not None:
+            return ending
         if record.time >= self._options.duration - TIME_TOLERANCE:
             stands = self._blockage.standing(frenet, record.traffic, self._stats)
             words = f"s = {frenet.s:.1f} m of {self._task.goal:.1f} m {time}"
@@ -264,6 +267,18 @@ class EgoDriver:
             queue_lines,
         )
         return None if reason is None else Ending(EpisodeStatus.BLOCKED, reason)
+
+    def _goal_ending(
+        self, record: StepRecord, frenet: FrenetState, time: str
+    ) -> Ending | None:
+        """Return the ending of an ego that has reached or missed its goal, or None."""
+        region = self._task.region
+        if region is None:
+            return self._arrival(time) if frenet.s >= self._task.goal else None
+        if region.is_reached(record.ego, self._body, record.time):
+            return self._arrival(time)
+        missed = region.why_missed(frenet.s, record.time)
+        return None if missed is None else Ending(EpisodeStatus.TIMEOUT, missed)
 
     def _arrival(self, time: str) -> Ending:
         """Return the ending of an ego that has reached its goal."""

@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from planner.interface import PlanResult
+from planner.prediction import Predictor
 from planner.right_of_way.records import Foe, JunctionAhead
 from planner.scene import RoadUsers
 from planner.states import CartesianState, FrenetState
@@ -28,6 +29,14 @@ class VehicleLook(NamedTuple):
     indicator: str  # left, right, both, or empty
 
 
+class KnownFuture(Predictor, Protocol):
+    """What a world knows of the others' future, at one moment."""
+
+    def later(self, lead: float) -> "KnownFuture":
+        """Return what it knows a time [s] later."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TrafficState:
     """All vehicles but the ego and its ghost at one moment, and the signals."""
@@ -41,6 +50,7 @@ class TrafficState:
     foes: tuple[Foe, ...] = ()  # at them; `junction` is a place there
     looks: Mapping[str, VehicleLook] = field(default_factory=dict)  # where known
     erring: tuple[tuple[str, str], ...] = ()  # drivers who err, by id, and how
+    future: KnownFuture | None = None  # if planners may know it
 
 
 @dataclass(frozen=True, slots=True)

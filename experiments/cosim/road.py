@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from experiments.cosim.goal import GoalRegion
 from experiments.cosim.junctions import RoadJunction
 from planner.reference_path.frenet import state_on_path
 from planner.reference_path.path import ReferencePath
@@ -85,6 +86,19 @@ class EgoTask:
     goal: float  # the ego has arrived when its rear axle is at this s [m]
     target_speed: float  # [m/s]
     start: Start = field(default_factory=Start)
+    region: GoalRegion | None = None  # that ends the episode instead of `goal`
+
+    def wanted_speed(self, s: float, time: float, speed: float) -> float:
+        """Return how fast the ego wants to be now [m/s].
+
+        Args:
+            s: Of the rear axle on the path [m].
+            time: Since the ego entered [s].
+            speed: Of the ego [m/s].
+        """
+        if self.region is None:
+            return self.target_speed
+        return self.region.wanted_speed(self.target_speed, s, time, speed)
 
     def state_at_start(self, path: ReferencePath, speed: float) -> CartesianState:
         """Return the state of the rear axle at the start, with a speed [m/s]."""

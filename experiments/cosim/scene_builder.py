@@ -6,6 +6,7 @@ import numpy as np
 
 from experiments.cosim.records import TrafficState
 from experiments.cosim.road import EgoTask, Road
+from experiments.cosim.unreacting_followers import FASTER, speed_ahead_of
 from planner.prediction import Predictor, constant_speed, held_braking
 from planner.scene import Scene, Vehicles
 from planner.states import CartesianState, FloatArray, FrenetState, freeze
@@ -45,7 +46,8 @@ def predicted_vehicles(
     users = traffic.vehicles
     near = np.hypot(users.x - ego.x, users.y - ego.y) <= PLANNED_RADIUS
     planned = users.among(near)
-    prediction = outlook.predictor(road.path, planned, outlook.times)
+    predict = traffic.future or outlook.predictor
+    prediction = predict(road.path, planned, outlook.times)
     if traffic.ways is not None:
         ways = traffic.ways.among(np.flatnonzero(near))
         brake = outlook.predictor is held_braking
@@ -83,6 +85,7 @@ def build_scene(
     front = ego_frenet.s + task.vehicle.front_reach
     if vehicles is None:
         vehicles = predicted_vehicles(road, outlook, traffic, ego)
+    target = _target_speed(road, task, outlook, traffic, ego, ego_frenet, vehicles)
     return Scene(
         time=traffic.time,
         step=outlook.step,
@@ -94,10 +97,36 @@ def build_scene(
         obstacles=road.known_obstacles(front),
         vehicles=vehicles,
         stop_lines=stop_lines,
-        target_speed=min(task.target_speed, road.allowed_speed(front, ego.speed)),
+        target_speed=target,
         lanes=road.lanes,
         speed_limits=road.speed_limits,
         junctions=traffic.junctions,
         foes=traffic.foes,
         full_statistics=outlook.full_statistics,
     )
+
+
+def _target_speed(
+    road: Road,
+    task: EgoTask,
+    outlook: Outlook,
+    traffic: TrafficState,
+    ego: CartesianState,
+    ego_frenet: FrenetState,
+    vehicles: Vehicles,
+) -> float:
+    """Return how fast the ego wants to be and may be now [m/s].
+
+    Limits bind, but not to the last: who has to be at a goal in time, or ahead of a
+    recorded follower, drives up to `FASTER` times the limit, as recorded traffic does.
+    """
+    front = ego_frenet.s + task.vehicle.front_reach
+    allowed = road.allowed_speed(front, ego.speed)
+    wanted = task.wanted_speed(ego_frenet.s, traffic.time, ego.speed)
+    most = min(FASTER * allowed, task.vehicle.limits.max_speed)
+    hurries = task.region is not None and wanted > task.target_speed
+    target = min(wanted, most if hurries else allowed)
+    if traffic.future is not None:
+        pushed = speed_ahead_of(vehicles, outlook.times, ego_frenet, task.vehicle)
+        target = max(target, min(pushed, most))
+    return target

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.config import Scenario
-from experiments.episode.run import make_scenario_planner
-from experiments.trace.road_map import RoadMap, map_around
+from experiments.episode.run import make_scenario_planner, road_map
+from experiments.trace.road_map import RoadMap
 from experiments.world_setup.layout import make_layout
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import make_demand
@@ -44,7 +44,6 @@ def preview(scenario: Scenario) -> ScenarioPreview:
     """
     make_scenario_planner(scenario)
     layout = make_layout(scenario)
-    network = layout.network
     s, curvature = _driven(layout)
     sharpest = float(s[np.abs(curvature).argmax()])
     facts, unusual = _route(scenario, layout), []
@@ -61,7 +60,7 @@ def preview(scenario: Scenario) -> ScenarioPreview:
         tuple(facts),
         tuple(unusual),
         layout,
-        map_around(layout.road.path, None if network is None else network.net_file),
+        road_map(layout),
         sharpest if np.abs(curvature).max() > STRAIGHT else None,
     )
 
@@ -176,6 +175,9 @@ def _speeds(scenario: Scenario, layout: Layout) -> Said:
 def _traffic(scenario: Scenario, layout: Layout) -> Said:
     """Estimate the traffic by drawing it."""
     network = layout.network
+    if layout.replay is not None:
+        words = f"{len(layout.replay.log.ids)} recorded road users, which do not react"
+        return [("traffic", words)], []
     if network is None:
         return [("traffic", f"{len(scenario.vehicles)} scripted vehicles")], []
     simulation = scenario.simulation

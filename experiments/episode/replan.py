@@ -20,6 +20,7 @@ from experiments.config.scenario_file import CONFIG_FILE, load_scenario
 from experiments.cosim.ego_driver import failures_of_the_planner
 from experiments.cosim.perception.perceive import reckoned
 from experiments.cosim.records import Signal, TrafficState
+from experiments.cosim.replay_world import ReplayWorld
 from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.scene_builder import Outlook, build_scene
 from experiments.episode.run import make_scenario_planner
@@ -36,9 +37,11 @@ from experiments.trace.recording import PLAN_COLUMNS, plan_cells
 from experiments.trace.schema import Column, Table, Trace
 from experiments.world_setup.closures import closure_of
 from experiments.world_setup.ego_vehicle import ego_task
+from experiments.world_setup.layout import make_layout
 from experiments.world_setup.vehicle_model import planned_body
+from experiments.world_setup.world import replay_world
 from planner.interface import PlanResult
-from planner.prediction import PREDICTORS
+from planner.prediction import PREDICTORS, constant_speed
 from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.reference_path.path import ReferencePath
 from planner.scene import (
@@ -130,6 +133,7 @@ class Recorded:
     task: EgoTask
     outlook: Outlook
     lines: tuple[FloatArray, ...]  # ways of vehicles
+    replayed: ReplayWorld | None = None  # that knew the future
 
     @classmethod
     def read(cls, folder: Path, allow_planners: Collection[str] = ()) -> "Recorded":
@@ -144,15 +148,20 @@ class Recorded:
         config = str(folder / CONFIG_FILE)
         scenario = load_scenario(config, allow_planners=allow_planners)
         simulation = scenario.simulation
-        predictor = PREDICTORS[simulation.predictor]
+        predictor = PREDICTORS.get(simulation.predictor, constant_speed)
         period = simulation.planning_period_s or simulation.step_s
         outlook = Outlook(period, simulation.horizon_s, predictor)
         lines = read_lines(trace.ways)
-        task = ego_task(scenario.ego)
+        world = None
+        if scenario.world == "commonroad":
+            layout = make_layout(scenario)
+            task, world = layout.task, replay_world(scenario, layout)
+        else:
+            task = ego_task(scenario.ego)
         body = planned_body(scenario) or task.vehicle
         task = replace(task, vehicle=body)
         road = replace(_road(trace), closure=closure_of(scenario.obstacles))
-        return cls(scenario, trace, road, task, outlook, lines)
+        return cls(scenario, trace, road, task, outlook, lines, world)
 
     def check_planned(self, step: int) -> None:
         """Raise a ConfigError unless a plan was recorded in a step."""
@@ -193,6 +202,10 @@ class Recorded:
             if "ways" in junctions and (seen is not users or lead > 0.0):
                 junctions["ways"] = junctions["ways"].later(seen.speed * lead)
             traffic = TrafficState(times[k], reckoned(seen, lead), lights, **junctions)
+            if self.replayed is not None:
+                future = self.replayed.moment(k).future
+                future = None if future is None else future.later(lead)
+                traffic = replace(traffic, future=future)
             lines = tuple(json.loads(steps["stop_lines"][k]))
             yield build_scene(
                 self.road, self.task, self.outlook, traffic, *start, lines

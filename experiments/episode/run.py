@@ -29,7 +29,7 @@ from experiments.storage.atomic_folder import atomic_folder
 from experiments.trace.candidates import CandidateLog, write_candidates
 from experiments.trace.files import write_tables
 from experiments.trace.recording import RunFacts, build_trace
-from experiments.trace.road_map import RoadMap, map_around, write_map
+from experiments.trace.road_map import RoadMap, lanelet_map, map_around, write_map
 from experiments.trace.schema import TABLES, Trace
 from experiments.trace.speed_graphs import write_graphs
 from experiments.world_setup.fleet import fleet_network
@@ -43,7 +43,7 @@ from experiments.world_setup.vehicle_model import (
 )
 from experiments.world_setup.world import make_world
 from planner.interface import Planner
-from planner.prediction import PREDICTORS
+from planner.prediction import PREDICTORS, constant_speed
 
 WITHOUT_EGO_FILE = "vehicles_without_ego.parquet"
 PLACEBO_FILES = ("vehicles_placebo_1.parquet", "vehicles_placebo_2.parquet")
@@ -104,7 +104,7 @@ def run_episode(
         trace = _trace(scenario, layout, recorder, ending)
         place = RunOutput(folder, target, options, started)
         if options.keeps_trace(ending):
-            write_map(_road_map(layout), folder)
+            write_map(road_map(layout), folder)
             if log is not None:
                 write_candidates(log, folder)
                 write_graphs(recorder.graphs, folder)
@@ -134,9 +134,9 @@ def record_crash(scenario: Scenario, reason: str, out: Path = RUNS) -> Outcome:
     identity = run_identity(scenario, _net_file(layout))
     target = out / folder_name(scenario, identity["run_hash"])
     trace = _trace(scenario, layout, Recorder(None), ending)
-    road_map = _road_map(layout)
+    whole = road_map(layout)
     with atomic_folder(target) as folder:
-        write_map(road_map, folder)
+        write_map(whole, folder)
         place = RunOutput(folder, target, OutputOptions(), started)
         return write_run(scenario, identity, ending, trace, place)
 
@@ -169,12 +169,16 @@ def make_scenario_planner(scenario: Scenario) -> Planner:
 
 
 def _net_file(layout: Layout) -> Path | None:
-    """Return the network's file, None in the world without a simulator."""
+    """Return the file of the roads, None if the scenario itself has them."""
+    if layout.lanelets is not None:
+        return layout.lanelets.file
     return layout.network.net_file if layout.network else None
 
 
-def _road_map(layout: Layout) -> RoadMap:
+def road_map(layout: Layout) -> RoadMap:
     """Collect the lanes about the ego's route for pictures."""
+    if layout.lanelets is not None:
+        return lanelet_map(layout.road.path, layout.lanelets.network)
     return map_around(layout.road.path, _net_file(layout))
 
 
@@ -187,7 +191,8 @@ def episode_options(
         duration=simulation.duration_s,
         blocked_after=simulation.blocked_after_s,
         horizon=simulation.horizon_s,
-        predictor=PREDICTORS[simulation.predictor],
+        # what was recorded is the world's to tell; the rest goes on as it is
+        predictor=PREDICTORS.get(simulation.predictor, constant_speed),
         full_statistics=output.full_statistics,
         timing=plan_timing(scenario),
         perception=make_perception(scenario, layout.road),

@@ -97,7 +97,8 @@ def write_run(
         The outcome.
     """
     limits = scenario.ego.vehicle.limits.to_planner()
-    row = metric_row(trace, *runs_without_ego, limits=limits)
+    recorded = scenario.world == "commonroad"
+    row = metric_row(trace, *runs_without_ego, limits=limits, recorded_traffic=recorded)
     measured = MeasuredEpisode(trace, next(iter(runs_without_ego), None), limits)
     hashed = trace_hash(trace)
     moments: Mapping[str, Any] = {}

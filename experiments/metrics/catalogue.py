@@ -763,6 +763,17 @@ _TRACKING = (
     ),
 )
 
+_WORLD = (
+    Metric(
+        column=columns.RECORDED_TRAFFIC,
+        label="traffic is a recording",
+        kind=FLAG,
+        compute=lambda e: True if e.recorded_traffic else None,
+        formula="world commonroad: the others follow a recording and do not react to "
+        "the ego; null in other worlds",
+    ),
+)
+
 METRICS: Final[Mapping[str, Metric]] = {
     metric.column: metric
     for metric in (
@@ -778,8 +789,17 @@ METRICS: Final[Mapping[str, Metric]] = {
         *_CAUSAL,
         *_TRACKING,
         *FLEET_METRICS,
+        *_WORLD,
     )
 }
+# what others do because of the ego: null where they follow a recording
+REACTIONS: Final = frozenset(
+    {
+        columns.REAR_MAX_DECELERATION,
+        columns.REAR_SPEED_LOSS,
+        columns.CUT_IN_DECELERATION,
+    }
+)
 ALL_COLUMNS: Final = tuple(METRICS)
 TIMING_COLUMNS: Final = tuple(m.column for m in METRICS.values() if m.timing)
 IN_TERMINAL: Final = tuple(m for m in METRICS.values() if m.in_terminal)

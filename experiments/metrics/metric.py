@@ -22,6 +22,7 @@ class MeasuredEpisode:
     limits: VehicleLimits | None = None  # of the ego, if they are known
     # two more without the ego, each with other random numbers from its entry on
     placebos: tuple[Table | None, Table | None] = (None, None)
+    recorded_traffic: bool = False  # the others follow a recording, and do not react
 
     @cached_property
     def costs_behind(self) -> list[without_ego.Cost] | None:

@@ -8,7 +8,7 @@ from typing import Any
 from experiments.config.self_driven import SELF_DRIVEN
 from experiments.errors import ResultsError
 from experiments.metrics import columns
-from experiments.metrics.catalogue import ALL_COLUMNS, METRICS
+from experiments.metrics.catalogue import ALL_COLUMNS, METRICS, REACTIONS
 from experiments.metrics.columns import Cell as Cell  # part of the signatures below
 from experiments.metrics.egos import egos_values
 from experiments.metrics.fleet_catalogue import fleet_values
@@ -27,6 +27,7 @@ def metric_row(
     other_placebo: Table | None = None,
     *,
     limits: VehicleLimits | None = None,
+    recorded_traffic: bool = False,
 ) -> dict[str, Cell]:
     """Compute all metrics of an episode.
 
@@ -36,16 +37,20 @@ def metric_row(
         placebo: The same with other random numbers.
         other_placebo: And with others again.
         limits: Of the ego, if they are known.
+        recorded_traffic: Whether the others follow a recording: what they do is then
+            nothing that the ego caused.
 
     Returns:
         Column name to value, in the order of the results; None where a metric does
         not apply.
     """
-    episode = MeasuredEpisode(trace, without_ego, limits, (placebo, other_placebo))
+    placebos = (placebo, other_placebo)
+    episode = MeasuredEpisode(trace, without_ego, limits, placebos, recorded_traffic)
     self_driven = trace.fact("planner") in SELF_DRIVEN
     return {
         column: None
-        if self_driven and metric.of_planner
+        if (self_driven and metric.of_planner)
+        or (recorded_traffic and column in REACTIONS)
         else _finite(metric.compute(episode))
         for column, metric in METRICS.items()
     }

@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from experiments.commonroad.records import RoadNetwork
 from experiments.errors import ResultsError
 from experiments.storage.json_files import FileSchema, checked, read_json, short
 from planner.reference_path.path import ReferencePath
@@ -21,6 +22,7 @@ MARGIN = 80.0  # lanes farther from the box around the ego's path are left out [
 SPACING = 5.0  # between the points of the path that the box is taken from [m]
 MIN_CORNERS = 3  # of an area; the junction of a dead end has two, or none
 FARTHEST = 1e9  # the largest coordinate of a file that is not damaged [m]
+LEAST = 0.01  # width of a lane that is drawn [m]
 DIGITS = 3  # millimetres are enough for a drawing
 
 
@@ -84,13 +86,37 @@ def map_around(path: ReferencePath, net_file: Path | None) -> RoadMap:
     if net_file is None:
         return RoadMap()
     net = read_net(net_file)
-    at = path.at(np.linspace(0.0, path.length, int(path.length / SPACING) + 2))
-    x, y = (at.x.min(), at.x.max()), (at.y.min(), at.y.max())
-    box = (x[0] - MARGIN, y[0] - MARGIN, x[1] + MARGIN, y[1] + MARGIN)
+    box = _box_about(path)
     outlines = [junction.outline for junction in net.junctions.values()]
     areas = [freeze(outline) for outline in outlines if len(outline) >= MIN_CORNERS]
     lanes = [lane for lane in _lanes(net) if _reaches_into(lane.points, box)]
     return RoadMap(tuple(lanes), tuple(a for a in areas if _reaches_into(a, box)))
+
+
+def _box_about(path: ReferencePath) -> tuple[float, float, float, float]:
+    """Return the box around a path and its margin: low x, low y, high x, high y."""
+    at = path.at(np.linspace(0.0, path.length, int(path.length / SPACING) + 2))
+    x, y = (at.x.min(), at.x.max()), (at.y.min(), at.y.max())
+    return (x[0] - MARGIN, y[0] - MARGIN, x[1] + MARGIN, y[1] + MARGIN)
+
+
+def lanelet_map(path: ReferencePath, network: RoadNetwork) -> RoadMap:
+    """Collect the lanelets about a path.
+
+    Each is an area as it is, and a lane of its mean width for the lines; lanelets that
+    intersections lead over are drawn as areas alone.
+    """
+    box = _box_about(path)
+    inside = {name for _, name in network.turns}
+    lanes, areas = [], []
+    for lanelet in network.lanelets.values():
+        if not _reaches_into(lanelet.centre, box):
+            continue
+        areas.append(freeze(np.concatenate([lanelet.left, lanelet.right[::-1]])))
+        width = float(np.hypot(*(lanelet.left - lanelet.right).T).mean())
+        name, crosses = str(lanelet.id), lanelet.id in inside
+        lanes.append(MapLane(name, 0, max(width, LEAST), crosses, lanelet.centre))
+    return RoadMap(tuple(lanes), tuple(areas))
 
 
 def whole_map(net: Net) -> RoadMap:

@@ -46,3 +46,12 @@ def obstacles_on_path(path: ReferencePath, bodies: Sequence[PlacedBody]) -> Obst
         column["width"],
         column["radius"],
     )
+
+
+def joined_bodies(one: Obstacles, other: Obstacles) -> Obstacles:
+    """Return the bodies of both."""
+    if not other.ids:
+        return one
+    names = ("x", "y", "heading", "length", "width", "radius")
+    columns = (np.append(getattr(one, n), getattr(other, n)) for n in names)
+    return Obstacles((*one.ids, *other.ids), *columns)

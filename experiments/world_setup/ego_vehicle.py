@@ -12,7 +12,7 @@ def ego_task(ego: Ego) -> EgoTask:
     speed = None if wanted == "max" else wanted
     return EgoTask(
         vehicle=ego.vehicle.to_planner(),
-        goal=ego.goal_m,
+        goal=ego.goal,
         target_speed=ego.target_speed_mps,
         start=Start(ego.start_m, ego.start_offset_m, speed),
     )

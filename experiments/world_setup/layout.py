@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from experiments.config import Scenario, SumoTraffic
+from experiments.world_setup.bodies_on_road import joined_bodies
 from experiments.world_setup.closures import check_closure, closure_of
+from experiments.world_setup.commonroad_layout import commonroad_layout
 from experiments.world_setup.ego_vehicle import ego_task
 from experiments.world_setup.obstacles import (
     check_on_road,
@@ -50,6 +52,10 @@ def make_layout(scenario: Scenario) -> Layout:
             closure leaves no way round.
     """
     bare = _bare_layout(_road_source(scenario))
+    if bare.replay is not None:  # the ego begins where the file says
+        bodies = _static_bodies(_body_source(scenario))
+        both = joined_bodies(bare.road.obstacles, bodies)
+        return replace(bare, road=replace(bare.road, obstacles=both))
     beyond = scenario.beyond(bare.road.path.length)
     if beyond is not None:
         raise scenario.error(*beyond)
@@ -66,6 +72,8 @@ def make_layout(scenario: Scenario) -> Layout:
 def _road_source(scenario: Scenario) -> _Source:
     """Return what the road is made from: sections and the state of the file."""
     keys = ["world", "network", "road", "ego"]
+    if scenario.world == "commonroad":
+        keys.append("simulation")  # its step has to be that of the file
     resolved = scenario.resolved()
     if isinstance(scenario.traffic, SumoTraffic):  # may hold the ego's route
         keys.append("traffic")
@@ -107,8 +115,11 @@ def _static_bodies(source: _Source) -> Obstacles:
 def _bare_layout(source: _Source) -> Layout:
     """Build the road without obstacles, once for the same content."""
     scenario = source.scenario
-    task, in_sumo = ego_task(scenario.ego), scenario.world == "sumo"
+    in_sumo = scenario.world == "sumo"
     try:
+        if scenario.world == "commonroad":
+            return commonroad_layout(scenario)
+        task = ego_task(scenario.ego)
         if not in_sumo:
             return Layout(plain_road(scenario), task)
         network = scenario_network(scenario)
@@ -116,5 +127,5 @@ def _bare_layout(source: _Source) -> Layout:
     except NetworkError as error:
         raise scenario.error(("network",), str(error)) from error
     except PlannerError as error:
-        section = "network" if in_sumo else "road"
+        section = "road" if scenario.world == "kinematic" else "network"
         raise scenario.error((section,), str(error)) from error

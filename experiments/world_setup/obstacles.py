@@ -34,7 +34,7 @@ def listed_obstacles(scenario: Scenario, layout: Layout) -> tuple[Obstacle, ...]
     key = crc32(b"obstacles")  # apart from the streams of the traffic
     rng = np.random.default_rng([scenario.simulation.seed, key])
     if section.random is not None:
-        return _draw(section.random, scenario.ego.goal_m, rng)
+        return _draw(section.random, layout.task.goal, rng)
     if section.field is None:
         return section.listed
     try:

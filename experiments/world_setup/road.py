@@ -11,9 +11,11 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.commonroad.records import CommonRoadScenario
 from experiments.config import Ego, Scenario
 from experiments.config.road import KinematicRoad
 from experiments.cosim.kinematic_world import constant_bounds
+from experiments.cosim.replay_world import Replay
 from experiments.cosim.road import EgoTask, Road
 from experiments.world_setup.conflict_zones import road_junctions
 from experiments.world_setup.demand_files import taken_vehicle
@@ -59,6 +61,8 @@ class Layout:
     road: Road
     task: EgoTask
     network: Network | None = None  # of world sumo
+    replay: Replay | None = None  # of world commonroad
+    lanelets: CommonRoadScenario | None = None  # the file of world commonroad
 
 
 def plain_road(scenario: Scenario) -> Road:
@@ -139,7 +143,7 @@ def random_network(net: Net, seed: int, ego: Ego) -> Network:
     first = ego.start_m + vehicle.front_reach + FRONT_ROOM
     refused = ""
     for _ in range(DRAWN):
-        route = random_route(net, rng, ego.goal_m + BEYOND_GOAL, first)
+        route = random_route(net, rng, ego.goal + BEYOND_GOAL, first)
         try:
             network = _of_route(net, route, None)
             sumo_road(network, vehicle, ego.start_m)

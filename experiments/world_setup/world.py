@@ -15,6 +15,7 @@ from experiments.config.self_driven import (
     SUMO_TUNED,
 )
 from experiments.cosim.kinematic_world import KinematicWorld, ScriptedVehicle
+from experiments.cosim.replay_world import ReplayWorld
 from experiments.cosim.sumo.conflict_world import SumoConflictWorld
 from experiments.cosim.sumo.driver_settings import SumoDriverSettings
 from experiments.cosim.sumo.settings import BEGIN, SumoSettings
@@ -68,16 +69,39 @@ def make_world(
     Raises:
         ConfigError: If the traffic is not possible on this network.
     """
+    if layout.replay is not None:
+        return replay_world(scenario, layout)
     if layout.network is None:
         return _kinematic_world(scenario, layout)
     return _sumo_world(scenario, layout, layout.network, folder, gui=gui)
 
 
+def _refuse_sumo_driver(scenario: Scenario) -> None:
+    """Raise if SUMO's own driver is to drive without SUMO."""
+    if scenario.planner.name in SELF_DRIVEN:
+        problem = (
+            "is SUMO's own driver; allowed: any other planner in world "
+            f"{scenario.world}"
+        )
+        raise scenario.error(("planner",), problem)
+
+
+def replay_world(scenario: Scenario, layout: Layout) -> ReplayWorld:
+    """Make the world of a recording.
+
+    Raises:
+        ConfigError: If SUMO's own driver is to drive in it, or there is no recording.
+    """
+    _refuse_sumo_driver(scenario)
+    if layout.replay is None:
+        raise scenario.error(("world",), "has no recording; allowed: commonroad")
+    known = scenario.simulation.predictor == "recorded"
+    return ReplayWorld(layout.road, layout.replay, known_future=known)
+
+
 def _kinematic_world(scenario: Scenario, layout: Layout) -> World:
     """Make a world without a simulator."""
-    if scenario.planner.name in SELF_DRIVEN:
-        problem = "is SUMO's own driver; allowed: any other planner in world kinematic"
-        raise scenario.error(("planner",), problem)
+    _refuse_sumo_driver(scenario)
     if scenario.conflict is not None:
         return conflict_world(scenario, scenario.conflict, layout)
     vehicles = [

@@ -1,6 +1,7 @@
 """The tube: bounds of tracking errors by speed and curvature, as measured."""
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from hashlib import sha256
@@ -16,6 +17,7 @@ from experiments.cosim.plants.manoeuvres import (
     Manoeuvre,
     manoeuvres,
 )
+from experiments.cosim.plants.parameters import PlantModel
 from experiments.cosim.plants.tracked import PlantSettings, TrackedPlant
 from experiments.errors import ConfigError
 from planner.states import CartesianState
@@ -193,6 +195,10 @@ def planned_vehicle(
     steering = min(chassis.max_steering, actuators.steering.largest)
     rate = min(chassis.max_steering_rate, actuators.steering.rate)
     sharpest = np.tan(STEERING_SHARE * steering) / settings.wheelbase
+    # no more than the tube was measured for; without one a vehicle that has no tyres
+    # holds the road at any speed
+    rolls = settings.model is PlantModel.KINEMATIC and bounds is NONE
+    measured = math.inf if rolls else LATERAL[-1]
     return Vehicle(
         vehicle.length + bounds.ahead + bounds.behind,
         vehicle.width + 2.0 * bounds.lateral,
@@ -203,8 +209,7 @@ def planned_vehicle(
             min(own.max_acceleration, power),
             min(own.max_deceleration, drive),
             min(own.emergency_deceleration, drive),
-            # no more than the tube was measured for
-            min(own.max_lateral_acceleration, grip, LATERAL[-1]),
+            min(own.max_lateral_acceleration, grip, measured),
             min(own.max_curvature, float(sharpest)),
             min(own.max_curvature_rate, RATE_SHARE * rate / settings.wheelbase),
         ),

@@ -7,6 +7,7 @@ from typing import Any
 
 from experiments.config.scenario_file import CONFIG_FILE
 from experiments.errors import ResultsError
+from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS
 from experiments.metrics.row import read_row
 from experiments.report.html import PAGE_FILE, render, save
@@ -149,6 +150,7 @@ def _words(
         "reason": reason.removeprefix(status).strip(" :"),
         "arrived": status == "arrived",
         "missing": missing,
+        "recorded_traffic": facts.metrics.get(columns.RECORDED_TRAFFIC),
         "command": about.get("command"),
         "metrics": metric_lines(facts.metrics, times),
         "events": [] if data is None else data["events"],

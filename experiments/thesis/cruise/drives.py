@@ -146,7 +146,7 @@ def drive(asked: Drive) -> Driven:
         (o.s_m, o.l_m, float(o.radius_m or 0.0))
         for o in listed_obstacles(scenario, layout)
     )
-    return _driven(ending.status, records, layout, discs, scenario.ego.goal_m)
+    return _driven(ending.status, records, layout, discs, layout.task.goal)
 
 
 def _driven(

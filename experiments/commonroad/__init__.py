@@ -1,0 +1,1 @@
+"""CommonRoad scenarios and solutions: the files alone, without world or loop."""

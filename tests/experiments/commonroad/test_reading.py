@@ -1,0 +1,330 @@
+"""Reading the format: everything that it allows, and one line for what it does not."""
+
+import contextlib
+import math
+import re
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from experiments.commonroad.read import read_commonroad
+from experiments.commonroad.records import Box
+from experiments.commonroad.shapes import box_polygon, covering_boxes
+from experiments.commonroad.states import Range, angle_in
+from experiments.commonroad.write import write_commonroad
+from experiments.errors import ConfigError
+from tests.experiments.commonroad.examples import EXAMPLES
+
+LANELET = """
+<lanelet id="{id}">
+ <leftBound>{left}<lineMarking>solid</lineMarking></leftBound>
+ <rightBound>{right}</rightBound>{more}
+</lanelet>"""
+
+
+NEIGHBOURS = (
+    "<successor ref='77'/><adjacentLeft ref='2' drivingDir='opposite'/>"
+    "<adjacentRight ref='99' drivingDir='same'/>"
+)
+
+
+def points(line):
+    return "".join(f"<point><x>{x}</x><y>{y}</y></point>" for x, y in line)
+
+
+def lanelet_text(number, x0=0.0, x1=100.0, y=0.0, more=""):
+    left, right = ([(x0, y + d), (x1, y + d)] for d in (1.75, -1.75))
+    return LANELET.format(id=number, left=points(left), right=points(right), more=more)
+
+
+def exact(value):
+    return f"<exact>{value}</exact>"
+
+
+def state_text(tag, x, y=0.0, time=0, speed=5.0, heading=0.0):
+    return (
+        f"<{tag}><position><point><x>{x}</x><y>{y}</y></point></position>"
+        f"<orientation>{exact(heading)}</orientation><time>{exact(time)}</time>"
+        f"<velocity>{exact(speed)}</velocity></{tag}>"
+    )
+
+
+GOAL = (
+    "<goalState><position><lanelet ref='1'/></position><time><intervalStart>1"
+    "</intervalStart><intervalEnd>90</intervalEnd></time></goalState>"
+)
+
+
+def problem_text(start=None, goal=GOAL, number=9):
+    begin = start or state_text("initialState", 10.0)
+    return f"<planningProblem id='{number}'>{begin}{goal}</planningProblem>"
+
+
+def file_text(content, version="2020a", step="0.1", root="commonRoad"):
+    return (
+        f"<?xml version='1.0'?><{root} commonRoadVersion='{version}' "
+        f"timeStepSize='{step}' benchmarkID='ZAM_Test-1_1_T-1'>{content}</{root}>"
+    )
+
+
+@pytest.fixture
+def read(tmp_path):
+    def reading(content, **header):
+        file = tmp_path / "test.xml"
+        file.write_text(file_text(content, **header), encoding="utf-8")
+        return read_commonroad(file)
+
+    return reading
+
+
+@pytest.mark.parametrize("make", EXAMPLES, ids=lambda make: make.__name__)
+def test_what_is_written_reads_back(make, tmp_path):
+    made = make()
+    file = tmp_path / "made.xml"
+    write_commonroad(made, file)
+    found = read_commonroad(file)
+    assert found.step == made.step
+    assert set(found.network.lanelets) == set(made.network.lanelets)
+    for name, lanelet in made.network.lanelets.items():
+        other = found.network.lanelets[name]
+        np.testing.assert_allclose(other.left, lanelet.left, atol=2e-6)
+        np.testing.assert_allclose(other.right, lanelet.right, atol=2e-6)
+        assert other.beside_left == lanelet.beside_left
+    assert found.network.turns == made.network.turns
+    assert found.network.lights == made.network.lights
+    assert [user.id for user in found.moving] == [user.id for user in made.moving]
+    for one, other in zip(made.moving, found.moving, strict=True):
+        assert one.first == other.first
+        np.testing.assert_allclose(other.table[:2], one.table[:2], atol=2e-6)
+        np.testing.assert_allclose(other.table[3:], one.table[3:], atol=2e-6)
+        turned = np.angle(np.exp(1j * (other.table[2] - one.table[2])))
+        np.testing.assert_allclose(turned, 0.0, atol=2e-6)
+    for one, other in zip(made.problems, found.problems, strict=True):
+        assert one.start.x == pytest.approx(other.start.x)
+        for mine, theirs in zip(one.goals, other.goals, strict=True):
+            assert mine.steps == theirs.steps
+            if mine.area is not None:
+                apart = mine.area.symmetric_difference(theirs.area).area
+                assert apart < 1e-3
+
+
+@given(
+    box=st.builds(
+        Box,
+        st.floats(-50, 50),
+        st.floats(-50, 50),
+        st.floats(-3, 3),
+        st.floats(0.5, 20),
+        st.floats(0.5, 20),
+    ),
+    notch=st.floats(0.1, 0.9),
+)
+@settings(max_examples=40, deadline=None)
+def test_rectangles_cover_an_area_and_little_more(box, notch):
+    whole = box_polygon(box)
+    corner = box_polygon(
+        Box(
+            box.x + notch * box.length / 2 * math.cos(box.heading),
+            box.y + notch * box.length / 2 * math.sin(box.heading),
+            box.heading,
+            notch * box.length,
+            notch * box.width,
+        )
+    )
+    area = whole.difference(corner)
+    cover = shapely.union_all([box_polygon(part) for part in covering_boxes(area)])
+    assert area.difference(cover.buffer(1e-6)).area < 1e-6
+    assert whole.buffer(1e-6).covers(cover) or cover.area < 1.5 * area.area + 1.0
+
+
+@given(
+    begin=st.floats(-7, 7),
+    width=st.floats(0.0, 6.0),
+    share=st.floats(0.01, 0.99),
+    turns=st.integers(-3, 3),
+)
+def test_an_angle_is_in_an_interval_whole_turns_aside(begin, width, share, turns):
+    span = Range(begin, begin + width)
+    if width > 1e-3:
+        assert angle_in(span, begin + share * width + turns * 2.0 * math.pi)
+        outside = begin + width + share * (2.0 * math.pi - width)
+        assert not angle_in(span, outside + turns * 2.0 * math.pi) or share > 0.98
+
+
+def test_all_kinds_of_obstacles_positions_and_goals(read):
+    rectangle = "<rectangle><length>4</length><width>2</width></rectangle>"
+    circle = "<circle><radius>0.5</radius></circle>"
+    triangle = f"<polygon>{points([(0, 0), (2, 0), (0, 2)])}</polygon>"
+    uncertain = state_text("initialState", 0).replace(
+        "<point><x>0</x><y>0.0</y></point>",
+        "<rectangle><length>2</length><width>1</width>"
+        "<center><x>30</x><y>1</y></center></rectangle>",
+    )
+    area = (
+        "<rectangle><length>4</length><width>2</width><orientation>0.1</orientation>"
+        "<center><x>{x}</x><y>3</y></center></rectangle>"
+    )
+    occupied = "".join(
+        f"<occupancy><shape>{area.format(x=20 + k)}</shape><time>{exact(k)}</time>"
+        "</occupancy>"
+        for k in range(4)
+    )
+    goals = (
+        GOAL,
+        f"<goalState><position>{circle}{triangle}</position>"
+        "<orientation><intervalStart>3</intervalStart><intervalEnd>-3</intervalEnd>"
+        f"</orientation><time>{exact(40)}</time></goalState>",
+        f"<goalState><time>{exact(50)}</time><velocity><intervalStart>1"
+        "</intervalStart><intervalEnd>3</intervalEnd></velocity></goalState>",
+    )
+    found = read(
+        lanelet_text(1, more=NEIGHBOURS)
+        + lanelet_text(2, y=3.5)
+        + lanelet_text(3, 100.0, 150.0)
+        + "<trafficSign id='50'><trafficSignElement><trafficSignID>274</trafficSignID>"
+        "<additionalValue>8.5</additionalValue></trafficSignElement></trafficSign>"
+        "<staticObstacle id='20'><type>unknown</type>"
+        f"<shape>{rectangle}{circle}</shape>"
+        f"{state_text('initialState', 50)}</staticObstacle>"
+        f"<staticObstacle id='21'><type>unknown</type><shape>{triangle}</shape>"
+        f"{uncertain}</staticObstacle>"
+        f"<environmentObstacle id='22'><type>building</type><shape>{triangle}</shape>"
+        "</environmentObstacle>"
+        f"<dynamicObstacle id='30'><type>car</type><shape>{rectangle}</shape>"
+        f"{state_text('initialState', 10, time=3)}<trajectory>"
+        f"{state_text('state', 12, time=5)}{state_text('state', 11, time=4)}"
+        "</trajectory></dynamicObstacle>"
+        f"<dynamicObstacle id='31'><type>bicycle</type><shape>{circle}</shape>"
+        f"{state_text('initialState', 20)}<occupancySet>{occupied}</occupancySet>"
+        "</dynamicObstacle>"
+        f"<phantomObstacle id='32'><occupancySet>{occupied}</occupancySet>"
+        "</phantomObstacle>"
+        + problem_text(goal="".join(goals)) + problem_text(number=10)
+    )  # fmt: skip
+    first = found.network.lanelets[1]
+    assert first.successors == (3,)  # found where it begins; 77 is not in the file
+    assert first.same_left is None
+    assert first.beside_left == (2, False)
+    assert first.beside_right is None
+    assert found.network.speed_limits == {50: 8.5}
+    assert {name for name, _ in found.static} == {"20", "21", "22"}
+    disc = next(box for name, box in found.static if name == "20" and box.length == 0)
+    assert (disc.x, disc.radius) == (50.0, 0.5)
+    assert next(box for name, box in found.static if name == "21").radius == 1.0
+    users = {user.id: user for user in found.moving}
+    assert users["30"].first == 3
+    np.testing.assert_allclose(users["30"].table[0], [10.0, 11.0, 12.0])
+    np.testing.assert_allclose(users["32"].table[3], 10.0)  # a metre a step
+    assert users["32"].table[6, 0] == pytest.approx(4.1, abs=0.3)
+    states = found.problems[0].goals
+    assert states[0].lanelets == (1,)
+    assert angle_in(states[1].heading, math.pi)
+    assert not angle_in(states[1].heading, 0.0)
+    assert states[2].area is None
+    assert states[2].speed == Range(1.0, 3.0)
+    assert [problem.id for problem in found.problems] == [9, 10]
+
+
+BAD = {
+    "another version": ({"version": "2018b"}, "", "commonRoadVersion is '2018b'"),
+    "another root": ({"root": "routes"}, "", "is not a CommonRoad scenario"),
+    "no time step": ({"step": "soon"}, "", "timeStepSize is 'soon'"),
+    "no lanelet": ({}, problem_text(), "has no lanelet"),
+    "no problem": ({}, lanelet_text(1), "has no planningProblem"),
+    "no goal": ({}, lanelet_text(1) + problem_text(goal=""), "has no goalState"),
+    "not a number": (
+        {},
+        lanelet_text(1) + problem_text(state_text("initialState", "here")),
+        "x: is 'here'; allowed: a number",
+    ),
+    "not finite": (
+        {},
+        lanelet_text(1) + problem_text(state_text("initialState", "nan")),
+        "allowed: a number",
+    ),
+    "a lanelet twice": ({}, lanelet_text(1) * 2 + problem_text(), "is there twice"),
+    "a bound of one point": (
+        {},
+        LANELET.format(id=1, left=points([(0, 0)]), right="", more="") + problem_text(),
+        "has 1 points; allowed: at least 2",
+    ),
+    "a goal that is over": (
+        {},
+        lanelet_text(1) + problem_text(state_text("initialState", 1.0, time=95)),
+        "its goal ends in step 90; allowed: after step 95",
+    ),
+    "a goal nowhere": (
+        {},
+        lanelet_text(2) + problem_text(),
+        "refers to lanelet 1, which is not in the file",
+    ),
+    "an obstacle without a shape": (
+        {},
+        lanelet_text(1)
+        + f"<staticObstacle id='7'>{state_text('initialState', 1)}</staticObstacle>"
+        + problem_text(),
+        "staticObstacle '7': has no shape",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD.values(), ids=list(BAD))
+def test_bad_files_get_one_line_with_place(read, case):
+    header, content, words = case
+    with pytest.raises(ConfigError, match=re.escape(words)) as caught:
+        read(content, **header)
+    assert re.match(r"\S+test\.xml:\d+: ", str(caught.value))
+    assert "\n" not in str(caught.value)
+
+
+def test_hostile_files_are_refused_at_once(tmp_path):
+    file = tmp_path / "hostile.xml"
+    entities = "".join(
+        f"<!ENTITY a{k} '{f'&a{k - 1};' * 10 if k else 'lol'}'>" for k in range(12)
+    )
+    texts = {
+        f"<!DOCTYPE x [{entities}]><commonRoad>&a11;</commonRoad>": "document type",
+        "<!DOCTYPE x SYSTEM 'file:///etc/passwd'><commonRoad/>": "document type",
+        "<commonRoad>" + "<a>" * 100_000: "at most",
+        "<commonRoad><lanelet": "is no XML",
+        "": "is no XML",
+        "\x00\x01": "is no XML",
+    }
+    for text, words in texts.items():
+        file.write_text(text, encoding="utf-8")
+        with pytest.raises(ConfigError, match=words):
+            read_commonroad(file)
+    file.write_bytes(b"<?xml version='1.0' encoding='no-such'?><a/>")
+    with pytest.raises(ConfigError, match="is no XML"):
+        read_commonroad(file)
+    with pytest.raises(ConfigError, match="cannot be read"):
+        read_commonroad(tmp_path / "missing.xml")
+
+
+@given(st.data())
+@settings(max_examples=60, deadline=None)
+def test_a_damaged_file_is_read_or_refused_in_one_line(data):
+    """Cut out, double or change a piece of a good file: no other error comes."""
+    import tempfile
+    from pathlib import Path
+
+    text = file_text(
+        lanelet_text(1)
+        + f"<dynamicObstacle id='30'><type>car</type><shape><rectangle><length>4"
+        "</length><width>2</width></rectangle></shape>"
+        f"{state_text('initialState', 30)}<trajectory>{state_text('state', 31, time=1)}"
+        "</trajectory></dynamicObstacle>" + problem_text()
+    )
+    begin = data.draw(st.integers(0, len(text)))
+    end = data.draw(st.integers(begin, min(begin + 60, len(text))))
+    piece = data.draw(
+        st.sampled_from(["", "-1", "1e9", "<x/>", "7", text[begin:end] * 2])
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "damaged.xml"
+        file.write_text(text[:begin] + piece + text[end:], encoding="utf-8")
+        with contextlib.suppress(ConfigError):
+            read_commonroad(file)
