@@ -23,6 +23,7 @@ CHORD = 2.0  # to both sides of a place, for the heading there [m]
 FADE = 3.0  # in which a vehicle comes to the centre of its lane [s]
 MOVING_OVER = 0.2  # a vehicle faster than this sideways changes its lane [m/s]
 LARGEST_OFFSET = 3.0  # from its way; a vehicle farther off is not on it [m]
+NEXT_LANE = 3.2  # from the centre of a lane to that of the one beside it [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,8 +77,7 @@ def along_ways(
     """Replace the predictions of vehicles whose ways are known.
 
     Args:
-        prediction: Of all vehicles, by another predictor; those that change their
-            lane keep it.
+        prediction: Of all vehicles, by another predictor.
         path: Reference path of the ego.
         vehicles: As they are now, n of them.
         ways: Of these vehicles.
@@ -87,8 +87,7 @@ def along_ways(
     Returns:
         The prediction; the same record if no way is known.
     """
-    moves_over = np.abs(vehicles.lateral_speed) > MOVING_OVER
-    known = np.flatnonzero((ways.way != NO_WAY) & ~moves_over)
+    known = np.flatnonzero(ways.way != NO_WAY)
     if not known.size:
         return prediction
     times = as_input(times)
@@ -97,8 +96,15 @@ def along_ways(
     for v in known.tolist():
         line = ways.lines[ways.way[v]]
         distance = _stopped(driven[v], float(vehicles.speed[v]), ways.stop[v], times)
-        place = float(vehicles.x[v]), float(vehicles.y[v])
-        follow_line(path.table, line, place, distance, times, out[:, v])
+        now = vehicles.x[v], vehicles.y[v], vehicles.lateral_speed[v]
+        follow_line(
+            path.table,
+            line,
+            (float(now[0]), float(now[1]), float(now[2])),
+            distance,
+            times,
+            out[:, v],
+        )
     return Prediction.from_table(prediction.step, out)
 
 
@@ -118,32 +124,43 @@ def _stopped(
 def follow_line(
     path: PathTable,
     line: FloatArray,
-    place: tuple[float, float],
+    now: tuple[float, float, float],
     distance: FloatArray,
     times: FloatArray,
     out: FloatArray,
 ) -> None:
     """Drive one vehicle along a polyline.
 
+    One that changes its lane goes on doing so up to the centre of that lane: of its
+    own one if it comes nearer to it, else of the next one.
+
     Args:
         path: Tables of the ego's reference path.
         line: Arc length, x, y of the corners, (3, m) [m].
-        place: Of the vehicle's centre now [m].
+        now: x, y of the vehicle's centre [m], and its speed to the left [m/s].
         distance: Driven, (n_steps,) [m].
         times: (n_steps,) [s].
         out: x, y, heading, s, l as in `Prediction`, (5, n_steps). Left as it is if the
             vehicle is not on the line.
     """
-    begin, offset = nearest_on(line, place)
+    begin, offset = nearest_on(line, (now[0], now[1]))
     if abs(offset) > LARGEST_OFFSET:
         return
+    sideways = now[2]
+    moves_over = abs(sideways) > MOVING_OVER
+    leaves = moves_over and offset * sideways >= 0.0
+    aim = np.copysign(NEXT_LANE, sideways) if leaves else 0.0
     for i in range(distance.size):
         at = begin + distance[i]
         x, y = point_on(line, at)
         back_x, back_y = point_on(line, at - CHORD)
         on_x, on_y = point_on(line, at + CHORD)
         heading = np.arctan2(on_y - back_y, on_x - back_x)
-        l = offset * max(1.0 - times[i] / FADE, 0.0)
+        if moves_over:
+            missing = max(abs(aim - offset) - abs(sideways) * times[i], 0.0)
+            l = aim + np.copysign(missing, offset - aim)
+        else:
+            l = offset * max(1.0 - times[i] / FADE, 0.0)
         x -= l * np.sin(heading)
         y += l * np.cos(heading)
         s, own_l = foot(

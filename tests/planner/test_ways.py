@@ -9,7 +9,7 @@ from planner.errors import InvalidInputError
 from planner.prediction import constant_speed
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import line
-from planner.ways import NO_WAY, Ways, along_ways, nearest_on, point_on
+from planner.ways import NEXT_LANE, NO_WAY, Ways, along_ways, nearest_on, point_on
 from tests.experiments.road_users import road_users
 
 PATH = ReferencePath.from_segments([line(200.0)])
@@ -66,13 +66,32 @@ def test_a_vehicle_far_from_its_way_keeps_its_prediction():
     assert np.array_equal(plain.table, same.table)
 
 
-def test_one_that_changes_its_lane_keeps_its_prediction():
+def test_a_lane_change_ends_in_the_middle_of_the_next_lane():
     straight = way((0, 0), (500, 0))
     users, ways = one(x=10.0, y=1.0, heading=0.0, speed=8.0, lines=[straight])
     moving = replace(users, lateral_speed=np.array([0.8]))
-    plain, same = predicted(moving, ways)
-    assert np.array_equal(plain.table, same.table)
-    assert same.l[0][10] == pytest.approx(1.8)
+    _, changed = predicted(moving, ways)
+    assert changed.l[0][10] == pytest.approx(1.8)  # on, not back to its own lane
+    assert changed.l[0][-1] == pytest.approx(NEXT_LANE)  # and no farther
+    assert np.all(np.diff(changed.l[0]) >= -1e-12)
+
+
+def test_a_lane_change_ends_in_the_lane_that_it_leads_to():
+    straight = way((0, 0), (500, 0))
+    users, ways = one(x=10.0, y=-1.2, heading=0.0, speed=8.0, lines=[straight])
+    moving = replace(users, lateral_speed=np.array([0.8]))
+    _, changed = predicted(moving, ways)
+    assert changed.l[0][10] == pytest.approx(-0.4)
+    assert changed.l[0][15:] == pytest.approx(0.0)
+
+
+def test_one_that_changes_its_lane_before_a_turn_turns():
+    bend = way((0, 0), (30, 0), (30, 60))
+    users, ways = one(x=10.0, y=0.5, heading=0.0, speed=10.0, lines=[bend])
+    moving = replace(users, lateral_speed=np.array([1.0]))
+    plain, turned = predicted(moving, ways)
+    assert turned.y[0][-1] > 25.0  # with the turn, not straight on beside the ego
+    assert plain.y[0][-1] < 3.0
 
 
 def test_one_that_waits_stands_at_its_line():
