@@ -58,7 +58,7 @@ def build_scene(
     front = ego_frenet.s + task.vehicle.front_reach
     near = np.hypot(users.x - ego.x, users.y - ego.y) <= PLANNED_RADIUS
     planned = users.among(near)
-    prediction = outlook.predictor(road.path, planned, outlook.times)
+    prediction = outlook.predictor(road.path, planned, outlook.times, road.lanes)
     if traffic.ways is not None:
         ways = traffic.ways.among(np.flatnonzero(near))
         brake = outlook.predictor is held_braking
