@@ -6,7 +6,7 @@ from functools import partial
 
 from planner.bodies import touched_by
 from planner.cruise import costs
-from planner.cruise.costs import JERK, OFFSET
+from planner.cruise.costs import DEAD_END, JERK, OFFSET, SPEED
 from planner.cruise.cycle import Cycle, disc_cover
 from planner.cruise.drawn_candidates import alternatives_of
 from planner.cruise.evaluation import Evaluation, evaluate
@@ -26,7 +26,9 @@ CHECK_NAMES = {
 
 
 SLOW = 3.0  # slower, the ego may be about to stop where it cannot start [m/s]
+FAR_TOO_SLOW = 1.0  # price of the speed of a plan that does not get on; 2 stands [-]
 LEAST_DRIVEN = 5.0  # a plan that drives less does not get on [m]
+NEAR_END = 0.5  # share of the room to steer round what stands, that may be missing [-]
 S_ROW = 7  # of a motion: arc length
 
 
@@ -60,9 +62,7 @@ class CruisePlanner:
         last = memory.trajectory if isinstance(memory, CruiseMemory) else None
         cycle = Cycle.of(scene, self.settings, last)
         exhaustive = scene.full_statistics or not self._separable
-        found = self._evaluate(cycle, exhaustive=exhaustive)
-        if scene.ego.speed < SLOW and not _moves(found):
-            cycle, found = self._start(cycle, found, exhaustive=exhaustive)
+        cycle, found = self._search(scene, cycle, exhaustive=exhaustive)
         stats = _statistics(cycle, found)
         looked_at = partial(self._alternatives, cycle, found)
         if found.choice.best < 0:
@@ -71,6 +71,23 @@ class CruisePlanner:
         trajectory = Trajectory.from_rows(found.motion)
         memory_now = CruiseMemory(trajectory)
         return PlanResult(PlanStatus.OK, trajectory, memory_now, stats, looked_at)
+
+    def _search(
+        self, scene: Scene, cycle: Cycle, *, exhaustive: bool
+    ) -> tuple[Cycle, Evaluation]:
+        """Find the best candidate: a comfortable one, if there is any that gets on."""
+        comfort = self.settings.comfort
+        if comfort.is_limiting:
+            gentle = cycle.gentle(scene.ego, comfort)
+            found = self._evaluate(gentle, exhaustive=exhaustive)
+            if found.choice.best >= 0 and found.choice.raw[DEAD_END] <= NEAR_END:
+                if scene.ego.speed < SLOW and not _gets_on(found):
+                    return self._start(gentle, found, exhaustive=exhaustive)
+                return gentle, found
+        found = self._evaluate(cycle, exhaustive=exhaustive)
+        if scene.ego.speed < SLOW and not _gets_on(found):
+            return self._start(cycle, found, exhaustive=exhaustive)
+        return cycle, found
 
     def _start(
         self, cycle: Cycle, found: Evaluation, *, exhaustive: bool
@@ -104,6 +121,11 @@ class CruisePlanner:
         if not _is_complete(found):
             found = self._evaluate(cycle, exhaustive=True)
         return alternatives_of(cycle, found.verdict.ravel())
+
+
+def _gets_on(found: Evaluation) -> bool:
+    """Check whether the chosen motion gets on about as fast as the road allows."""
+    return _moves(found) and found.choice.raw[SPEED] < FAR_TOO_SLOW
 
 
 def _moves(found: Evaluation) -> bool:
@@ -152,7 +174,7 @@ def _fall_back(
     """No candidate survived: go down the ladder and say why."""
     threshold = cycle.tables.around.threshold
     line = front_limit(scene) + TOLERANCE
-    discs, radius = disc_cover(scene, settings)
+    discs, more_discs, radius = disc_cover(scene, settings)
 
     def blocker(trajectory: Trajectory) -> str | None:
         if trajectory.s[-1] + scene.vehicle.front_reach > line:
@@ -162,7 +184,7 @@ def _fall_back(
             trajectory,
             bodies,
             bodies.table.follower,
-            discs,
+            (*discs, *more_discs.tolist()),
             radius,
             threshold,
         )

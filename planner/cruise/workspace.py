@@ -22,6 +22,7 @@ class FollowingRules(NamedTuple):
     """The ego's body, and the room that it keeps to other bodies."""
 
     discs: tuple[float, float, float]  # centres ahead of the rear axle, rear first [m]
+    more_discs: FloatArray  # of a long body, between the last two of them [m]
     disc_radius: float
     range: float  # gap from which on a body costs nothing [m]
     corridor: float  # room that the ego needs on each side of its path [m]
@@ -53,6 +54,7 @@ class Surroundings(NamedTuple):
     threshold: FloatArray  # gap below which a candidate collides, (n_bodies,) [m]
     turn_gap: FloatArray  # room to steer round what stands, else 0, (n_bodies,) [m]
     discs: tuple[float, float, float]
+    more_discs: FloatArray
     disc_radius: float
     range: float
     corridor: float
@@ -73,6 +75,7 @@ class Bench(NamedTuple):
     basis: FloatArray  # lateral basis, (8, n_steps), rows named in `motion`
     change: FloatArray  # of offset, growing, (n_offsets,) [m]
     course: FloatArray  # cos and sin of the heading error, (2, n_steps, n_offsets)
+    sideways: FloatArray  # lateral acceleration at the last step, (n_offsets,) [m/s²]
     sway: FloatArray  # (2, n_steps)
     frames: FloatArray  # (8, n_steps)
     gaps: FloatArray  # (n_steps, n_offsets) [m]
@@ -107,6 +110,7 @@ def make_bench(basis: FloatArray, n_padded: int) -> Bench:
         basis,
         np.empty(n_padded),
         np.zeros((2, n_steps, n_padded)),
+        np.zeros(n_padded),
         np.empty((N_SWAY, n_steps)),
         np.empty((N_FRAME, n_steps)),
         np.empty((n_steps, n_padded)),

@@ -7,9 +7,10 @@ import numpy as np
 from planner.cruise.settings import CruiseSettings
 from planner.numerics.compiled import compiled, inlined
 from planner.numerics.interpolation import interpolate
-from planner.scene import RoadBounds
+from planner.scene import RoadBounds, Scene
 from planner.states import FloatArray
 
+AHEAD = 3.0  # after which the lanes are looked at [s]
 SAME = 1e-9  # share of the lateral step by which an offset may miss a multiple [-]
 
 
@@ -93,6 +94,28 @@ def lateral_room(
         if s[0] < road_s[i] < s[1]:
             low, high = min(low, road_right[i]), max(high, road_left[i])
     return low, high
+
+
+def lane_term(scene: Scene, offsets: FloatArray) -> FloatArray:
+    """Squared distance of terminal offsets from the middle of the nearest lane.
+
+    Args:
+        scene: Gives the lanes, those at `AHEAD`.
+        offsets: (n,) [m].
+
+    Returns:
+        (n,) [m²], 0 where there are no lanes.
+    """
+    lanes = scene.lanes
+    if not lanes.centre.shape[0]:
+        return np.zeros(offsets.size)
+    ego = scene.ego_frenet
+    centres, widths = lanes.at(ego.s + AHEAD * max(ego.s_dot, 0.0))
+    centres = centres[widths > 0.0]
+    if not centres.size:
+        return np.zeros(offsets.size)
+    apart = np.abs(offsets[:, None] - centres).min(axis=1)
+    return np.asarray(apart * apart)
 
 
 def full_grid_size(settings: CruiseSettings) -> int:
