@@ -108,13 +108,13 @@ class CruiseSettings:
     min_manoeuvre_length: float = 8.0  # of a lateral motion over distance [m]
     min_manoeuvre_speed: float = 2.5  # slower, it is as long as at this speed [m/s]
     starting_lengths: tuple[float, ...] = (16.0, 24.0)  # if none starts [m]
-    times: tuple[float, ...] = (1.0, 2.0, 3.0, 5.0)  # manoeuvre durations [s]
+    times: tuple[float, ...] = (1.5, 3.0, 5.0)  # manoeuvre durations [s]
     speed_fractions: tuple[float, ...] = (0.0, 0.5, 1.0)
     creep_speeds: tuple[float, ...] = (1.0, 2.0)  # to get out of a jam [m/s]
     stop_times: tuple[float, ...] = (2.0, 3.0, 4.5, 6.0, 8.0)  # [s]
     follow_times: tuple[float, ...] = (2.0, 3.5, 5.0)  # [s]
-    drive_fractions: tuple[float, ...] = (0.2, 0.4, 0.6, 0.8, 1.0)  # see `sampling`
-    drive_times: tuple[float, ...] = (3.0, 5.0)  # of their lateral motions [s]
+    drive_fractions: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0)  # see `sampling`
+    drive_times: tuple[float, ...] = (4.0,)  # of their lateral motions [s]
     horizon: float = 5.0  # [s]; 0 ends each candidate with its manoeuvre
     step: float = 0.1  # between trajectory points [s]
 

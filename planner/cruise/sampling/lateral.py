@@ -106,16 +106,38 @@ def lane_term(scene: Scene, offsets: FloatArray) -> FloatArray:
     Returns:
         (n,) [m²], 0 where there are no lanes.
     """
-    lanes = scene.lanes
-    if not lanes.centre.shape[0]:
-        return np.zeros(offsets.size)
-    ego = scene.ego_frenet
-    centres, widths = lanes.at(ego.s + AHEAD * max(ego.s_dot, 0.0))
-    centres = centres[widths > 0.0]
-    if not centres.size:
-        return np.zeros(offsets.size)
-    apart = np.abs(offsets[:, None] - centres).min(axis=1)
-    return np.asarray(apart * apart)
+    lanes, ego = scene.lanes, scene.ego_frenet
+    at = ego.s + AHEAD * max(ego.s_dot, 0.0)
+    return _lane_term((lanes.s, lanes.centre, lanes.width), at, offsets)
+
+
+@compiled
+def _lane_term(
+    lanes: tuple[FloatArray, FloatArray, FloatArray], at: float, offsets: FloatArray
+) -> FloatArray:
+    """Return the squares of `lane_term`, (n,) [m²].
+
+    Args:
+        lanes: Arc lengths (m,), offsets of the middles and widths (n_lanes, m) [m].
+        at: Where the lanes are looked at [m].
+        offsets: (n,) [m].
+    """
+    lanes_s, centre, width = lanes
+    k = min(max(np.searchsorted(lanes_s, at) - 1, 0), max(lanes_s.size - 2, 0))
+    after = min(k + 1, lanes_s.size - 1)
+    share = 0.0
+    if after > k:
+        share = min(max((at - lanes_s[k]) / (lanes_s[after] - lanes_s[k]), 0.0), 1.0)
+    square = np.full(offsets.size, np.inf)
+    for lane in range(centre.shape[0]):
+        if width[lane, k] + share * (width[lane, after] - width[lane, k]) > 0.0:
+            middle = centre[lane, k] + share * (centre[lane, after] - centre[lane, k])
+            for o in range(offsets.size):
+                square[o] = min(square[o], (offsets[o] - middle) ** 2)
+    for o in range(offsets.size):
+        if square[o] == np.inf:  # no lane
+            square[o] = 0.0
+    return square
 
 
 def full_grid_size(settings: CruiseSettings) -> int:
