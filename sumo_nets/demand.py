@@ -7,6 +7,7 @@ could not be continued from a saved state, and would mix our randomness with its
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 from xml.etree import ElementTree
 from zlib import crc32
@@ -14,6 +15,7 @@ from zlib import crc32
 import numpy as np
 
 from sumo_nets.catalogue import Network, Stream
+from sumo_nets.driver_population import POPULATIONS, DrawnType, draw_type
 from sumo_nets.errors import NetworkError
 from sumo_nets.vehicle_types import (
     MODELS,
@@ -21,7 +23,6 @@ from sumo_nets.vehicle_types import (
     LeaderType,
     VehicleType,
     speed_factor,
-    type_attributes,
 )
 
 # More than three saturated lanes can take.
@@ -61,6 +62,7 @@ class Demand:
     ego_lane_veh_per_h: float = 0.0  # more of the ego's carriageway, in the ego's lane
     reaction: float = 0.0  # drivers decide this often, 0: in every step [s]
     leader: LeaderType | None = None  # its type is written; it enters with the ego
+    population: str | None = None  # of drivers; replaces tempers and models
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -86,6 +88,11 @@ class Demand:
             if total > 1.0 + 1e-12:
                 raise NetworkError(f"{first} + {second} = {total:g} must be <= 1")
         _check_models(self.models)
+        if self.population is not None and self.population not in POPULATIONS:
+            known = ", ".join(POPULATIONS)
+            raise NetworkError(
+                f'population "{self.population}" is unknown; allowed: {known}'
+            )
 
     def _check(self, name: str, highest: float) -> None:
         """Check that the field `name` is in [0, highest]."""
@@ -116,7 +123,7 @@ class DemandVehicle:
 
     id: str  # stream and number: own.12
     depart: float  # [s]
-    type: VehicleType
+    type: VehicleType | DrawnType
     speed_factor: float  # wished speed over the speed limit [-]
     route: tuple[str, ...]
     lane: int | None = None  # of departure; None: the best one
@@ -217,13 +224,15 @@ def routes_text(
     for entering in (ego, leader):
         if entering is not None:
             ElementTree.SubElement(root, "vType", entering.attributes())
-    for kind in sorted({vehicle.type for vehicle in vehicles}):
-        attributes = type_attributes(kind)
+    for kind in sorted({vehicle.type for vehicle in vehicles}, key=attrgetter("id")):
+        attributes = kind.attributes()
         if vehicles and not vehicles[0].keep_right:
             attributes["lcKeepRight"] = "0"
         if reaction > 0.0:
             attributes["actionStepLength"] = f"{reaction:g}"
-        ElementTree.SubElement(root, "vType", attributes)
+        element = ElementTree.SubElement(root, "vType", attributes)
+        for key, value in kind.parameters().items():
+            ElementTree.SubElement(element, "param", key=key, value=value)
     ElementTree.SubElement(root, "route", id="ego", edges=" ".join(network.route))
     for vehicle in vehicles:
         element = ElementTree.SubElement(
@@ -269,14 +278,17 @@ def _draw_stream(
     vehicles: list[DemandVehicle] = []
     depart = begin + min(float(arrivals.exponential()), LONGEST_WAIT) / rate
     while depart < end:
-        kind = _draw_type(demand, traits)
+        name = f"{stream.name}.{len(vehicles)}"
+        kind = _draw_type(demand, name, traits)
         turn = int(traits.choice(len(shares), p=shares / shares.sum()))
         vehicles.append(
             DemandVehicle(
-                id=f"{stream.name}.{len(vehicles)}",
+                id=name,
                 depart=depart,
                 type=kind,
-                speed_factor=speed_factor(kind, traits),
+                speed_factor=kind.factor
+                if isinstance(kind, DrawnType)
+                else speed_factor(kind, traits),
                 route=stream.turns[turn].route,
                 lane=lane,
                 keep_right=demand.keep_right,
@@ -286,21 +298,29 @@ def _draw_stream(
     return vehicles
 
 
-def _draw_type(demand: Demand, rng: np.random.Generator) -> VehicleType:
-    """Draw kind, temper and car-following model."""
+def _draw_type(
+    demand: Demand, name: str, rng: np.random.Generator
+) -> VehicleType | DrawnType:
+    """Draw kind, driver and car-following model of a vehicle.
+
+    Args:
+        demand: Shares of kinds, tempers and models, or a population.
+        name: Of the vehicle.
+        rng: Used.
+    """
     vans, trucks = demand.van_share, demand.truck_share
+    kind = _draw({"car": 1.0 - vans - trucks, "van": vans, "truck": trucks}, rng)
+    if demand.population is not None:
+        model = _draw(dict(POPULATIONS[demand.population].models), rng)
+        return draw_type(demand.population, kind, model, name, rng)
     cautious, aggressive = demand.cautious_share, demand.aggressive_share
-    kinds = {"car": 1.0 - vans - trucks, "van": vans, "truck": trucks}
     tempers = {
         "cautious": cautious,
         "normal": 1.0 - cautious - aggressive,
         "aggressive": aggressive,
     }
-    return VehicleType(
-        kind=_draw(kinds, rng),
-        temper=_draw(tempers, rng),
-        model=_draw(dict(demand.models), rng),
-    )
+    temper = _draw(tempers, rng)
+    return VehicleType(kind, temper, _draw(dict(demand.models), rng))
 
 
 def _draw(weights: dict[str, float], rng: np.random.Generator) -> str:

@@ -79,6 +79,14 @@ class VehicleType:
         """Id of the vType, for example car_normal_IDM."""
         return f"{self.kind}_{self.temper}_{self.model}"
 
+    def attributes(self) -> dict[str, str]:
+        """Return the attributes of the vType element."""
+        return type_attributes(self)
+
+    def parameters(self) -> dict[str, str]:
+        """Return the generic parameters of the vType element: none."""
+        return {}
+
 
 def type_attributes(vehicle_type: VehicleType) -> dict[str, str]:
     """Return the attributes of a vType element."""

@@ -27,6 +27,7 @@ from experiments.cli import (
     events_command,
     evidence_command,
     r157_command,
+    rate_command,
     replan_command,
     report_commands,
     results_commands,
@@ -229,6 +230,7 @@ compare_runs_command.add_to(app)
 r157_command.add_to(app)
 tube_command.add_to(app)
 robustness_command.add_to(app)
+rate_command.add_to(app)
 thesis_command.add_to(app)
 evidence_command.add_to(app)
 compile_command.add_to(app)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from experiments.config.base import (
     Flow,
@@ -13,8 +13,10 @@ from experiments.config.base import (
     Share,
     Size,
     Strict,
+    as_section,
     mismatch,
 )
+from experiments.config.drivers import Drivers
 
 # What `density` means, in each lane that is fed [vehicles/h].
 DENSITIES: Mapping[str, float] = MappingProxyType(
@@ -106,6 +108,18 @@ class Traffic(Strict):
         min_length=1,
         description="car-following models and their relative shares",
     )
+    drivers: Annotated[Drivers | None, BeforeValidator(as_section("population"))] = (
+        Field(
+            default=None,
+            description="a population, in which no two drivers are alike; replaces "
+            "temper, the shares of tempers, and models",
+        )
+    )
+    relaxation_s: Annotated[float, Field(ge=0.0, le=60.0)] = Field(
+        default=0.0,
+        description="drivers whom the ego cuts in open their time gap over so long; "
+        "0: at once, as SUMO's do",
+    )
 
     @model_validator(mode="after")
     def _shares_fit(self) -> Self:
@@ -119,6 +133,24 @@ class Traffic(Strict):
                 raise mismatch(
                     other, f"{one} + {other} = {total:g}; allowed: at most 1"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _one_kind_of_drivers(self) -> Self:
+        """Reject tempers or models beside a population."""
+        if self.drivers is None:
+            return self
+        usual = dict(
+            zip(
+                ("cautious_share", "aggressive_share"),
+                TEMPERS[USUAL_TEMPER],
+                strict=True,
+            )
+        )
+        for key in ("temper", "cautious_share", "aggressive_share", "models"):
+            if getattr(self, key) != usual.get(key):
+                problem = f"is given beside {key}; allowed: one of them"
+                raise mismatch("drivers", problem)
         return self
 
     @model_validator(mode="after")

@@ -30,6 +30,7 @@ class TrafficState:
     ways: Ways | None = None  # of the vehicles, near junctions
     junctions: tuple[JunctionAhead, ...] = ()  # junctions near the ego
     foes: tuple[Foe, ...] = ()  # at them; `junction` is a place there
+    erring: tuple[tuple[str, str], ...] = ()  # drivers who err, by id, and how
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from experiments.config import Scenario
 from experiments.config.scenario_file import check_scenario
 from experiments.config.yaml_reader import Document
 from experiments.episode.run import run_episode
-from experiments.errors import described
+from experiments.errors import ExecutorError, described
 from experiments.interrupts import interrupts_between_steps
 from experiments.planners.registry import PLANNERS
 from experiments.sweep.executors.executor import POLL_INTERVAL, WorkerSettings
@@ -77,15 +77,19 @@ def estimate_duration(
 
 def compile_loops(config: Config) -> bool:
     """Drive the beginning of a scenario, so that its loops are compiled."""
-    drive_shortly(check_scenario(Document("warm-up", dict(config))))
+    try:
+        drive_shortly(check_scenario(Document("warm-up", dict(config))))
+    except Exception as error:  # noqa: BLE001, any may happen in any planner
+        # errors of validation cannot be sent to another process
+        raise ExecutorError(described(error)) from None
     return True
 
 
 def time_run(config: Config) -> float | None:
     """Return the wall-clock time of a run [s]; None if it raises."""
-    scenario = check_scenario(Document("estimate", dict(config)))
     started = perf_counter()
     try:
+        scenario = check_scenario(Document("estimate", dict(config)))
         with tempfile.TemporaryDirectory(prefix="rearview-") as out:
             run_episode(scenario, out=Path(out))
     except BaseException as error:  # noqa: BLE001, the run itself reports it

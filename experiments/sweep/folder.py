@@ -23,6 +23,7 @@ import yaml
 from pydantic import ValidationError
 
 from experiments.config.sweep import Sweep
+from experiments.config.yaml_reader import read_document
 from experiments.errors import ConfigError, ResultsError
 from experiments.storage.atomic_folder import (
     file_in_place_of,
@@ -35,7 +36,6 @@ from experiments.storage.json_files import (
     checked,
     first_mistake,
     read_json,
-    short_text,
 )
 from experiments.storage.run_files import MANIFEST, replace_json
 
@@ -189,13 +189,11 @@ def load_sweep_copy(folder: Path) -> Sweep:
     """Read the sweep file of the last call."""
     path = folder / _SWEEP
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return Sweep.model_validate(data, strict=False)
+        return Sweep.model_validate(read_document(path).data, strict=False)
     except ValidationError as error:
         raise ResultsError(f"{path}: is damaged: {first_mistake(error)}") from error
-    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
-        words = short_text(" ".join(str(error).split()))
-        raise ResultsError(f"{path}: cannot be read: {words}") from error
+    except ConfigError as error:
+        raise ResultsError(str(error)) from error
 
 
 def code_of(folder: Path) -> dict[str, str]:

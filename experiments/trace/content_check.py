@@ -41,6 +41,7 @@ _NULLABLE: Mapping[str, set[str]] = {
     "vehicle_ways": {"stop_m"},
     "timing": {"planning_ms", "planning_cpu_ms"},
     "perceived": {"acceleration_mps2", "lateral_speed_mps"},
+    "driver_errors": set(),
 }
 # tables whose index is that of a step
 _WITH_STEPS = (
@@ -98,13 +99,15 @@ def check_trace(trace: Trace, files: Mapping[str, Path]) -> None:
     if not trace.fact("step_s") > 0.0:
         raise ResultsError(f"{files['episode']}: step_s: row 0 is not above 0")
     steps = trace.steps["index"]
-    for name, key in (("steps", "index"), ("steps", "time_s"), ("road", "s_m")):
+    rising = ("road", "s_m"), ("path", "s_m"), ("bounds", "s_m")
+    for name, key in (("steps", "index"), ("steps", "time_s"), *rising):
         falling = np.append(False, np.diff(getattr(trace, name)[key]) <= 0)
         _refuse(files[name], key, falling[: len(getattr(trace, name)[key])], _FALLS)
     if not np.array_equal(trace.timing["index"], steps):
         raise ResultsError(f"{files['timing']}: index: is not that of the steps")
-    if len(steps) and not len(trace.road["s_m"]):
-        raise ResultsError(f"{files['road']}: has no rows; allowed: one or more")
+    for name in ("road", "path", "bounds"):
+        if len(steps) and not len(getattr(trace, name)["s_m"]):
+            raise ResultsError(f"{files[name]}: has no rows; allowed: one or more")
     for name in (*_WITH_STEPS, *trace.model_tables()):
         index = getattr(trace, name)["index"]
         _refuse(files[name], "index", ~np.isin(index, steps), "is not a step")

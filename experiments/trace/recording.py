@@ -109,6 +109,10 @@ def build_trace(
             "starts", [_start_row(r.index, r.start) for r in records if r.start]
         ),
         perceived=_perceived(records),
+        driver_errors=_from_rows(
+            "driver_errors",
+            [(r.index, *error) for r in records for error in r.traffic.erring],
+        ),
     )
 
 

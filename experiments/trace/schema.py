@@ -174,8 +174,8 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
     },
     "ways": {"way": _COUNT, "s_m": _NUMBER, "x_m": _NUMBER, "y_m": _NUMBER},
 }
-# Recorded only where vehicle or eyes are not perfect: an empty one has no file and no
-# part in the hash.
+# Recorded only where vehicle, eyes or drivers are not perfect: an empty one has no file
+# and no part in the hash.
 MODEL_TABLES: Mapping[str, Mapping[str, Kind]] = {
     "tracking": {  # one row a step from the second on: how the plan was followed
         "index": _COUNT,
@@ -206,6 +206,11 @@ MODEL_TABLES: Mapping[str, Mapping[str, Kind]] = {
         "acceleration_mps2": _NUMBER,
         "lateral_speed_mps": _NUMBER,
         **_SIZE,
+    },
+    "driver_errors": {  # of the traffic: who errs in a step, and how
+        "index": _COUNT,
+        "id": _TEXT,
+        "error": _TEXT,  # looks_away, brakes, stalls
     },
 }
 TIMING: Mapping[str, Kind] = {
@@ -246,6 +251,7 @@ class Trace:
     tracking: Table = field(default_factory=lambda: empty_table("tracking"))
     starts: Table = field(default_factory=lambda: empty_table("starts"))
     perceived: Table = field(default_factory=lambda: empty_table("perceived"))
+    driver_errors: Table = field(default_factory=lambda: empty_table("driver_errors"))
 
     def __post_init__(self) -> None:
         """Check that every table has its columns and all of one length."""

@@ -4,16 +4,21 @@ from pathlib import Path
 
 from experiments.config import Scenario, SumoTraffic
 from experiments.config.traffic import DENSITIES, Traffic
+from experiments.cosim.sumo.driver_errors import DriverErrorSettings, Occurrence
 from experiments.cosim.sumo.settings import ENTRY_PATIENCE, SlowLeader
 from experiments.world_setup.ego_vehicle import ego_type
 from experiments.world_setup.road import Layout
 from planner.scene import Lanes
 from sumo_nets.catalogue import Network
 from sumo_nets.demand import Demand, write_demand
+from sumo_nets.driver_population import POPULATIONS
 from sumo_nets.errors import NetworkError
 from sumo_nets.vehicle_types import LEADER, LeaderType
 
 TRAFFIC_FILE = "traffic.rou.xml"  # in the run folder
+MINUTES_PER_HOUR = 60.0
+BRAKING_LASTS = 0.5, 2.0  # for no reason [s]
+STALLING_LASTS = 10.0, 30.0  # [s]
 
 
 def write_traffic(
@@ -44,6 +49,39 @@ def slow_leader(traffic: Traffic | SumoTraffic | None) -> SlowLeader | None:
     return SlowLeader(LEADER, leader.gap_m, leader.speed_mps)
 
 
+def driver_errors(
+    traffic: Traffic | SumoTraffic | None, seed: int
+) -> DriverErrorSettings | None:
+    """Return what the traffic's drivers do wrong, None if nothing.
+
+    Args:
+        traffic: The section of the scenario.
+        seed: Of the run: the same errors in its repetitions.
+    """
+    drivers = traffic.drivers if isinstance(traffic, Traffic) else None
+    if drivers is None:
+        return None
+    away = POPULATIONS[drivers.population].glances
+    glances = None
+    if away is not None:
+        often = away.per_minute * MINUTES_PER_HOUR * drivers.distraction
+        glances = Occurrence(often, away.shortest, away.longest)
+    settings = DriverErrorSettings(
+        seed,
+        glances,
+        drivers.awareness,
+        Occurrence(drivers.hard_brakes_per_h, *BRAKING_LASTS),
+        drivers.hard_brake_mps2,
+        Occurrence(drivers.stalls_per_h, *STALLING_LASTS),
+    )
+    return settings if settings.occurrences() else None
+
+
+def relaxation(traffic: Traffic | SumoTraffic | None) -> float:
+    """Return how long followers take to have their time gap back [s]."""
+    return traffic.relaxation_s if isinstance(traffic, Traffic) else 0.0
+
+
 def make_demand(scenario: Scenario, layout: Layout) -> Demand:
     """Make the demand of the traffic section; no vehicles without flows.
 
@@ -54,8 +92,11 @@ def make_demand(scenario: Scenario, layout: Layout) -> Demand:
     if not isinstance(traffic, Traffic):
         return Demand()
     left_out = {"density", "temper", "slow_leader", "reaction_s"}
+    left_out |= {"drivers", "relaxation_s"}
     fields = traffic.model_dump(exclude_none=True, exclude=left_out)
     fields["reaction"] = traffic.reaction_s
+    if traffic.drivers is not None:
+        fields["population"] = traffic.drivers.population
     if "models" in fields:
         fields["models"] = tuple(fields["models"].items())
     if traffic.density is not None:

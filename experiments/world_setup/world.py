@@ -26,7 +26,13 @@ from experiments.world_setup.closures import closed_lanes
 from experiments.world_setup.conflict import conflict_world, scripted_motions
 from experiments.world_setup.demand_files import checked_demand, taken_vehicle
 from experiments.world_setup.road import Layout
-from experiments.world_setup.traffic import TRAFFIC_FILE, slow_leader, write_traffic
+from experiments.world_setup.traffic import (
+    TRAFFIC_FILE,
+    driver_errors,
+    relaxation,
+    slow_leader,
+    write_traffic,
+)
 from experiments.world_setup.tuned_driver import tuned_driver
 from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
@@ -165,6 +171,8 @@ def _sumo_settings(
         driver=driver,
         ghost=simulation.ghost,
         lane_change_guard=simulation.lane_change_guard,
+        errors=driver_errors(scenario.traffic, simulation.seed),
+        relaxation=relaxation(scenario.traffic),
         step=simulation.step_s,
         seed=random_stream(simulation.seed, simulation.repetition),
         warm_up=warm_up,

@@ -24,6 +24,7 @@ import numpy as np
 from numba.core import sigutils
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
+from numba.core.runtime import rtsys
 
 from planner.numerics import linking
 from planner.numerics.kernel_content import UnknownContentError, content, type_content
@@ -52,11 +53,11 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return compiled code for types of arguments, None if there is none."""
-        target_context.refresh()
         name = self.file_name(sig)
         for folder in reading_order() if name else ():
             payload = _read(folder / str(name))
             if payload is not None:
+                rtsys.initialize(target_context)  # what restored code calls
                 return _restored(payload, target_context)
         return None
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from experiments.cosim.road import EgoTask, Road
+from experiments.cosim.sumo.driver_errors import DriverErrorSettings
 from experiments.cosim.sumo.driver_settings import SumoDriverSettings
 from sumo_nets.demand_files import DemandFiles, command_options
 
@@ -47,6 +48,8 @@ class SumoSettings:
     driver: SumoDriverSettings | None = None  # SUMO's in the ego's place
     ghost: bool = True  # followers see an ego that reaches over a lane line
     lane_change_guard: bool = True  # no lane change into an ego abreast
+    errors: DriverErrorSettings | None = None  # of the traffic's drivers
+    relaxation: float = 0.0  # until a follower cut in has its time gap back [s]
     step: float = 0.1  # [s]
     seed: int = 42
     warm_up: float = 60.0  # of traffic alone before the ego asks to enter [s]

@@ -48,6 +48,7 @@ class SumoDriverWorld(SumoWorld):
         with sumo_errors(sumo, "driving the ego"):
             self._keep_limit(sumo, ego)
             self._tell(sumo)
+            self._move_drivers(sumo)
             sumo.simulationStep()
             if EGO_ID not in sumo.vehicle.getIDList():
                 raise SimulationError("SUMO has taken the ego off the road")

@@ -68,6 +68,7 @@ class WithoutEgoWorld(SumoWorld):
                 self._start_anew(sumo, self._placebo_seed, self._folder / STATE_FILE)
             for moment in range(n_steps):
                 if moment > 0:
+                    self._move_drivers(sumo)
                     sumo.simulationStep()
                 found = reader.of(ids & set(sumo.vehicle.getIDList()))
                 yield TrafficState(moment * self.step, found)

@@ -16,6 +16,7 @@ from experiments.cosim.road import Road
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo import obstacle_vehicles as obstacles
 from experiments.cosim.sumo.closed_lanes import close_to_traffic
+from experiments.cosim.sumo.driver_errors import DriverErrors
 from experiments.cosim.sumo.ego_entry import (
     EGO_ID,
     EGO_ROUTE,
@@ -33,6 +34,7 @@ from experiments.cosim.sumo.lane_change_guard import LaneChangeGuard, abreast
 from experiments.cosim.sumo.lanes import all_lanes, edge_lanes, route_strips
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.movements import MovementReader
+from experiments.cosim.sumo.relaxation import Relaxation
 from experiments.cosim.sumo.settings import (
     EGO_TYPE,
     VIEW_RADIUS,
@@ -69,6 +71,8 @@ class SumoWorld:
         self._sumo: Libsumo | None = None
         self._ghost: Ghost | None = None
         self._guard: LaneChangeGuard | None = None
+        self._errors: DriverErrors | None = None
+        self._relaxation: Relaxation | None = None
         self._others: RoadUsers | None = None  # as last observed
         self._ego_front = (math.nan, math.nan)
         self._reader: VehicleReader | None = None
@@ -126,6 +130,8 @@ class SumoWorld:
                 self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, EGO_TYPE, strips)
         if settings.lane_change_guard:
             self._guard = LaneChangeGuard(sumo)
+        if settings.relaxation > 0.0:
+            self._relaxation = Relaxation(sumo, settings.relaxation)
         self._ego_front = frames.front_from_rear_axle(ego, self._vehicle)[:2]
         return ego
 
@@ -140,7 +146,10 @@ class SumoWorld:
             self._others = reader.near(self._ego_front, VIEW_RADIUS)
             signals = self._read_signals(sumo)
         time = self._steps * self.step
-        return TrafficState(time, self._others, signals, self._ghost_state())
+        erring = () if self._errors is None else self._errors.present()
+        return TrafficState(
+            time, self._others, signals, self._ghost_state(), erring=erring
+        )
 
     def movements(
         self, near: Set[int], vehicles: RoadUsers
@@ -186,6 +195,7 @@ class SumoWorld:
             if self._guard is not None and self._others is not None:
                 beside = abreast(ego, self._vehicle, self._others)
                 self._guard.update(beside, self._others.ids)
+            self._move_drivers(sumo)
             sumo.simulationStep()
             if sumo.simulation.getCollidingVehiclesNumber():
                 self._count_collision(sumo)
@@ -194,6 +204,15 @@ class SumoWorld:
         self._ego_front = (x, y)
         self._steps += 1
         return ego
+
+    def _move_drivers(self, sumo: Libsumo) -> None:
+        """Let drivers err, and followers who were cut in relax, before a step."""
+        if self._errors is not None:
+            self._errors.update(float(sumo.simulation.getTime()))
+        if self._relaxation is not None:
+            has_ghost = self._ghost is not None and self._ghost.pose is not None
+            leaders = (EGO_ID, GHOST_ID) if has_ghost else (EGO_ID,)
+            self._relaxation.update(self._steps * self.step, leaders)
 
     def _keep_pace(self) -> None:
         """Wait so that a step takes as long as it lasts."""
@@ -259,6 +278,8 @@ class SumoWorld:
             self._reader = VehicleReader(
                 sumo, self._hidden, left_hand=self.road.lanes.left_hand
             )
+            if settings.errors is not None:
+                self._errors = DriverErrors(sumo, settings.errors, self._hidden)
             self._check_ego_type(sumo)
             self._check_stop_lines(sumo)
         with sumo_errors(sumo, "warming up"):

@@ -1,0 +1,158 @@
+"""How often something happens: per run and per 1,000 km, also from weighted samples.
+
+Sources: Wilson, JASA 22 (1927) 209. Garwood, Biometrika 28 (1936) 437. Fay and Feuer,
+Statist. Med. 16 (1997) 791. Kish, Survey Sampling (1965), for the effective size.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy import stats
+
+from experiments.comparison.inference import wilson
+from experiments.comparison.location import CONFIDENCE, Interval
+from experiments.comparison.results import rows
+from experiments.errors import ConfigError
+from planner.states import FloatArray
+
+USUAL_EVENT = "collisions > 0"
+PER_KM = 1000.0  # kilometres that a rate is given for
+M_PER_KM = 1000.0
+_LOST = "failure IS NOT NULL"
+
+
+@dataclass(frozen=True, slots=True)
+class EventRate:
+    """How often an event happened to one planner."""
+
+    label: str
+    runs: int
+    lost: int  # of them, without a result: part of no rate
+    events: int
+    share: Interval  # of the runs
+    effective: float  # runs that an unweighted sample would need [-]
+    distance: float  # driven [km]
+    per_1000_km: Interval | None  # None where weights or no distance forbid it
+
+
+def weighted_rate(
+    weights: FloatArray, occurred: Sequence[bool], confidence: float = CONFIDENCE
+) -> Interval:
+    """Estimate a probability from samples of another distribution.
+
+    The estimate is sum(w 1) / n, unbiased for w = p / q; the interval is that of a
+    weighted sum of Poisson counts (Fay and Feuer 1997), where the event that may have
+    been missed weighs as much as the heaviest that was seen; if none was, as the
+    heaviest run.
+
+    Args:
+        weights: How much likelier each sample is than it was drawn, (n,), not negative.
+        occurred: Whether the event occurred, (n,).
+        confidence: Of the interval.
+    """
+    largest = float(weights.max(initial=0.0))
+    if largest == 0.0:
+        return Interval(0.0, 0.0, 0.0)
+    scale = largest / len(weights)  # everything below is in units of it
+    hit = weights[np.asarray(occurred, dtype=bool)] / largest
+    tail = (1.0 - confidence) / 2.0
+    rate, variance = float(hit.sum()), float((hit**2).sum())
+    low = _gamma_quantile(tail, rate, variance)
+    more = float(hit.max(initial=0.0)) or 1.0  # weight of the event that may be missing
+    high = _gamma_quantile(1.0 - tail, rate + more, variance + more**2)
+    return Interval(scale * rate, scale * low, scale * high)
+
+
+def _gamma_quantile(share: float, mean: float, variance: float) -> float:
+    """Return a quantile of the gamma distribution; 0 without a variance."""
+    if variance == 0.0:
+        return 0.0
+    return float(stats.gamma.ppf(share, mean**2 / variance, scale=variance / mean))
+
+
+def poisson_rate(
+    events: int, exposure: float, confidence: float = CONFIDENCE
+) -> Interval:
+    """Estimate events per unit of exposure with the exact interval (Garwood 1936).
+
+    Args:
+        events: Counted.
+        exposure: Above 0, for example in 1,000 km.
+        confidence: Of the interval.
+    """
+    tail = (1.0 - confidence) / 2.0
+    low = stats.chi2.ppf(tail, 2.0 * events) / 2.0 if events else 0.0
+    high = stats.chi2.ppf(1.0 - tail, 2.0 * events + 2.0) / 2.0
+    return Interval(events / exposure, float(low) / exposure, float(high) / exposure)
+
+
+def effective_size(weights: FloatArray) -> float:
+    """Return the size of an equally good sample without weights (Kish 1965).
+
+    It is (sum w)^2 / sum w^2.
+    """
+    largest = float(weights.max(initial=0.0))
+    if largest == 0.0:
+        return 0.0
+    scaled = weights / largest
+    return float(scaled.sum()) ** 2 / float((scaled**2).sum())
+
+
+def event_rates(
+    folder: Path, event: str = USUAL_EVENT, weight: str | None = None
+) -> list[EventRate]:
+    """Estimate how often an event happens to each planner of a sweep.
+
+    Args:
+        folder: Of the sweep.
+        event: Condition on a row, as SQL.
+        weight: How much likelier each run is than the sweep has made it, as an SQL
+            expression; None: all runs count the same.
+
+    Raises:
+        ConfigError: If SQL cannot understand one of them, or a weight is no number.
+    """
+    expression = "1.0" if weight is None else weight
+    rows(folder, f"SELECT ({event}) FROM runs LIMIT 1", "--event")
+    rows(folder, f"SELECT ({expression})::DOUBLE FROM runs LIMIT 1", "--weight")
+    found = rows(
+        folder,
+        f"SELECT label, {_LOST} AS lost, coalesce(({event}), false) AS event, "
+        f"({expression})::DOUBLE AS weight, coalesce(distance_m, 0.0) AS distance_m "
+        "FROM runs ORDER BY label",
+    )
+    labels = sorted({str(row["label"]) for row in found})
+    return [
+        _rate(label, [r for r in found if r["label"] == label], weighted=bool(weight))
+        for label in labels
+    ]
+
+
+def _rate(label: str, runs: list[dict[str, object]], *, weighted: bool) -> EventRate:
+    """Estimate the rate of one planner."""
+    kept = [row for row in runs if not row["lost"]]
+    weights = np.array([_number(row["weight"]) for row in kept])
+    occurred = [bool(row["event"]) for row in kept]
+    if not (np.isfinite(weights).all() and (weights >= 0.0).all()):
+        raise ConfigError("--weight: is not a number in some runs; allowed: 0 or more")
+    events = sum(occurred)
+    distance = sum(_number(row["distance_m"]) for row in kept) / M_PER_KM
+    if not kept:
+        share = Interval(float("nan"), 0.0, 1.0)
+    elif weighted:
+        share = weighted_rate(weights, occurred)
+    else:
+        share = wilson(events, len(kept))
+    per_km = None
+    if distance > 0.0 and not weighted:
+        per_km = poisson_rate(events, distance / PER_KM)
+    size = effective_size(weights)
+    lost = len(runs) - len(kept)
+    return EventRate(label, len(runs), lost, events, share, size, distance, per_km)
+
+
+def _number(value: object) -> float:
+    """Return a value of a row as a number, NaN for nothing."""
+    return float(value) if isinstance(value, int | float) else float("nan")

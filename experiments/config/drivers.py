@@ -1,0 +1,37 @@
+"""The drivers of the background traffic: who they are, and what they do wrong."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from experiments.config.base import Share, Strict
+
+PopulationName = Literal[
+    "calm", "urban", "motorway", "distracted", "aggressive", "krauss_default"
+]
+PerHour = Annotated[float, Field(ge=0.0, le=600.0)]
+
+
+class Drivers(Strict):
+    """A population of drivers in place of tempers and models, and their errors."""
+
+    population: PopulationName = Field(
+        description="distributions that each driver's parameters are drawn from"
+    )
+    distraction: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
+        default=1.0,
+        description="scales how often the distracted population looks away; 0: never",
+    )
+    awareness: Annotated[Share, Field(gt=0.0)] = Field(
+        default=0.2,
+        description="of a driver who looks away, as in SUMO's driver state",
+    )
+    hard_brakes_per_h: PerHour = Field(
+        default=0.0, description="for no reason, by each driver, for 0.5 to 2 s"
+    )
+    hard_brake_mps2: Annotated[float, Field(gt=0.0, le=9.0)] = Field(
+        default=4.0, description="deceleration of braking for no reason"
+    )
+    stalls_per_h: PerHour = Field(
+        default=0.0, description="each driver stops in the lane for 10 to 30 s"
+    )

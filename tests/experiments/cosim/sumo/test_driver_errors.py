@@ -1,0 +1,83 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from experiments.config.scenario_file import load_scenario
+from experiments.cosim.sumo.driver_errors import ErrorTimes, Occurrence
+from experiments.episode.run import WITHOUT_EGO_FILE, run_episode
+from experiments.episode.run_folder import OutputOptions
+
+ERRING = (
+    "traffic.density=medium",
+    "traffic.drivers={population: distracted, hard_brakes_per_h: 200}",
+    "simulation.duration_s=25",
+    "simulation.without_ego=true",
+)
+
+
+@given(st.floats(5.0, 600.0), st.floats(0.1, 5.0), st.integers(0, 2**31))
+def test_errors_happen_at_their_rate_and_last_as_long_as_they_may(per_hour, most, seed):
+    times = ErrorTimes(Occurrence(per_hour, 0.1, 0.1 + most), [seed, 1])
+    step, hours = 0.05, 0.25
+    active = [times.active(k * step) for k in range(round(hours * 3600.0 / step))]
+    begun = sum(
+        now and not before
+        for before, now in zip([False, *active], active, strict=False)
+    )
+    lengths, run = [], 0
+    for now in active:
+        run = run + 1 if now else 0
+        lengths.append(run)
+    assert max(lengths) * step <= 0.1 + most + step
+    expected = per_hour * hours
+    assert begun <= expected + 5.0 * math.sqrt(expected) + 1.0
+
+
+def test_errors_depend_on_seed_and_driver_alone():
+    occurrence = Occurrence(300.0, 1.0, 2.0)
+    one = ErrorTimes(occurrence, [7, 3])
+    other = ErrorTimes(occurrence, [7, 3])
+    moments = [0.3 * k for k in range(400)]
+    # asked less often, the answers are the same
+    answers = [one.active(t) for t in moments]
+    assert [other.active(t) for t in moments[::5]] == answers[::5]
+    assert [ErrorTimes(occurrence, [8, 3]).active(t) for t in moments] != answers
+
+
+@pytest.mark.sumo
+def test_the_same_drivers_err_at_the_same_moments_whoever_drives_the_ego(tmp_path):
+    errors = {}
+    for planner in ("lane_change", "sumo"):
+        scenario = load_scenario(
+            "lane_change", planner=planner, seed=2, overrides=list(ERRING)
+        )
+        outcome = run_episode(scenario, out=tmp_path, output=OutputOptions())
+        table = outcome.trace.driver_errors
+        rows = zip(table["index"], table["id"], table["error"], strict=True)
+        errors[planner] = {row for row in rows if row[0] < 200}
+        assert (outcome.folder / WITHOUT_EGO_FILE).is_file()
+    kinds = {error for _, _, error in errors["sumo"]}
+    assert kinds == {"looks_away", "brakes"}
+    assert errors["sumo"] == errors["lane_change"]
+
+
+@pytest.mark.sumo
+def test_a_driver_who_brakes_for_no_reason_slows_down(tmp_path):
+    scenario = load_scenario("lane_change", seed=2, overrides=list(ERRING))
+    trace = run_episode(scenario, out=tmp_path).trace
+    braking = {
+        (index, name)
+        for index, name, error in zip(*trace.driver_errors.values(), strict=True)
+        if error == "brakes"
+    }
+    table = trace.vehicles
+    hardest = {}
+    for index, name, a in zip(
+        table["index"], table["id"], table["acceleration_mps2"], strict=True
+    ):
+        if (index - 1, name) in braking and (index, name) in braking:
+            hardest[name] = min(hardest.get(name, 0.0), float(a))
+    assert hardest  # the ego sees some of them
+    assert sum(a < -2.0 for a in hardest.values()) >= 0.8 * len(hardest)
