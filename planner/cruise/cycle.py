@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.bodies import Bodies, BodyTable, bodies_of, leader_of
+from planner.bodies import Bodies, BodyTable, Leader, bodies_of, leader_of
 from planner.cruise.candidate_motion import (
     Lateral,
     RoadTables,
@@ -28,6 +28,7 @@ from planner.scene import Scene
 from planner.shapes.disc_clearance import gaps_to
 from planner.states import CartesianState, FloatArray, IntArray, Trajectory
 
+QUEUE_GAP = 1.0  # from the line behind a waiting vehicle to its rear [m]
 DISC_EXCESS = 0.3  # by which the discs may reach beyond the sides of a long body [m]
 NO_DISCS = np.zeros(0)  # not frozen, as others: one type, one kernel
 CAPSULE_DISCS = 33  # 0.1 m apart: their hull waves by less than the tolerance
@@ -52,11 +53,12 @@ class Cycle:
         cls, scene: Scene, settings: CruiseSettings, last: Trajectory | None
     ) -> "Cycle":
         """Sample the profiles and collect the arrays of the scene."""
-        speed_ahead = reference_speed(scene, settings)
         bodies = bodies_of(scene, settings.n_steps, settings.step)
-        profiles = longitudinal_profiles(
-            scene, settings, speed_ahead, leader_of(scene, bodies)
-        )
+        leader = leader_of(scene, bodies)
+        if scene.stop_lines and leader is not None:
+            scene = _behind_queue(scene, bodies, leader)
+        speed_ahead = reference_speed(scene, settings)
+        profiles = longitudinal_profiles(scene, settings, speed_ahead, leader)
         limits = _limits(scene, settings)
         ego = scene.ego_frenet
         offsets = terminal_offsets(
@@ -123,6 +125,20 @@ class Cycle:
         """Return the same cycle with lateral motions of at least a length [m]."""
         lateral = self.tables.lateral._replace(min_length=length)
         return replace(self, tables=self.tables._replace(lateral=lateral))
+
+
+def _behind_queue(scene: Scene, bodies: Bodies, leader: Leader) -> Scene:
+    """Let the ego wait behind the vehicle ahead that waits at the closed line.
+
+    It may not go to the line beside those who wait there: its own line is behind them.
+    """
+    body = bodies.ids.index(leader.id)
+    rear = float(leader.s[0])
+    front = scene.ego_frenet.s + scene.vehicle.front_reach
+    waits = body >= bodies.table.n_static and bodies.table.speed[body] <= STANDING
+    if not waits or not front < rear < min(scene.stop_lines):
+        return scene
+    return replace(scene, stop_lines=(max(rear - QUEUE_GAP, front), *scene.stop_lines))
 
 
 def _limits(scene: Scene, settings: CruiseSettings) -> CandidateLimits:
@@ -261,11 +277,10 @@ def _surroundings(
         table,
         settings.obstacle_gap,
         settings.standstill_gap,
-        (scene.ego_frenet.s, min(scene.stop_lines, default=-np.inf)),
+        (scene.ego_frenet.s, max(scene.stop_lines, default=-np.inf)),
     )
     rules = FollowingRules(
         discs,
-        more_discs,
         disc_radius,
         settings.scales.clearance,
         disc_radius + settings.margin,
@@ -276,7 +291,7 @@ def _surroundings(
         settings.time_headway,
         settings.rear_time_headway,
     )
-    return Surroundings(*table, threshold, turn_gap, *rules)
+    return Surroundings(*table, threshold, turn_gap, more_discs, *rules)
 
 
 @compiled

@@ -22,7 +22,6 @@ class FollowingRules(NamedTuple):
     """The ego's body, and the room that it keeps to other bodies."""
 
     discs: tuple[float, float, float]  # centres ahead of the rear axle, rear first [m]
-    more_discs: FloatArray  # of a long body, between the last two of them [m]
     disc_radius: float
     range: float  # gap from which on a body costs nothing [m]
     corridor: float  # room that the ego needs on each side of its path [m]
@@ -37,7 +36,7 @@ class FollowingRules(NamedTuple):
 class Surroundings(NamedTuple):
     """Bodies, the gaps to each, and the rules of following, in one flat record.
 
-    The fields of `planner.bodies.BodyTable`, two of its own, and those of
+    The fields of `planner.bodies.BodyTable`, three of its own, and those of
     `FollowingRules`, in their order.
     """
 
@@ -53,8 +52,8 @@ class Surroundings(NamedTuple):
     n_static: int
     threshold: FloatArray  # gap below which a candidate collides, (n_bodies,) [m]
     turn_gap: FloatArray  # room to steer round what stands, else 0, (n_bodies,) [m]
+    more_discs: FloatArray  # of a long ego, between the last two of its discs, (n,) [m]
     discs: tuple[float, float, float]
-    more_discs: FloatArray
     disc_radius: float
     range: float
     corridor: float

@@ -123,7 +123,7 @@ def _lane_term(
         offsets: (n,) [m].
     """
     lanes_s, centre, width = lanes
-    k = min(max(np.searchsorted(lanes_s, at) - 1, 0), max(lanes_s.size - 2, 0))
+    k = min(max(int(np.searchsorted(lanes_s, at)) - 1, 0), max(lanes_s.size - 2, 0))
     after = min(k + 1, lanes_s.size - 1)
     share = 0.0
     if after > k:
