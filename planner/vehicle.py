@@ -109,7 +109,8 @@ class Vehicle:
             n += 1
         pitch = self.length / n
         first = self.centre_offset - 0.5 * (self.length - pitch)
-        return first + pitch * np.arange(n), math.hypot(pitch / 2.0, half)
+        centres = np.asarray(first + pitch * np.arange(n), dtype=np.float64)
+        return centres, math.hypot(pitch / 2.0, half)
 
     @property
     def disc_radius(self) -> float:

@@ -150,8 +150,8 @@ def near_steps(
     return first, last
 
 
-class Discs(NamedTuple):
-    """Discs that cover the ego: their centres ahead of the rear axle [m]."""
+class CoverDiscs(NamedTuple):
+    """CoverDiscs that cover the ego: their centres ahead of the rear axle [m]."""
 
     three: tuple[float, float, float]  # rear first; looked at together
     more: FloatArray  # of a long body, (n,)

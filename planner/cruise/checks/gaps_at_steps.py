@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from planner.cruise.candidate_motion import UNIT_L
-from planner.cruise.checks.body_frame import Body, Discs
+from planner.cruise.checks.body_frame import Body, CoverDiscs
 from planner.cruise.workspace import (
     ASKEW,
     FAR,
@@ -111,7 +111,7 @@ def take_gaps(
     steps: tuple[int, int],
     delta_l: FloatArray,
     body: Body,
-    discs: Discs,
+    discs: CoverDiscs,
     bench: Bench,
 ) -> None:
     """Compute the gaps at the steps and their least over time.

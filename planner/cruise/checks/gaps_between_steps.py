@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from planner.cruise.checks.body_frame import Body, Discs
+from planner.cruise.checks.body_frame import Body, CoverDiscs
 from planner.cruise.checks.gaps_at_steps import first_touch, square_apart
 from planner.cruise.feasibility import Check
 from planner.cruise.workspace import (
@@ -40,7 +40,7 @@ def sweep(
     active: tuple[int, int],
     delta_l: FloatArray,
     body: Body,
-    discs: Discs,
+    discs: CoverDiscs,
     cutoff_gap: float,
     verdict: IntArray,
     bench: Bench,
@@ -104,7 +104,7 @@ def _flag(
     steps: tuple[int, int],
     delta_l: FloatArray,
     body: Body,
-    discs: Discs,
+    discs: CoverDiscs,
     bench: Bench,
 ) -> bool:
     """Flag the candidates whose gap before a step may be smaller than at both ends.
@@ -234,7 +234,7 @@ def _gap_on_the_way(
     limit: float,
     delta_l: float,
     body: Body,
-    discs: Discs,
+    discs: CoverDiscs,
     course: FloatArray,
     frames: FloatArray,
 ) -> float:
