@@ -1,12 +1,13 @@
 """The trajectory of a cycle that finds none: fallbacks in order.
 
 The last plan shifted by one step; a full stop within the limits on its path; emergency
-braking on the path; an evasion within the lane. If none of them is free, the one with
-the least impact.
+braking on the path, both with the pedal moved at a finite rate; an evasion within the
+lane. If none of them is free, the one with the least impact.
 """
 
 import math
 from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,10 @@ SAME_PLACE = 0.05  # the ego may be this far from where the last plan has it [m]
 SAME_SPEED = 0.1  # [m/s]
 SAME_TIME = 1e-9  # [s]
 MIN_PATH_LENGTH = 10.0  # over which a stopping path settles on its offset [m]
+STOP_JERK = 10.0  # with which a full stop begins [m/s³]
+EMERGENCY_JERK = 40.0  # the same of emergency braking: brakes bite after 0.2 s [m/s³]
+NO_SPEED = 1e-6  # a vehicle this slow does not move off by its brake [m/s]
+STANDING = 0.1  # slower, there is nothing left to brake [m/s]
 HARD_GAP = 0.05  # least distance to a body that a fallback may leave [m]
 EASY_GAP = 0.3  # and that an evasion leaves where it can [m]
 HOLD_TIME = 2.0  # for which an evasion holds the speed before it brakes [s]
@@ -62,7 +67,7 @@ def fallback(
     limits = scene.vehicle.limits
     for offset in _stopping_offsets(scene, last):
         stop = stopping_trajectory(scene, offset, limits.max_deceleration, horizon)
-        if stop is not None and blocker(stop) is None:
+        if stop is not None and (scene.ego.speed < STANDING or blocker(stop) is None):
             return PlanStatus.FULL_STOP, stop
     deceleration = limits.emergency_deceleration
     braking = [
@@ -134,7 +139,9 @@ def shifted_plan(scene: Scene, last: Trajectory) -> Trajectory | None:
 def stopping_trajectory(
     scene: Scene, offset: float, deceleration: float, horizon: float
 ) -> Trajectory | None:
-    """Brake evenly to a stand on a path that settles on `offset`.
+    """Brake to a stand on a path that settles on `offset`.
+
+    Evenly, once the pedal is down.
 
     Args:
         scene: Of this cycle.
@@ -149,6 +156,51 @@ def stopping_trajectory(
     return _motion_along(scene, offset, (0.0, deceleration), length, horizon)
 
 
+class Brake(NamedTuple):
+    """How the brake is applied."""
+
+    acceleration: float  # at the start [m/s²]
+    deceleration: float  # then, positive; 0 for none [m/s²]
+    jerk: float  # from one to the other, positive [m/s³]
+
+
+def brake_down(
+    speed: float, brake: Brake, t: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Brake to a stand with a deceleration that is reached with bounded jerk.
+
+    Args:
+        speed: At the start [m/s].
+        brake: How it is applied.
+        t: Times, (n,) [s].
+
+    Returns:
+        (way driven [m], speed [m/s], acceleration [m/s²]) at these times, (n,).
+    """
+    if speed < NO_SPEED:
+        return np.zeros_like(t), np.zeros_like(t), np.zeros_like(t)
+    first, last = brake.acceleration, -brake.deceleration
+    ramp = abs(last - first) / brake.jerk
+    jerk = math.copysign(brake.jerk, last - first)
+    reached = speed + ramp * (first + 0.5 * ramp * jerk)
+    if reached < 0.0:  # it stands before
+        root = math.sqrt(max(first * first - 2.0 * jerk * speed, 0.0))
+        stop = -(first + root) / jerk
+    elif brake.deceleration > 0.0:
+        stop = ramp + reached / brake.deceleration
+    else:
+        stop = math.inf
+    moving = np.minimum(t, stop)
+    rising = np.minimum(moving, ramp)
+    even = moving - rising
+    v = speed + rising * (first + 0.5 * rising * jerk)
+    way = rising * (speed + rising * (first / 2.0 + rising * jerk / 6.0))
+    way = way + even * (v + 0.5 * last * even)
+    v = np.where(t < stop, np.maximum(v + last * even, 0.0), 0.0)
+    a = np.where(t < stop, np.where(t < ramp, first + jerk * t, last), 0.0)
+    return way, v, a
+
+
 def _motion_along(
     scene: Scene,
     offset: float,
@@ -156,7 +208,7 @@ def _motion_along(
     length: float,
     horizon: float,
 ) -> Trajectory | None:
-    """Hold the speed, then brake evenly to a stand, settling on an offset.
+    """Hold the speed, then brake to a stand, settling on an offset.
 
     Args:
         scene: Of this cycle.
@@ -170,15 +222,18 @@ def _motion_along(
     """
     ego, (hold, deceleration) = scene.ego_frenet, braking
     t = scene.step * np.arange(round(horizon / scene.step) + 1, dtype=np.float64)
-    speed = max(scene.ego.speed, 1e-6)
     start = max(ego.s_dot, 0.0)
-    rate = deceleration * start / speed  # the same share of both speeds
-    stop_time = hold + start / rate if rate > 0.0 else 0.0
-    moving = np.minimum(t, stop_time)
-    braked = np.maximum(moving - hold, 0.0)
-    s_dot = np.maximum(ego.s_dot - rate * np.maximum(t - hold, 0.0), 0.0)
-    s = ego.s + ego.s_dot * moving - 0.5 * rate * braked**2
-    s_ddot = np.where((t >= hold) & (t < stop_time), -rate, 0.0)
+    share = start / max(scene.ego.speed, 1e-6)  # of the speed that is along the road
+    limits = scene.vehicle.limits
+    hard = deceleration > limits.max_deceleration
+    brake = Brake(
+        0.0 if hold > 0.0 else ego.s_ddot,
+        share * deceleration,
+        max(share, 1e-6) * (EMERGENCY_JERK if hard else STOP_JERK),
+    )
+    braked, s_dot, s_ddot = brake_down(start, brake, np.maximum(t - hold, 0.0))
+    s = ego.s + start * np.minimum(t, hold) + braked
+    s_ddot = np.where(t < hold, 0.0, s_ddot)
     l, l_prime, l_second = _settling_path(scene, offset, length, s - ego.s)
     states = FrenetStates(
         s,
@@ -198,9 +253,8 @@ def braking_on_arc(
 ) -> Trajectory:
     """Brake with the steering held: the fallback that needs no path."""
     t = step * np.arange(round(horizon / step) + 1, dtype=np.float64)
-    stop_time = ego.speed / deceleration
-    moving = np.minimum(t, stop_time)
-    driven = ego.speed * moving - 0.5 * deceleration * moving**2
+    brake = Brake(ego.acceleration, deceleration, EMERGENCY_JERK)
+    driven, speed, acceleration = brake_down(ego.speed, brake, t)
     heading = ego.heading + ego.curvature * driven
     mean = ego.heading + 0.5 * ego.curvature * driven  # chord of an arc
     chord = driven * np.sinc(0.5 * ego.curvature * driven / np.pi)
@@ -210,8 +264,8 @@ def braking_on_arc(
         ego.y + chord * np.sin(mean),
         heading,
         np.full_like(t, ego.curvature),
-        np.maximum(ego.speed - deceleration * t, 0.0),
-        np.where(t < stop_time, -deceleration, 0.0),
+        speed,
+        acceleration,
         driven,
         np.zeros_like(t),
     )

@@ -15,20 +15,27 @@ from planner.reference_path.path import (
     as_input,
 )
 from planner.reference_path.projection import EVERYWHERE, NO_DIRECTION, foot
-from planner.scene import Prediction, RoadUsers
+from planner.scene import Lanes, Prediction, RoadUsers
 from planner.states import FloatArray
 
 # A vehicle follows the ego's road while its heading and place agree with the road.
 LANE_HEADING_TOLERANCE = 0.5  # [rad]; lane changes stay below 0.2, turns exceed it
 LANE_REACH = 20.0  # [m]; two carriageways of three lanes
-LATERAL_HOLD = 1.5  # for which a lateral speed is held [s]
+# One that moves sideways at walking speed stands askew in SUMO, but changes its lane.
+ASKEW_TOLERANCE = 1.2  # the same of a vehicle that moves over [rad]
+MOVING_OVER = 0.2  # a vehicle faster than this sideways changes its lane [m/s]
+LATERAL_HOLD = 1.5  # for which a lateral speed is held where no lanes are known [s]
 
 
 class Predictor(Protocol):
     """A model of where other vehicles will be."""
 
     def __call__(
-        self, path: ReferencePath, vehicles: RoadUsers, times: FloatArray
+        self,
+        path: ReferencePath,
+        vehicles: RoadUsers,
+        times: FloatArray,
+        lanes: Lanes | None = None,
     ) -> Prediction:
         """Predict vehicles.
 
@@ -36,6 +43,7 @@ class Predictor(Protocol):
             path: Reference path of the ego.
             vehicles: As they are now.
             times: Evenly spaced from 0 on, at least two, (n_steps,) [s].
+            lanes: Of the ego's carriageway, if they are known.
 
         Returns:
             The prediction, (n, n_steps).
@@ -44,25 +52,32 @@ class Predictor(Protocol):
 
 
 def constant_speed(
-    path: ReferencePath, vehicles: RoadUsers, times: FloatArray
+    path: ReferencePath,
+    vehicles: RoadUsers,
+    times: FloatArray,
+    lanes: Lanes | None = None,
 ) -> Prediction:
     """Keep the speed, along the lane where there is one, else along the heading.
 
-    A lateral speed is held for `LATERAL_HOLD`: a lane change goes on, but how far is
-    not known. The acceleration is not used. See `Predictor`.
+    A lane change goes on to the middle of the lane that it leads to; where none is
+    known, a lateral speed is held for `LATERAL_HOLD`. The acceleration is not used. See
+    `Predictor`.
     """
-    return _roll_out(path, vehicles, times, brake=False)
+    return _roll_out(path, vehicles, times, lanes, brake=False)
 
 
 def held_braking(
-    path: ReferencePath, vehicles: RoadUsers, times: FloatArray
+    path: ReferencePath,
+    vehicles: RoadUsers,
+    times: FloatArray,
+    lanes: Lanes | None = None,
 ) -> Prediction:
     """Predict as `constant_speed`, but let braking vehicles brake until they stand.
 
     A vehicle that brakes for a signal, a queue or an obstacle does so for longer than
     an instant; one that speeds up may stop doing so at any time. See `Predictor`.
     """
-    return _roll_out(path, vehicles, times, brake=True)
+    return _roll_out(path, vehicles, times, lanes, brake=True)
 
 
 # those that a scenario can name
@@ -73,13 +88,49 @@ PREDICTORS: Mapping[str, Predictor] = {
 
 
 def _roll_out(
-    path: ReferencePath, vehicles: RoadUsers, times: FloatArray, *, brake: bool
+    path: ReferencePath,
+    vehicles: RoadUsers,
+    times: FloatArray,
+    lanes: Lanes | None,
+    *,
+    brake: bool,
 ) -> Prediction:
     """Move each vehicle along its lane or heading."""
     if times.size < 2:
         raise InvalidInputError(f"a prediction needs two times, not {times.size}")
-    table = roll_out(path.table, vehicles.table, as_input(times), brake)
+    aims = _aims(path, vehicles, lanes)
+    table = roll_out(path.table, vehicles.table, as_input(times), brake, aims)
     return Prediction.from_table(float(times[1] - times[0]), table)
+
+
+def _aims(path: ReferencePath, vehicles: RoadUsers, lanes: Lanes | None) -> FloatArray:
+    """Find where lane changes end: the middle of the next lane on their way.
+
+    Args:
+        path: Of the ego.
+        vehicles: As they are now.
+        lanes: Of the ego's carriageway, if they are known.
+
+    Returns:
+        Offsets, (n,) [m]; inf where none is known, nan where no lane is changed.
+    """
+    aims = np.full(len(vehicles.ids), np.nan)
+    moving = np.flatnonzero(np.abs(vehicles.lateral_speed) > MOVING_OVER)
+    if not moving.size:
+        return aims
+    aims[moving] = np.inf
+    if lanes is None or not lanes.centre.shape[0]:
+        return aims
+    s, l = path.project(vehicles.x[moving], vehicles.y[moving])
+    for k, v in enumerate(moving.tolist()):
+        centres, widths = lanes.at(float(s[k]))
+        centres = centres[widths > 0.0]
+        along = np.cos(vehicles.heading[v] - float(path.at(s[k : k + 1]).heading[0]))
+        rate = vehicles.lateral_speed[v] * (1.0 if along > 0.0 else -1.0)
+        ahead = centres[(centres - l[k]) * rate >= 0.0]
+        if ahead.size:
+            aims[v] = float(ahead[np.argmin(np.abs(ahead - l[k]))])
+    return aims
 
 
 @compiled
@@ -115,6 +166,7 @@ def roll_out(
     vehicles: FloatArray,
     times: FloatArray,
     brake: bool,  # noqa: FBT001 - compiled
+    aims: FloatArray,
 ) -> FloatArray:
     """Move vehicles along their lanes or headings.
 
@@ -123,6 +175,8 @@ def roll_out(
         vehicles: Rows as in `planner.scene.COLUMNS`, (8, n).
         times: (n_steps,) [s].
         brake: As in `driven_distances`.
+        aims: Offsets at which lane changes end, (n,) [m]; inf where that is not known,
+            nan where no lane is changed.
 
     Returns:
         (5, n, n_steps): x, y, heading, s, l as in `Prediction`.
@@ -140,14 +194,20 @@ def roll_out(
         _, _, _, _, kappa, _, road_heading = point_at(path.knots, path.bins, s)
         error = heading[v] - road_heading
         along = np.cos(error)  # +1 with the road, -1 against it
+        moves_over = not np.isnan(aims[v])
+        tolerance = ASKEW_TOLERANCE if moves_over else LANE_HEADING_TOLERANCE
         if (
-            abs(along) > np.cos(LANE_HEADING_TOLERANCE)
+            abs(along) > np.cos(tolerance)
             and abs(l) < LANE_REACH
             and 1.0 - kappa * l > MIN_STRETCH
         ):
             direction = 1.0 if along > 0.0 else -1.0
             drift = direction * lateral_speed[v] * step
-            follow_road(path, v, (s, l, drift, error), direction, distance, step, out)
+            steps = LATERAL_HOLD / step
+            if moves_over and np.isfinite(aims[v]):
+                steps = (aims[v] - l) / drift
+            start = (s, l, drift, error)
+            follow_road(path, v, start, (direction, steps), distance, out)
         else:
             near = abs(l) < 3.0 * FRENET_REACH
             go_straight(path, v, (x[v], y[v], heading[v]), near, distance, out)
@@ -159,9 +219,8 @@ def follow_road(
     path: PathTable,
     v: int,
     start: tuple[float, float, float, float],
-    direction: float,
+    course: tuple[float, float],
     distance: FloatArray,
-    step: float,
     out: FloatArray,
 ) -> None:
     """Drive vehicle `v` along the path at its offset.
@@ -173,15 +232,15 @@ def follow_road(
         v: Row of `distance` and `out`.
         start: s [m], l [m], change of l in one step while it drifts [m], heading off
             the path, which stays: a car in mid lane change stands askew [rad].
-        direction: 1 with the path, -1 against it.
+        course: 1 with the path, -1 against it; how many steps it drifts.
         distance: Driven, (n, n_steps) [m].
-        step: Between columns [s].
         out: Filled, see `roll_out`.
     """
     knots, bins = path.knots, path.bins
     s, l0, drift, error = start
+    direction, steps = course
     for i in range(distance.shape[1]):
-        l = l0 + drift * min(1.0 * i, LATERAL_HOLD / step)
+        l = l0 + drift * min(1.0 * i, steps)
         if i > 0:
             driven = direction * (distance[v, i] - distance[v, i - 1])
             stretch = max(1.0 - curvature_at(knots, bins, s) * l, MIN_STRETCH)

@@ -3,8 +3,10 @@
 import math
 from dataclasses import dataclass, fields
 
+import numpy as np
+
 from planner.errors import InvalidInputError
-from planner.states import CartesianState, store_floats
+from planner.states import CartesianState, FloatArray, store_floats
 
 
 class VehicleError(InvalidInputError):
@@ -90,6 +92,25 @@ class Vehicle:
     def centre_offset(self) -> float:
         """Distance from the rear axle to the centre of the rectangle [m]."""
         return self.length / 2.0 - self.rear_overhang
+
+    def disc_cover(self, excess: float) -> tuple[FloatArray, float]:
+        """Cover the rectangle by equal discs: three, or as many as a long body takes.
+
+        Args:
+            excess: How far they may reach beyond its sides, if more than three do
+                [m].
+
+        Returns:
+            Their centres along the heading from the rear axle, rear first, (n,), and
+            their radius [m].
+        """
+        half, n = self.width / 2.0, 3
+        while math.hypot(self.length / (2 * n), half) - half > excess:
+            n += 1
+        pitch = self.length / n
+        first = self.centre_offset - 0.5 * (self.length - pitch)
+        centres = np.asarray(first + pitch * np.arange(n), dtype=np.float64)
+        return centres, math.hypot(pitch / 2.0, half)
 
     @property
     def disc_radius(self) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.errors import InvalidInputError
 from planner.numerics.compiled import compiled
-from planner.prediction import driven_distances
+from planner.prediction import MOVING_OVER, driven_distances
 from planner.reference_path.frenet import FRENET_REACH
 from planner.reference_path.path import PathTable, ReferencePath, as_input
 from planner.reference_path.projection import EVERYWHERE, NO_DIRECTION, foot
@@ -21,8 +21,12 @@ from planner.states import FloatArray, IntArray, freeze
 NO_WAY = -1
 CHORD = 2.0  # to both sides of a place, for the heading there [m]
 FADE = 3.0  # in which a vehicle comes to the centre of its lane [s]
-MOVING_OVER = 0.2  # a vehicle faster than this sideways changes its lane [m/s]
+TURNING = 5.5  # lateral acceleration with which vehicles turn at most [m/s²]
+SLOWING = 3.0  # with which they slow down for it [m/s²]
+BEND = 4.0  # over which the curvature of a way is taken, to both sides [m]
+SOUGHT = 2.0  # between the places where it is looked for [m]
 LARGEST_OFFSET = 3.0  # from its way; a vehicle farther off is not on it [m]
+NEXT_LANE = 3.2  # from the centre of a lane to that of the one beside it [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,8 +80,7 @@ def along_ways(
     """Replace the predictions of vehicles whose ways are known.
 
     Args:
-        prediction: Of all vehicles, by another predictor; those that change their
-            lane keep it.
+        prediction: Of all vehicles, by another predictor.
         path: Reference path of the ego.
         vehicles: As they are now, n of them.
         ways: Of these vehicles.
@@ -87,8 +90,7 @@ def along_ways(
     Returns:
         The prediction; the same record if no way is known.
     """
-    moves_over = np.abs(vehicles.lateral_speed) > MOVING_OVER
-    known = np.flatnonzero((ways.way != NO_WAY) & ~moves_over)
+    known = np.flatnonzero(ways.way != NO_WAY)
     if not known.size:
         return prediction
     times = as_input(times)
@@ -97,8 +99,15 @@ def along_ways(
     for v in known.tolist():
         line = ways.lines[ways.way[v]]
         distance = _stopped(driven[v], float(vehicles.speed[v]), ways.stop[v], times)
-        place = float(vehicles.x[v]), float(vehicles.y[v])
-        follow_line(path.table, line, place, distance, times, out[:, v])
+        now = vehicles.x[v], vehicles.y[v], vehicles.lateral_speed[v]
+        follow_line(
+            path.table,
+            line,
+            (float(now[0]), float(now[1]), float(now[2])),
+            distance,
+            times,
+            out[:, v],
+        )
     return Prediction.from_table(prediction.step, out)
 
 
@@ -118,32 +127,44 @@ def _stopped(
 def follow_line(
     path: PathTable,
     line: FloatArray,
-    place: tuple[float, float],
+    now: tuple[float, float, float],
     distance: FloatArray,
     times: FloatArray,
     out: FloatArray,
 ) -> None:
     """Drive one vehicle along a polyline.
 
+    One that changes its lane goes on doing so up to the centre of that lane: of its
+    own one if it comes nearer to it, else of the next one.
+
     Args:
         path: Tables of the ego's reference path.
         line: Arc length, x, y of the corners, (3, m) [m].
-        place: Of the vehicle's centre now [m].
+        now: x, y of the vehicle's centre [m], and its speed to the left [m/s].
         distance: Driven, (n_steps,) [m].
         times: (n_steps,) [s].
         out: x, y, heading, s, l as in `Prediction`, (5, n_steps). Left as it is if the
             vehicle is not on the line.
     """
-    begin, offset = nearest_on(line, place)
+    begin, offset = nearest_on(line, (now[0], now[1]))
     if abs(offset) > LARGEST_OFFSET:
         return
+    sideways = now[2]
+    moves_over = abs(sideways) > MOVING_OVER
+    leaves = moves_over and offset * sideways >= 0.0
+    aim = np.copysign(NEXT_LANE, sideways) if leaves else 0.0
+    driven = slowed_in_turns(line, begin, distance, times)
     for i in range(distance.size):
-        at = begin + distance[i]
+        at = begin + driven[i]
         x, y = point_on(line, at)
         back_x, back_y = point_on(line, at - CHORD)
         on_x, on_y = point_on(line, at + CHORD)
         heading = np.arctan2(on_y - back_y, on_x - back_x)
-        l = offset * max(1.0 - times[i] / FADE, 0.0)
+        if moves_over:
+            missing = max(abs(aim - offset) - abs(sideways) * times[i], 0.0)
+            l = aim + np.copysign(missing, offset - aim)
+        else:
+            l = offset * max(1.0 - times[i] / FADE, 0.0)
         x -= l * np.sin(heading)
         y += l * np.cos(heading)
         s, own_l = foot(
@@ -156,6 +177,50 @@ def follow_line(
         out[2, i] = heading
         out[3, i] = s
         out[4, i] = own_l
+
+
+@compiled
+def slowed_in_turns(
+    line: FloatArray, begin: float, distance: FloatArray, times: FloatArray
+) -> FloatArray:
+    """Let a vehicle slow down for the turns of its way, (n_steps,) [m].
+
+    Its speed stays where v² |curvature| <= `TURNING`, and falls before such places with
+    `SLOWING`, or as fast as it must if it is too late for that.
+
+    Args:
+        line: Arc length, x, y of the corners, (3, m) [m].
+        begin: Where it is on the line [m].
+        distance: Driven without turns, (n_steps,) [m].
+        times: (n_steps,) [s].
+    """
+    n = int(distance[-1] / SOUGHT) + 2
+    square = np.empty(n)  # of the allowed speed
+    ahead = np.inf
+    for k in range(n - 1, -1, -1):
+        bent = curvature_on(line, begin + SOUGHT * k)
+        ahead = min(TURNING / max(bent, 1e-9), ahead + 2.0 * SLOWING * SOUGHT)
+        square[k] = ahead
+    out = np.empty(distance.size)
+    out[0] = distance[0]
+    for i in range(1, distance.size):
+        place = min(out[i - 1] / SOUGHT, n - 1.001)
+        k = int(place)
+        allowed = square[k] + (place - k) * (square[k + 1] - square[k])
+        way = distance[i] - distance[i - 1]
+        out[i] = out[i - 1] + min(way, np.sqrt(allowed) * (times[i] - times[i - 1]))
+    return out
+
+
+@compiled
+def curvature_on(line: FloatArray, at: float) -> float:
+    """Take the curvature of a polyline between points `BEND` to both sides [1/m]."""
+    x0, y0 = point_on(line, at - BEND)
+    x1, y1 = point_on(line, at)
+    x2, y2 = point_on(line, at + BEND)
+    turned = (x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1)
+    sides = np.hypot(x1 - x0, y1 - y0) * np.hypot(x2 - x1, y2 - y1)
+    return float(2.0 * abs(turned) / max(sides * np.hypot(x2 - x0, y2 - y0), 1e-9))
 
 
 @compiled

@@ -15,7 +15,7 @@ from planner.prediction import (
 )
 from planner.reference_path.frenet import FRENET_REACH
 from planner.reference_path.path import ReferencePath
-from planner.scene import COLUMNS, Prediction, RoadUsers
+from planner.scene import COLUMNS, Lanes, Prediction, RoadUsers
 from planner.states import CartesianState, FloatArray, IntArray
 
 # colour of a light of CommonRoad -> SUMO's letter
@@ -93,13 +93,17 @@ class RecordedFuture:
         return RecordedFuture(self.log, self.now + round(lead / self.log.step))
 
     def __call__(
-        self, path: ReferencePath, vehicles: RoadUsers, times: FloatArray
+        self,
+        path: ReferencePath,
+        vehicles: RoadUsers,
+        times: FloatArray,
+        lanes: Lanes | None = None,
     ) -> Prediction:
         """Look vehicles up; see `planner.prediction.Predictor`."""
         log = self.log
         row = {name: k for k, name in enumerate(log.ids)}
         known = [k for k, name in enumerate(vehicles.ids) if name in row]
-        rough = constant_speed(path, vehicles, times)
+        rough = constant_speed(path, vehicles, times, lanes)
         if not known:
             return rough
         of = np.array([row[vehicles.ids[k]] for k in known])[:, None]

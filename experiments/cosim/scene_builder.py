@@ -47,7 +47,7 @@ def predicted_vehicles(
     near = np.hypot(users.x - ego.x, users.y - ego.y) <= PLANNED_RADIUS
     planned = users.among(near)
     predict = traffic.future or outlook.predictor
-    prediction = predict(road.path, planned, outlook.times)
+    prediction = predict(road.path, planned, outlook.times, road.lanes)
     if traffic.ways is not None:
         ways = traffic.ways.among(np.flatnonzero(near))
         brake = outlook.predictor is held_braking

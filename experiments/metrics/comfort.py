@@ -10,6 +10,13 @@ from planner.states import FloatArray
 
 JERK_COST = "jerk_integral"  # key of PlanStats.costs [m²/s⁵]
 OFFSET_COST = "mean_offset_squared"  # key of PlanStats.costs [m²]
+# What most passengers of a car accept; UN Regulation 79 asks for 3 m/s² and 5 m/s³
+# (mean over half a second) of lane keeping at most.
+COMFORTABLE_SIDEWAYS = 2.2  # lateral acceleration [m/s²]
+COMFORTABLE_BRAKING = 3.5  # deceleration [m/s²]
+JERK_WINDOW = 0.5  # over which a jerk is averaged [s]
+FELT = 0.3  # a lateral acceleration below it has no side [m/s²]
+ROUNDING = 1e-3  # by which a limit may be exceeded [m/s²]
 
 
 def mean_cost(trace: Trace, term: str) -> float | None:
@@ -55,6 +62,58 @@ def max_abs_acceleration(trace: Trace) -> float | None:
 def max_abs_lateral_acceleration(trace: Trace) -> float | None:
     """Return the largest |kappa v²| [m/s²]."""
     return _largest(lateral_acceleration(trace.steps))
+
+
+def lateral_discomfort(trace: Trace) -> float | None:
+    """Return the share of steps with |kappa v²| above `COMFORTABLE_SIDEWAYS`."""
+    sideways = np.abs(lateral_acceleration(trace.steps))
+    if not sideways.size:
+        return None
+    return float(np.mean(sideways > COMFORTABLE_SIDEWAYS + ROUNDING))
+
+
+def braking_discomfort(trace: Trace) -> float | None:
+    """Return the share of steps that brake harder than `COMFORTABLE_BRAKING`."""
+    along = np.ma.compressed(trace.steps["acceleration_mps2"])
+    if not along.size:
+        return None
+    return float(np.mean(along < -COMFORTABLE_BRAKING - ROUNDING))
+
+
+def max_lateral_jerk(trace: Trace) -> float | None:
+    """Return the largest mean lateral jerk over `JERK_WINDOW` [m/s³]."""
+    return _largest_mean_jerk(trace, lateral_acceleration(trace.steps))
+
+
+def max_tangential_jerk(trace: Trace) -> float | None:
+    """Return the largest mean jerk along the path over `JERK_WINDOW` [m/s³]."""
+    return _largest_mean_jerk(trace, trace.steps["acceleration_mps2"])
+
+
+def lateral_reversals(trace: Trace) -> float | None:
+    """Count how often the lateral acceleration changes its side, in a minute.
+
+    Below `FELT` it has none. None for an episode of one step or none.
+    """
+    sideways = lateral_acceleration(trace.steps)
+    if len(sideways) < 2:  # noqa: PLR2004, a minute takes two
+        return None
+    sides = np.sign(sideways[np.abs(sideways) > FELT])
+    time = trace.steps["time_s"]
+    return float(60.0 * np.count_nonzero(np.diff(sides)) / (time[-1] - time[0]))
+
+
+def _largest_mean_jerk(trace: Trace, acceleration: Column) -> float | None:
+    """Return the largest |change| over `JERK_WINDOW`, over its time [m/s³].
+
+    None for an episode that is shorter.
+    """
+    step = float(trace.fact("step_s"))
+    apart = max(round(JERK_WINDOW / step), 1)
+    if len(acceleration) <= apart:
+        return None
+    change = acceleration[apart:] - acceleration[:-apart]
+    return _largest(change / (apart * step))
 
 
 def max_abs_curvature(trace: Trace) -> float | None:

@@ -28,6 +28,12 @@ def fallback_cycles(trace: Trace) -> int:
     return sum(1 for status in statuses if status != PlanStatus.OK)
 
 
+def emergency_cycles(trace: Trace) -> int:
+    """Count the planning cycles that brake in an emergency."""
+    statuses = np.ma.compressed(trace.steps["plan_status"])
+    return sum(1 for status in statuses if status == PlanStatus.EMERGENCY_BRAKING)
+
+
 def mean_count(trace: Trace, name: str) -> float | None:
     """Average `candidates` or `survivors` over the planning cycles [-].
 

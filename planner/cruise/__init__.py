@@ -32,7 +32,7 @@ __all__ = [
 ]
 
 
-ONLY_PRINTED = (0.0,) * 5  # the terms that [Thesis] eq. 4.14 does not have
+ONLY_PRINTED = (0.0,) * 6  # the terms that [Thesis] eq. 4.14 does not have
 
 
 def proposed(settings: CruiseSettings | None = None) -> CruisePlanner:

@@ -38,6 +38,7 @@ class Tracks(NamedTuple):
     n_valid: IntArray  # valid steps, (n_profiles,)
     jerk: FloatArray  # integral of squared jerk, (n_profiles,) [m²/s⁵]
     dropped: IntArray  # check that rules the whole profile out, or 0, (n_profiles,)
+    peak_jerk: FloatArray  # largest |jerk| of each, (n_profiles,) [m/s³]
 
 
 class Lateral(NamedTuple):

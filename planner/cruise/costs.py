@@ -22,10 +22,11 @@ TERMS = (
     "consistency",
     "heading",
     "dead_end",
+    "lane",
 )
 # The same as rows, for compiled code.
-JERK, SAFETY, OFFSET, SPEED, HEADWAY, CONSISTENCY, HEADING, DEAD_END = range(8)
-N_TERMS = 8
+JERK, SAFETY, OFFSET, SPEED, HEADWAY, CONSISTENCY, HEADING, DEAD_END, LANE = range(9)
+N_TERMS = 9
 
 
 @inlined

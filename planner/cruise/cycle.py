@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.bodies import Bodies, BodyTable, bodies_of, leader_of
+from planner.bodies import Bodies, BodyTable, Leader, bodies_of, leader_of
 from planner.cruise.candidate_motion import (
     Lateral,
     RoadTables,
@@ -14,19 +14,23 @@ from planner.cruise.evaluation import CycleTables
 from planner.cruise.feasibility import TOLERANCE, CandidateLimits, RoadBody, road_excess
 from planner.cruise.sampling.lateral import (
     full_grid_size,
+    lane_term,
     lateral_room,
     terminal_offsets,
 )
 from planner.cruise.sampling.longitudinal import EMPTY, longitudinal_profiles
 from planner.cruise.sampling.reference_speed import reference_speed
-from planner.cruise.settings import CruiseSettings, LateralMotion
+from planner.cruise.settings import ComfortLimits, CruiseSettings, LateralMotion
 from planner.cruise.workspace import FollowingRules, Surroundings
 from planner.numerics.compiled import compiled
 from planner.reference_path.linear_curvature import curvature_at
 from planner.scene import Scene
 from planner.shapes.disc_clearance import gaps_to
-from planner.states import FloatArray, IntArray, Trajectory
+from planner.states import CartesianState, FloatArray, IntArray, Trajectory
 
+QUEUE_GAP = 1.0  # from the line behind a waiting vehicle to its rear [m]
+DISC_EXCESS = 0.3  # by which the discs may reach beyond the sides of a long body [m]
+NO_DISCS = np.zeros(0)  # not frozen, as others: one type, one kernel
 CAPSULE_DISCS = 33  # 0.1 m apart: their hull waves by less than the tolerance
 TOUCH_TOLERANCE = 2e-3  # by which a gap below the margin may still shrink [m]
 # A vehicle that stands can turn its wheels before it starts: its motions need not
@@ -49,11 +53,12 @@ class Cycle:
         cls, scene: Scene, settings: CruiseSettings, last: Trajectory | None
     ) -> "Cycle":
         """Sample the profiles and collect the arrays of the scene."""
-        speed_ahead = reference_speed(scene, settings)
         bodies = bodies_of(scene, settings.n_steps, settings.step)
-        profiles = longitudinal_profiles(
-            scene, settings, speed_ahead, leader_of(scene, bodies)
-        )
+        leader = leader_of(scene, bodies)
+        if scene.stop_lines and leader is not None:
+            scene = _behind_queue(scene, bodies, leader)
+        speed_ahead = reference_speed(scene, settings)
+        profiles = longitudinal_profiles(scene, settings, speed_ahead, leader)
         limits = _limits(scene, settings)
         ego = scene.ego_frenet
         offsets = terminal_offsets(
@@ -93,15 +98,47 @@ class Cycle:
                 ground,
                 _surroundings(scene, settings, bodies),
                 profiles.speed_term,
+                lane_term(scene, offsets),
             ),
             profiles.speed_term.size * max(full_grid_size(settings) - offsets.size, 0),
             last,
         )
 
+    def gentle(self, ego: CartesianState, comfort: ComfortLimits) -> "Cycle":
+        """Return the same cycle within the limits of comfort.
+
+        Limits that the ego exceeds already, for example after a fallback, are its
+        present values.
+        """
+        limits, tables = self.tables.limits, self.tables
+        sideways = max(comfort.lateral_acceleration, ego.speed**2 * abs(ego.curvature))
+        deceleration = max(comfort.deceleration, -ego.acceleration)
+        closer = limits._replace(
+            lateral_acceleration=min(limits.lateral_acceleration, sideways + TOLERANCE),
+            deceleration=min(limits.deceleration, deceleration + TOLERANCE),
+            jerk=comfort.jerk,
+            sideways_change=comfort.lateral_jerk * tables.lateral.step,
+        )
+        return replace(self, tables=tables._replace(limits=closer))
+
     def with_length(self, length: float) -> "Cycle":
         """Return the same cycle with lateral motions of at least a length [m]."""
         lateral = self.tables.lateral._replace(min_length=length)
         return replace(self, tables=self.tables._replace(lateral=lateral))
+
+
+def _behind_queue(scene: Scene, bodies: Bodies, leader: Leader) -> Scene:
+    """Let the ego wait behind the vehicle ahead that waits at the closed line.
+
+    It may not go to the line beside those who wait there: its own line is behind them.
+    """
+    body = bodies.ids.index(leader.id)
+    rear = float(leader.s[0])
+    front = scene.ego_frenet.s + scene.vehicle.front_reach
+    waits = body >= bodies.table.n_static and bodies.table.speed[body] <= STANDING
+    if not waits or not front < rear < min(scene.stop_lines):
+        return scene
+    return replace(scene, stop_lines=(max(rear - QUEUE_GAP, front), *scene.stop_lines))
 
 
 def _limits(scene: Scene, settings: CruiseSettings) -> CandidateLimits:
@@ -135,6 +172,8 @@ def _limits(scene: Scene, settings: CruiseSettings) -> CandidateLimits:
         rear,
         half_width,
         _allowed_excess(excess, settings.road_margin),
+        np.inf,
+        np.inf,
     )
 
 
@@ -179,14 +218,21 @@ def _allowed_excess(excess: float, road_margin: float) -> float:
 
 def disc_cover(
     scene: Scene, settings: CruiseSettings
-) -> tuple[tuple[float, float, float], float]:
-    """Disc centres from the rear axle, rear first, and their radius.
+) -> tuple[tuple[float, float, float], FloatArray, float]:
+    """Discs that cover the ego: their centres from the rear axle, and their radius.
 
-    A single disc is repeated three times.
+    Returns:
+        Three of them, the first and the last one included, rear first; the others,
+        (n,); their radius [m]. A single disc is repeated three times.
     """
     if settings.cover_discs == 1:
-        return (0.0, 0.0, 0.0), settings.single_disc_radius
-    return scene.vehicle.disc_offsets, scene.vehicle.disc_radius
+        return (0.0, 0.0, 0.0), NO_DISCS, settings.single_disc_radius
+    vehicle = scene.vehicle
+    if vehicle.disc_radius - vehicle.width / 2.0 <= DISC_EXCESS:
+        return vehicle.disc_offsets, NO_DISCS, vehicle.disc_radius
+    centres, radius = vehicle.disc_cover(DISC_EXCESS)
+    three = float(centres[0]), float(centres[1]), float(centres[-1])
+    return three, centres[2:-1].copy(), radius
 
 
 @compiled
@@ -218,7 +264,7 @@ def _surroundings(
 ) -> Surroundings:
     """Collect the bodies and the rules of following them."""
     vehicle, table = scene.vehicle, bodies.table
-    discs, disc_radius = disc_cover(scene, settings)
+    discs, more_discs, disc_radius = disc_cover(scene, settings)
     threshold = _thresholds(
         (scene.ego.x, scene.ego.y, scene.ego.heading),
         discs,
@@ -227,7 +273,12 @@ def _surroundings(
         table.extents,
         settings.margin,
     )
-    turn_gap = _turn_gaps(table, settings.obstacle_gap, settings.standstill_gap)
+    turn_gap = _turn_gaps(
+        table,
+        settings.obstacle_gap,
+        settings.standstill_gap,
+        (scene.ego_frenet.s, max(scene.stop_lines, default=-np.inf)),
+    )
     rules = FollowingRules(
         discs,
         disc_radius,
@@ -240,16 +291,25 @@ def _surroundings(
         settings.time_headway,
         settings.rear_time_headway,
     )
-    return Surroundings(*table, threshold, turn_gap, *rules)
+    return Surroundings(*table, threshold, turn_gap, more_discs, *rules)
 
 
 @compiled
 def _turn_gaps(
-    table: BodyTable, obstacle_gap: float, standstill_gap: float
+    table: BodyTable,
+    obstacle_gap: float,
+    standstill_gap: float,
+    queue: tuple[float, float],
 ) -> FloatArray:
-    """Room that the ego keeps to what stands ahead, 0 for what moves, (n,) [m]."""
+    """Room that the ego keeps to what stands ahead, 0 for what moves, (n,) [m].
+
+    What stands in `queue`, from the ego to the closed line ahead, waits there and will
+    move: one does not drive round it but stands behind it.
+    """
     gaps = np.zeros(table.speed.size)
     for b in range(gaps.size):
+        if b >= table.n_static and queue[0] < table.s[b, 0] < queue[1]:
+            continue
         if not table.follower[b] and table.speed[b] <= STANDING:
             gaps[b] = obstacle_gap if b < table.n_static else standstill_gap
     return gaps

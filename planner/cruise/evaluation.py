@@ -47,6 +47,7 @@ from planner.cruise.costs import (
     HEADING,
     HEADWAY,
     JERK,
+    LANE,
     N_TERMS,
     OFFSET,
     SAFETY,
@@ -79,6 +80,7 @@ from planner.states import FloatArray, IntArray
 
 PASSED = int(Check.PASSED)
 COLLISION = int(Check.COLLISION)
+JERKY = int(Check.JERK)
 SLACK = 1e-6  # of a profile's bound: sums of squares may round below zero [-]
 
 
@@ -101,6 +103,7 @@ class CycleTables(NamedTuple):
     road: RoadTables
     around: Surroundings
     speed_term: FloatArray  # price of each profile's speed, (n_profiles,) [-]
+    lane_term: FloatArray  # price of each terminal offset, (n_offsets,) [-]
 
 
 @compiled
@@ -117,7 +120,7 @@ def evaluate(
         exhaustive: Judge also those that cannot be the cheapest; must hold unless the
             pricing is separable.
     """
-    tracks, lateral, limits, road, around, speed_term = cycle
+    tracks, lateral, limits, road, around, speed_term, _ = cycle
     n, n_steps = lateral.offsets.size, tracks.rows.shape[2]
     table = _make_table(speed_term.size, n)
     work = Workplace(
@@ -133,8 +136,9 @@ def evaluate(
     for p in _in_order(bound):
         if bound[p] > least.passed:
             break
-        if tracks.dropped[p] != PASSED:
-            table.verdict[p] = tracks.dropped[p]
+        if tracks.dropped[p] != PASSED or tracks.peak_jerk[p] > limits.jerk:
+            reason = tracks.dropped[p] if tracks.dropped[p] != PASSED else JERKY
+            table.verdict[p] = reason
             continue
         priced = Priced(table.terms[p], np.zeros(n, np.bool_))
         chosen = work.members[: _price(p, cycle, work, priced, factor, least)]
@@ -179,7 +183,7 @@ class CandidateTable(NamedTuple):
     verdict: IntArray
     hit_body: IntArray
     hit_size: FloatArray
-    terms: FloatArray  # (n_profiles, 8, n_offsets)
+    terms: FloatArray  # (n_profiles, 9, n_offsets)
 
 
 @inlined
@@ -286,7 +290,7 @@ def _price(
         cycle: Tables of the cycle.
         work: Rows, basis and members are filled.
         priced: Filled; the safety is a lower bound, 0 while nothing has passed.
-        factor: Weights over scales, (8,).
+        factor: Weights over scales, (9,).
         least: Costs not to be exceeded.
 
     Returns:
@@ -323,6 +327,7 @@ def _price_before_road(
     _price_motion(p, count, tracks, basis, delta_l, rows[0, LAST_L], lateral, own)
     for o in range(delta_l.size):
         own[SPEED, o] = cycle.speed_term[p]
+        own[LANE, o] = cycle.lane_term[o]
     add_headway(0, count, rows, basis, delta_l, cycle.around, own[HEADWAY])
 
 

@@ -21,12 +21,14 @@ class Check(IntEnum):
     REVERSING = 1  # the profile would drive backwards
     SPEED = 2
     STOP_LINE = 3
-    DOMAIN = 4  # the offset reaches the centre of curvature
-    ROAD = 5
-    CURVATURE = 6
-    ACCELERATION = 7
-    LATERAL_ACCELERATION = 8
-    COLLISION = 9
+    JERK = 4  # of the profile, along the path
+    DOMAIN = 5  # the offset reaches the centre of curvature
+    ROAD = 6
+    CURVATURE = 7
+    ACCELERATION = 8
+    LATERAL_ACCELERATION = 9
+    LATERAL_JERK = 10
+    COLLISION = 11
 
 
 class CandidateLimits(NamedTuple):
@@ -40,6 +42,8 @@ class CandidateLimits(NamedTuple):
     rear: float  # the same to its rear [m]
     half_width: float  # body and road margin [m]
     excess: float  # how far the body may be over the road's edge [m]
+    jerk: float  # of a profile [m/s³]
+    sideways_change: float  # of the lateral acceleration from step to step [m/s²]
 
 
 class RoadBody(NamedTuple):

@@ -6,8 +6,9 @@ from functools import partial
 
 from planner.bodies import touched_by
 from planner.cruise import costs
-from planner.cruise.costs import JERK, OFFSET
-from planner.cruise.cycle import Cycle, disc_cover
+from planner.cruise.candidate_motion import S
+from planner.cruise.costs import DEAD_END, JERK, OFFSET, SPEED
+from planner.cruise.cycle import STANDING, Cycle, disc_cover
 from planner.cruise.drawn_candidates import alternatives_of
 from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
@@ -26,7 +27,9 @@ CHECK_NAMES = {
 
 
 SLOW = 3.0  # slower, the ego may be about to stop where it cannot start [m/s]
+FAR_TOO_SLOW = 1.3  # price of the speed of a plan that does not get on; 2 stands [-]
 LEAST_DRIVEN = 5.0  # a plan that drives less does not get on [m]
+NEAR_END = 0.5  # share of the room to steer round what stands, that may be missing [-]
 S_ROW = 7  # of a motion: arc length
 
 
@@ -60,9 +63,7 @@ class CruisePlanner:
         last = memory.trajectory if isinstance(memory, CruiseMemory) else None
         cycle = Cycle.of(scene, self.settings, last)
         exhaustive = scene.full_statistics or not self._separable
-        found = self._evaluate(cycle, exhaustive=exhaustive)
-        if scene.ego.speed < SLOW and not _moves(found):
-            cycle, found = self._start(cycle, found, exhaustive=exhaustive)
+        cycle, found = self._search(scene, cycle, exhaustive=exhaustive)
         stats = _statistics(cycle, found)
         looked_at = partial(self._alternatives, cycle, found)
         if found.choice.best < 0:
@@ -71,6 +72,23 @@ class CruisePlanner:
         trajectory = Trajectory.from_rows(found.motion)
         memory_now = CruiseMemory(trajectory)
         return PlanResult(PlanStatus.OK, trajectory, memory_now, stats, looked_at)
+
+    def _search(
+        self, scene: Scene, cycle: Cycle, *, exhaustive: bool
+    ) -> tuple[Cycle, Evaluation]:
+        """Find the best candidate: a comfortable one, if there is any that gets on."""
+        comfort = self.settings.comfort
+        if comfort.is_limiting:
+            gentle = cycle.gentle(scene.ego, comfort)
+            found = self._evaluate(gentle, exhaustive=exhaustive)
+            if found.choice.best >= 0 and found.choice.raw[DEAD_END] <= NEAR_END:
+                if scene.ego.speed < SLOW and not _gets_on(scene, found):
+                    return self._start(gentle, found, exhaustive=exhaustive)
+                return gentle, found
+        found = self._evaluate(cycle, exhaustive=exhaustive)
+        if scene.ego.speed < SLOW and not _gets_on(scene, found):
+            return self._start(cycle, found, exhaustive=exhaustive)
+        return cycle, found
 
     def _start(
         self, cycle: Cycle, found: Evaluation, *, exhaustive: bool
@@ -106,6 +124,12 @@ class CruisePlanner:
         return alternatives_of(cycle, found.verdict.ravel())
 
 
+def _gets_on(scene: Scene, found: Evaluation) -> bool:
+    """Check whether the chosen motion gets on, if need be up to a closed line."""
+    waits = bool(scene.stop_lines)
+    return _moves(found) and (waits or found.choice.raw[SPEED] < FAR_TOO_SLOW)
+
+
 def _moves(found: Evaluation) -> bool:
     """Check whether the chosen motion gets on."""
     s = found.motion[S_ROW]
@@ -136,7 +160,9 @@ def _statistics(cycle: Cycle, found: Evaluation) -> PlanStats:
         prices["total"] = sum(terms)
         prices["jerk_integral"] = float(choice.raw[JERK])
         prices["mean_offset_squared"] = float(choice.raw[OFFSET])
-    body = found.blocker.flat[choice.cheapest] if choice.cheapest >= 0 else -1
+    body = int(found.blocker.flat[choice.cheapest]) if choice.cheapest >= 0 else -1
+    if body >= 0 and _stands_behind(cycle, body):
+        body = -1
     return PlanStats(
         candidates=found.verdict.size + cycle.off_road,
         survivors=counts[Check.PASSED] if complete else None,
@@ -146,13 +172,21 @@ def _statistics(cycle: Cycle, found: Evaluation) -> PlanStats:
     )
 
 
+def _stands_behind(cycle: Cycle, body: int) -> bool:
+    """Check whether a body stands behind the ego: it keeps nobody from driving on."""
+    around, s = cycle.tables.around, cycle.tables.tracks.rows[0, S, 0]
+    front = around.s[body, 0] + around.extents[body, 0] + around.extents[body, 2]
+    slow = around.speed[body] < STANDING
+    return bool(slow and front < s - around.rear_overhang)
+
+
 def _fall_back(
     scene: Scene, settings: CruiseSettings, cycle: Cycle, stats: PlanStats
 ) -> PlanResult:
     """No candidate survived: go down the ladder and say why."""
     threshold = cycle.tables.around.threshold
     line = front_limit(scene) + TOLERANCE
-    discs, radius = disc_cover(scene, settings)
+    discs, more_discs, radius = disc_cover(scene, settings)
 
     def blocker(trajectory: Trajectory) -> str | None:
         if trajectory.s[-1] + scene.vehicle.front_reach > line:
@@ -162,7 +196,7 @@ def _fall_back(
             trajectory,
             bodies,
             bodies.table.follower,
-            discs,
+            (*discs, *more_discs.tolist()),
             radius,
             threshold,
         )

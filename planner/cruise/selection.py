@@ -26,8 +26,8 @@ PricingColumns = tuple[FloatArray, FloatArray, bool, FloatArray, bool]
 class Pricing:
     """Weights and scales of the prices, from the settings."""
 
-    weights: FloatArray  # (8,), in the order of `costs.TERMS`
-    scales: FloatArray  # (8,); not used where the normalisation is per cycle
+    weights: FloatArray  # (9,), in the order of `costs.TERMS`
+    scales: FloatArray  # (9,); not used where the normalisation is per cycle
     per_cycle: bool
     kernel: FloatArray  # of the safety by convolution, empty without it
     binary: bool
@@ -69,8 +69,8 @@ class Choice(NamedTuple):
     best: int  # cheapest candidate that passed, -1 without one
     cheapest: int  # cheapest of those that passed or only collide, -1 without one
     counts: IntArray  # candidates by verdict, without the unjudged, (n_checks,)
-    terms: FloatArray  # weighted terms of the best one, (8,)
-    raw: FloatArray  # the same without weights and scales, (8,)
+    terms: FloatArray  # weighted terms of the best one, (9,)
+    raw: FloatArray  # the same without weights and scales, (9,)
 
 
 @inlined
@@ -83,7 +83,7 @@ def choose(
         verdict: The `Check` that removed each candidate, (n_profiles, n_offsets).
         hit_size: Radius of the largest body that each hits, 0 if none, in the same
             shape [m].
-        terms: Raw ones, (n_profiles, 8, n_offsets); the safety is overwritten if it is
+        terms: Raw ones, (n_profiles, 9, n_offsets); the safety is overwritten if it is
             one by convolution.
         pricing: Columns of the `Pricing`.
     """
@@ -127,7 +127,7 @@ def _put_safety(safety: FloatArray, terms: FloatArray) -> None:
 
 @inlined
 def fixed_factors(pricing: PricingColumns) -> FloatArray:
-    """Return the weights over the scales, (8,); useless where these are per cycle."""
+    """Return the weights over the scales, (9,); useless where these are per cycle."""
     weights, scales, _, _, _ = pricing
     factor = np.empty(N_TERMS)
     for t in range(N_TERMS):

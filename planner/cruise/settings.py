@@ -1,7 +1,7 @@
 """Parameters of the cruise planner, with the presets of [Thesis] ch. 4."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 
 from planner.errors import InvalidInputError
@@ -42,6 +42,7 @@ class Weights:
     consistency: float = 0.3
     heading: float = 5.0
     dead_end: float = 12.0
+    lane: float = 0.5
 
     def __post_init__(self) -> None:
         """Store whole numbers as floats."""
@@ -56,11 +57,44 @@ class Scales:
     offset: float = 4.0  # mean squared offset: 2 m aside [m²]
     clearance: float = 1.5  # edge distance from which a body costs nothing [m]
     consistency: float = 1.0  # mean squared change of the plan's offset [m²]
+    lane: float = 1.0  # squared distance from the middle of a lane [m²]
     heading: float = 1.0  # squared sine of the heading error where the plan ends [-]
 
     def __post_init__(self) -> None:
         """Store whole numbers as floats."""
         store_floats(self)
+
+
+@dataclass(frozen=True, slots=True)
+class ComfortLimits:
+    """What a passenger finds comfortable; inf is no limit.
+
+    Candidates within them are preferred to all others: only where none is left, or
+    none gets on, the limits of the vehicle count.
+    """
+
+    lateral_acceleration: float = 2.2  # [m/s²]
+    lateral_jerk: float = 5.0  # [m/s³]
+    deceleration: float = 3.5  # [m/s²]
+    jerk: float = 4.0  # along the path [m/s³]
+
+    def __post_init__(self) -> None:
+        """Store whole numbers as floats; refuse limits that nothing can keep."""
+        store_floats(self)
+        for field in fields(self):
+            if not getattr(self, field.name) > 0.0:
+                value = getattr(self, field.name)
+                raise InvalidInputError(f"comfort.{field.name} = {value} must be > 0")
+
+    @property
+    def is_limiting(self) -> bool:
+        """Whether any of them is finite."""
+        return any(math.isfinite(getattr(self, field.name)) for field in fields(self))
+
+    @classmethod
+    def none(cls) -> "ComfortLimits":
+        """Return no limits at all."""
+        return cls(math.inf, math.inf, math.inf, math.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +108,13 @@ class CruiseSettings:
     min_manoeuvre_length: float = 8.0  # of a lateral motion over distance [m]
     min_manoeuvre_speed: float = 2.5  # slower, it is as long as at this speed [m/s]
     starting_lengths: tuple[float, ...] = (16.0, 24.0)  # if none starts [m]
-    times: tuple[float, ...] = (1.0, 2.0, 3.0, 5.0)  # manoeuvre durations [s]
-    speed_fractions: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
+    times: tuple[float, ...] = (1.5, 3.0, 5.0)  # manoeuvre durations [s]
+    speed_fractions: tuple[float, ...] = (0.0, 0.5, 1.0)
     creep_speeds: tuple[float, ...] = (1.0, 2.0)  # to get out of a jam [m/s]
     stop_times: tuple[float, ...] = (2.0, 3.0, 4.5, 6.0, 8.0)  # [s]
     follow_times: tuple[float, ...] = (2.0, 3.5, 5.0)  # [s]
+    drive_fractions: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0)  # see `sampling`
+    drive_times: tuple[float, ...] = (4.0,)  # of their lateral motions [s]
     horizon: float = 5.0  # [s]; 0 ends each candidate with its manoeuvre
     step: float = 0.1  # between trajectory points [s]
 
@@ -89,7 +125,8 @@ class CruiseSettings:
     max_curvature: float | None = None  # None: the vehicle's limit [1/m]
     max_lateral_acceleration: float | None = None  # None: the vehicle's limit [m/s²]
     max_deceleration: float | None = None  # None: the vehicle's limit [m/s²]
-    comfort_lateral_acceleration: float = 2.2  # sets the speed in curves [m/s²]
+    comfort: ComfortLimits = ComfortLimits()
+    comfort_lateral_acceleration: float = 2.0  # sets the speed in curves [m/s²]
     comfort_deceleration: float = 1.5  # with which curves are approached [m/s²]
     stop_gap: float = 1.0  # front bumper to stop line [m]
     standstill_gap: float = 8.0  # front bumper to a standing leader, to steer round [m]
@@ -157,6 +194,8 @@ def thesis_settings(safety_term: SafetyTerm, weights: Weights) -> CruiseSettings
         max_curvature=0.5,
         max_lateral_acceleration=math.inf,
         max_deceleration=3.0,
+        comfort=ComfortLimits.none(),
+        drive_fractions=(),
         comfort_lateral_acceleration=math.inf,
         safety_term=safety_term,
         convolution_sigma=2.0 if binary else 1.0,

@@ -36,7 +36,7 @@ class FollowingRules(NamedTuple):
 class Surroundings(NamedTuple):
     """Bodies, the gaps to each, and the rules of following, in one flat record.
 
-    The fields of `planner.bodies.BodyTable`, two of its own, and those of
+    The fields of `planner.bodies.BodyTable`, three of its own, and those of
     `FollowingRules`, in their order.
     """
 
@@ -52,6 +52,7 @@ class Surroundings(NamedTuple):
     n_static: int
     threshold: FloatArray  # gap below which a candidate collides, (n_bodies,) [m]
     turn_gap: FloatArray  # room to steer round what stands, else 0, (n_bodies,) [m]
+    more_discs: FloatArray  # of a long ego, between the last two of its discs, (n,) [m]
     discs: tuple[float, float, float]
     disc_radius: float
     range: float
@@ -73,6 +74,7 @@ class Bench(NamedTuple):
     basis: FloatArray  # lateral basis, (8, n_steps), rows named in `motion`
     change: FloatArray  # of offset, growing, (n_offsets,) [m]
     course: FloatArray  # cos and sin of the heading error, (2, n_steps, n_offsets)
+    sideways: FloatArray  # lateral acceleration at the last step, (n_offsets,) [m/s²]
     sway: FloatArray  # (2, n_steps)
     frames: FloatArray  # (8, n_steps)
     gaps: FloatArray  # (n_steps, n_offsets) [m]
@@ -107,6 +109,7 @@ def make_bench(basis: FloatArray, n_padded: int) -> Bench:
         basis,
         np.empty(n_padded),
         np.zeros((2, n_steps, n_padded)),
+        np.zeros(n_padded),
         np.empty((N_SWAY, n_steps)),
         np.empty((N_FRAME, n_steps)),
         np.empty((n_steps, n_padded)),

@@ -9,7 +9,11 @@ from hypothesis import strategies as st
 from planner.contact_check import Contact
 from planner.fallback import (
     EASY_GAP,
+    EMERGENCY_JERK,
     HARD_GAP,
+    STOP_JERK,
+    Brake,
+    brake_down,
     braking_on_arc,
     evasions,
     fallback,
@@ -41,6 +45,14 @@ def plan_along(path, s, speed, l=0.0):
 def scene_after(path, last):
     """The scene one step after `last` was made, driven perfectly."""
     return make_scene(path, last.at(STEP), near=float(last.s[1]))
+
+
+def stopping_way(speed, deceleration, jerk):
+    """From even motion to a stand, the deceleration reached with a jerk [m]."""
+    even = speed**2 / (2.0 * deceleration)
+    return (
+        even + speed * deceleration / (2.0 * jerk) - deceleration**3 / (24.0 * jerk**2)
+    )
 
 
 class Refusing:
@@ -78,7 +90,7 @@ def test_the_second_rung_is_a_full_stop(refused):
     assert trajectory.speed[-1] == 0.0
     stopped = trajectory.s[-1] - scene.ego_frenet.s
     limit = scene.vehicle.limits.max_deceleration
-    assert math.isclose(stopped, 10.0**2 / (2.0 * limit), rel_tol=1e-6)
+    assert math.isclose(stopped, stopping_way(10.0, limit, STOP_JERK), rel_tol=1e-6)
 
 
 def test_without_a_last_plan_the_ladder_begins_with_the_stop():
@@ -95,7 +107,9 @@ def test_the_last_rung_is_emergency_braking_whatever_stands_there():
     assert status is PlanStatus.EMERGENCY_BRAKING
     stopped = trajectory.s[-1] - scene.ego_frenet.s
     limit = scene.vehicle.limits.emergency_deceleration
-    assert math.isclose(stopped, 10.0**2 / (2.0 * limit), rel_tol=1e-6)
+    assert math.isclose(
+        stopped, stopping_way(10.0, limit, EMERGENCY_JERK), rel_tol=1e-6
+    )
 
 
 def test_where_the_frame_ends_the_ego_brakes_on_its_arc():
@@ -171,8 +185,8 @@ def test_a_stop_on_a_straight_brakes_as_it_says(speed, l, offset, error, deceler
     assert math.isclose(stop.speed[0], speed, abs_tol=1e-9)
     assert np.all(np.diff(stop.s) >= -1e-12)
     assert stop.speed[-1] == 0.0
-    braking = -np.diff(stop.speed) / STEP
-    assert braking.max() < 1.25 * deceleration  # the way bends, the share of s is kept
+    slower = -np.diff(stop.speed) / STEP
+    assert slower.max() < 1.25 * deceleration  # the way bends, the share of s is kept
 
 
 @pytest.mark.parametrize("speed", [3.0, 8.0])
@@ -187,7 +201,8 @@ def test_a_stop_in_a_bend_follows_the_road_and_moves_as_it_says(speed):
     driven = np.hypot(np.diff(stop.x), np.diff(stop.y))
     mean = 0.5 * (stop.speed[1:] + stop.speed[:-1]) * STEP
     moving = stop.speed[1:] > 0.0
-    np.testing.assert_allclose(driven[moving], mean[moving], rtol=2e-3)
+    # while the deceleration grows, the mean of the ends is too small by jerk · step³/12
+    np.testing.assert_allclose(driven[moving], mean[moving], rtol=2e-3, atol=9e-4)
 
 
 def test_a_standing_ego_stays_where_it_is():
@@ -202,7 +217,10 @@ def test_a_standing_ego_stays_where_it_is():
 def test_braking_on_an_arc_in_closed_form(speed, curvature, deceleration):
     ego = CartesianState(3.0, -2.0, 0.7, curvature, speed, 1.0)
     stop = braking_on_arc(ego, deceleration, STEP, 25.0)
-    driven = speed**2 / (2.0 * deceleration)
+    driven, _, _ = brake_down(
+        speed, Brake(1.0, deceleration, EMERGENCY_JERK), np.array([1e3])
+    )
+    driven = float(driven[0])
     assert math.isclose(stop.s[-1], driven, abs_tol=1e-9)
     assert math.isclose(stop.heading[-1], 0.7 + curvature * driven, abs_tol=1e-9)
     if abs(curvature) > 1e-3:
@@ -211,11 +229,38 @@ def test_braking_on_an_arc_in_closed_form(speed, curvature, deceleration):
         y = -2.0 - (np.cos(heading) - math.cos(0.7)) / curvature
         np.testing.assert_allclose(stop.x, x, atol=1e-6)
         np.testing.assert_allclose(stop.y, y, atol=1e-6)
-    braking = -np.diff(stop.speed) / STEP
-    assert braking.max(initial=0.0) <= deceleration + 1e-9
-    np.testing.assert_array_equal(
-        stop.speed, np.maximum(speed - deceleration * stop.t, 0.0)
+    slower = -np.diff(stop.speed) / STEP
+    assert slower.max(initial=0.0) <= deceleration + 1e-9
+
+
+@given(
+    speed=st.floats(0.0, 20.0),
+    first=st.floats(-6.0, 3.0),
+    deceleration=st.floats(1.0, 9.0),
+    jerk=st.floats(5.0, 50.0),
+)
+def test_braking_keeps_its_jerk_and_drives_what_its_speed_says(
+    speed, first, deceleration, jerk
+):
+    t = np.arange(0.0, 25.0, 1e-3)
+    way, v, a = brake_down(speed, Brake(first, deceleration, jerk), t)
+    assert np.all(v >= 0.0)
+    assert v[-1] == 0.0
+    assert (
+        np.abs(way - np.concatenate([[0.0], np.cumsum(v[1:] + v[:-1]) * 5e-4])).max()
+        < 1e-2
     )
+    moving = v[1:] > 0.0
+    assert np.abs(np.diff(a)[moving]).max(initial=0.0) <= jerk * 1e-3 + 1e-9
+    assert a.min() >= min(first, -deceleration) - 1e-9
+
+
+def test_an_ego_that_stands_is_in_no_emergency():
+    path = straight()
+    scene = make_scene(path, ego_on(path, 50.0, 0.0, 0.05))
+    status, stop = fallback(scene, None, lambda _: "a vehicle beside", HORIZON)
+    assert status is PlanStatus.FULL_STOP
+    assert stop.speed[-1] == 0.0
 
 
 def test_the_ladder_does_not_touch_its_inputs():

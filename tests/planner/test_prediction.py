@@ -14,7 +14,7 @@ from planner.prediction import (
 )
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, line
-from planner.scene import RoadUsers
+from planner.scene import Lanes, RoadUsers
 
 STEP, N = 0.1, 51
 T = STEP * np.arange(N)
@@ -174,3 +174,39 @@ def test_nobody_is_predicted_as_nobody(straight):
 def test_one_time_is_no_prediction(straight):
     with pytest.raises(InvalidInputError, match="two times"):
         constant_speed(straight, users([], []), T[:1])
+
+
+def moved_over(lateral_speed, l, heading=0.0, speed=8.0, lanes=None):
+    """A vehicle that changes its lane on a straight road along x."""
+    path = ReferencePath.from_segments([line(300.0)])
+    one = users([(20.0, l, heading)], [speed], lateral=lateral_speed)
+    return constant_speed(path, one, T, lanes)
+
+
+LANES = Lanes(
+    np.array([0.0, 300.0]),
+    np.array([[-3.2, -3.2], [0.0, 0.0], [3.2, 3.2]]),
+    np.full((3, 2), 3.2),
+)
+
+
+@pytest.mark.parametrize(
+    ("l", "rate", "aim"),
+    [(-2.0, 1.0, 0.0), (0.5, 1.0, 3.2), (0.5, -1.0, 0.0), (3.0, -0.5, 0.0)],
+)
+def test_a_lane_change_ends_in_the_middle_of_a_lane(l, rate, aim):
+    ahead = moved_over(rate, l, lanes=LANES)
+    until = abs(aim - l) / abs(rate)
+    expected = np.where(until > T, l + rate * T, aim)
+    np.testing.assert_allclose(ahead.l[0], expected, atol=1e-6)
+
+
+def test_a_lane_change_at_walking_speed_goes_on_though_the_car_stands_askew():
+    ahead = moved_over(1.3, -2.0, heading=0.9, speed=0.2, lanes=LANES)
+    assert ahead.l[0][-1] == pytest.approx(0.0, abs=1e-6)
+    assert ahead.s[0][-1] - ahead.s[0][0] == pytest.approx(0.2 * T[-1], abs=1e-6)
+
+
+def test_without_lanes_a_lateral_speed_is_held_for_a_while():
+    ahead = moved_over(1.0, 0.5)
+    assert ahead.l[0][-1] == pytest.approx(0.5 + LATERAL_HOLD)

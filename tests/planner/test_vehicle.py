@@ -66,3 +66,21 @@ def test_the_centre_is_ahead_of_the_rear_axle(heading):
 def test_impossible_vehicles_are_refused(make, message):
     with pytest.raises(InvalidInputError, match=message):
         make()
+
+
+@given(
+    st.floats(3.0, 18.0), st.floats(1.5, 2.6), st.floats(-1.0, 1.0), st.floats(-1, 1)
+)
+def test_as_many_discs_as_a_long_body_takes_cover_it(length, width, along, across):
+    car = Vehicle(length, width, 0.5 * length, 0.2 * length)
+    centres, radius = car.disc_cover(0.3)
+    x = car.centre_offset + 0.5 * along * length
+    gaps = [math.hypot(x - centre, 0.5 * across * width) for centre in centres]
+    assert min(gaps) <= radius + 1e-9
+    assert radius <= 0.5 * width + 0.3
+
+
+def test_a_car_is_covered_by_three_discs_and_a_lorry_by_more():
+    car, lorry = Vehicle(), Vehicle(12.0, 2.5, 6.5, 3.0)
+    assert car.disc_cover(0.3)[0] == pytest.approx(car.disc_offsets)
+    assert lorry.disc_cover(0.3)[0].size > 5

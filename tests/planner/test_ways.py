@@ -9,7 +9,16 @@ from planner.errors import InvalidInputError
 from planner.prediction import constant_speed
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import line
-from planner.ways import NO_WAY, Ways, along_ways, nearest_on, point_on
+from planner.ways import (
+    NEXT_LANE,
+    NO_WAY,
+    SLOWING,
+    TURNING,
+    Ways,
+    along_ways,
+    nearest_on,
+    point_on,
+)
 from tests.experiments.road_users import road_users
 
 PATH = ReferencePath.from_segments([line(200.0)])
@@ -66,13 +75,32 @@ def test_a_vehicle_far_from_its_way_keeps_its_prediction():
     assert np.array_equal(plain.table, same.table)
 
 
-def test_one_that_changes_its_lane_keeps_its_prediction():
+def test_a_lane_change_ends_in_the_middle_of_the_next_lane():
     straight = way((0, 0), (500, 0))
     users, ways = one(x=10.0, y=1.0, heading=0.0, speed=8.0, lines=[straight])
     moving = replace(users, lateral_speed=np.array([0.8]))
-    plain, same = predicted(moving, ways)
-    assert np.array_equal(plain.table, same.table)
-    assert same.l[0][10] == pytest.approx(1.8)
+    _, changed = predicted(moving, ways)
+    assert changed.l[0][10] == pytest.approx(1.8)  # on, not back to its own lane
+    assert changed.l[0][-1] == pytest.approx(NEXT_LANE)  # and no farther
+    assert np.all(np.diff(changed.l[0]) >= -1e-12)
+
+
+def test_a_lane_change_ends_in_the_lane_that_it_leads_to():
+    straight = way((0, 0), (500, 0))
+    users, ways = one(x=10.0, y=-1.2, heading=0.0, speed=8.0, lines=[straight])
+    moving = replace(users, lateral_speed=np.array([0.8]))
+    _, changed = predicted(moving, ways)
+    assert changed.l[0][10] == pytest.approx(-0.4)
+    assert changed.l[0][15:] == pytest.approx(0.0)
+
+
+def test_one_that_changes_its_lane_before_a_turn_turns():
+    bend = way((0, 0), (30, 0), (30, 60))
+    users, ways = one(x=10.0, y=0.5, heading=0.0, speed=10.0, lines=[bend])
+    moving = replace(users, lateral_speed=np.array([1.0]))
+    plain, turned = predicted(moving, ways)
+    assert turned.y[0][-1] > 20.0  # with the turn, not straight on beside the ego
+    assert plain.y[0][-1] < 3.0
 
 
 def test_one_that_waits_stands_at_its_line():
@@ -114,3 +142,25 @@ def test_nearest_point_against_brute_force():
 def test_ways_must_exist():
     with pytest.raises(InvalidInputError, match="a way that exists"):
         Ways(np.array([0]), np.array([np.inf]), ())
+
+
+def test_a_vehicle_slows_down_for_its_turn():
+    bend = arc(10.0)
+    begin = way((-60.0, 0.0), (0.0, 0.0))
+    line = np.hstack([begin, bend[:, 1:] + [[60.0], [0.0], [0.0]]])
+    users, ways = one(x=-50.0, y=0.0, heading=0.0, speed=14.0, lines=[line])
+    _, slows = predicted(users, ways)
+    step = np.hypot(np.diff(slows.x[0]), np.diff(slows.y[0])) / 0.1
+    inside = slows.x[0][1:] > 5.0
+    assert inside.any()
+    assert step[inside].max() <= np.sqrt(TURNING * 10.0) * 1.03
+    assert step[0] == pytest.approx(14.0)
+    assert np.diff(step).min() >= -0.1 * 1.3 * SLOWING
+
+
+def test_on_a_straight_way_nothing_slows_down():
+    users, ways = one(
+        x=10.0, y=0.0, heading=0.0, speed=14.0, lines=[way((0, 0), (500, 0))]
+    )
+    _, same = predicted(users, ways)
+    assert same.x[0][-1] == pytest.approx(10.0 + 14.0 * TIMES[-1])

@@ -82,7 +82,9 @@ class FleetSight:
         near: BoolArray = np.any(self._square[egos] <= PLANNED_RADIUS**2, axis=0)
         users = self._users.among(near)
         rows = np.cumsum(near) - 1
-        return _Shared(rows, outlook.predictor(road.path, users, outlook.times))
+        return _Shared(
+            rows, outlook.predictor(road.path, users, outlook.times, road.lanes)
+        )
 
 
 def _squares(users: RoadUsers, lookers: Sequence[Looker]) -> FloatArray:

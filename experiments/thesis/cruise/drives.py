@@ -35,7 +35,7 @@ from planner.cruise.settings import thesis_settings
 from planner.interface import Planner
 from planner.prediction import constant_speed
 from planner.reference_path.path import ReferencePath
-from planner.scene import Obstacles, Prediction, RoadUsers
+from planner.scene import Lanes, Obstacles, Prediction, RoadUsers
 from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
 
@@ -115,11 +115,16 @@ def random_drive(road: str, method: str, seed: int) -> Drive:
     return Drive(road, method, seed, (RANDOM,))
 
 
-def standing(path: ReferencePath, vehicles: RoadUsers, times: FloatArray) -> Prediction:
+def standing(
+    path: ReferencePath,
+    vehicles: RoadUsers,
+    times: FloatArray,
+    lanes: Lanes | None = None,
+) -> Prediction:
     """Predict every vehicle as a static obstacle, as [Thesis] ch. 4 does."""
     none = np.zeros(len(vehicles.ids))
     still = replace(vehicles, speed=none, acceleration=none, lateral_speed=none)
-    return constant_speed(path, still, times)
+    return constant_speed(path, still, times, lanes)
 
 
 def drive(asked: Drive) -> Driven:

@@ -150,6 +150,13 @@ def near_steps(
     return first, last
 
 
+class CoverDiscs(NamedTuple):
+    """CoverDiscs that cover the ego: their centres ahead of the rear axle [m]."""
+
+    three: tuple[float, float, float]  # rear first; looked at together
+    more: FloatArray  # of a long body, (n,)
+
+
 class Body(NamedTuple):
     """One body, as plain numbers."""
 

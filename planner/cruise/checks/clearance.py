@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.cruise.checks.body_frame import (
     Body,
+    CoverDiscs,
     body_of,
     fill_frames,
     fill_heading_bounds,
@@ -96,8 +97,9 @@ def check_clearance(
             p, steps, rows, outermost, body, around.poses, axle_to_corner, bench
         )
         find_windows(steps, active, delta_l, body, around.discs, cutoff_gap, bench)
-        take_gaps(steps, delta_l, body, around.discs, bench)
-        sweep(steps, active, delta_l, body, around.discs, cutoff_gap, verdict, bench)
+        discs = CoverDiscs(around.discs, around.more_discs)
+        take_gaps(steps, delta_l, body, discs, bench)
+        sweep(steps, active, delta_l, body, discs, cutoff_gap, verdict, bench)
         _note(active, body, around.range, bench, passing)
     for o in range(active[0], active[1]):
         if passing.hit_body[o] >= 0:

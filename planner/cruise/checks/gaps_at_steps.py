@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from planner.cruise.candidate_motion import UNIT_L
-from planner.cruise.checks.body_frame import Body
+from planner.cruise.checks.body_frame import Body, CoverDiscs
 from planner.cruise.workspace import (
     ASKEW,
     FAR,
@@ -111,7 +111,7 @@ def take_gaps(
     steps: tuple[int, int],
     delta_l: FloatArray,
     body: Body,
-    discs: tuple[float, float, float],
+    discs: CoverDiscs,
     bench: Bench,
 ) -> None:
     """Compute the gaps at the steps and their least over time.
@@ -120,7 +120,7 @@ def take_gaps(
         steps: First and last step.
         delta_l: Terminal offsets less the present one, growing, (n,) [m].
         body: Which body.
-        discs: Their centres ahead of the rear axle, rear first [m].
+        discs: Of the ego.
         bench: Window is given; gaps and nearest are filled, gaps beyond the window with
             the lower bound of `find_windows`.
     """
@@ -131,7 +131,7 @@ def take_gaps(
         bench.nearest,
     )
     half_length, half_width, grown = body.half_length, body.half_width, body.grown
-    rear, middle, front = discs
+    rear, middle, front = discs.three
     nearest[:] = math.inf
     for i in range(steps[0], steps[1] + 1):
         u0, u1 = frames[U, i], frames[UNIT_U, i]
@@ -158,6 +158,14 @@ def take_gaps(
                 ),
             )
             gaps[i, o] = math.sqrt(square) - grown
+        for disc in discs.more:
+            for o in range(begin, end):
+                u, w = u0 + delta_l[o] * u1, w0 + delta_l[o] * w1
+                cos_e, sin_e = course[0, i, o], course[1, i, o]
+                u += disc * (cos_e * road_u - sin_e * road_w)
+                w += disc * (cos_e * road_w + sin_e * road_u)
+                square = square_apart(u, w, half_length, half_width)
+                gaps[i, o] = min(gaps[i, o], math.sqrt(square) - grown)
         for o in range(begin, end):
             nearest[o] = min(nearest[o], gaps[i, o])
 

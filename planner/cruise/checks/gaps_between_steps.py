@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from planner.cruise.checks.body_frame import Body
+from planner.cruise.checks.body_frame import Body, CoverDiscs
 from planner.cruise.checks.gaps_at_steps import first_touch, square_apart
 from planner.cruise.feasibility import Check
 from planner.cruise.workspace import (
@@ -40,7 +40,7 @@ def sweep(
     active: tuple[int, int],
     delta_l: FloatArray,
     body: Body,
-    discs: tuple[float, float, float],
+    discs: CoverDiscs,
     cutoff_gap: float,
     verdict: IntArray,
     bench: Bench,
@@ -52,7 +52,7 @@ def sweep(
         active: Candidates looked at: first and last + 1.
         delta_l: Terminal offsets less the present one, (n,) [m].
         body: Which body.
-        discs: Their centres ahead of the rear axle [m].
+        discs: Of the ego.
         cutoff_gap: From this gap on the exact value does not matter [m].
         verdict: Only candidates that passed are looked at, (n,).
         bench: The gaps at the steps and nearest are given. Nearest is lowered, until a
@@ -104,7 +104,7 @@ def _flag(
     steps: tuple[int, int],
     delta_l: FloatArray,
     body: Body,
-    discs: tuple[float, float, float],
+    discs: CoverDiscs,
     bench: Bench,
 ) -> bool:
     """Flag the candidates whose gap before a step may be smaller than at both ends.
@@ -113,7 +113,7 @@ def _flag(
         steps: First and last step.
         delta_l: Terminal offsets less the present one, (n,) [m].
         body: Which body.
-        discs: Their centres ahead of the rear axle [m].
+        discs: Of the ego.
         bench: Flag is filled: 1 for those, 0 for others in the window; and flagged, how
             many they are at each step.
 
@@ -124,7 +124,7 @@ def _flag(
     limit, until, flag = bench.limit, bench.until, bench.flag
     number = bench.number
     half_length, half_width = body.half_length, body.half_width
-    rear, middle, front = discs
+    rear, middle, front = discs.three
     found = False
     for i in range(steps[0] + 1, steps[1] + 1):
         begin = np.uint64(min(window[0, i - 1], window[0, i]))
@@ -155,6 +155,15 @@ def _flag(
             )
             flag[i, o] = 1 if dips else 0
             count += 1 if dips else 0
+        for disc in discs.more:
+            for o in range(begin, end):
+                a = _placed(delta_l[o], course[0, i - 1, o], course[1, i - 1, o], was)
+                b = _placed(delta_l[o], course[0, i, o], course[1, i, o], now)
+                far = limit[o] + body.reach
+                far2 = far * far * ROUNDING
+                dips = _dips(a, b, disc, half_length, half_width, far2)
+                count += 1 if dips and flag[i, o] == 0 else 0
+                flag[i, o] = 1 if dips else flag[i, o]
         bench.flagged[i] = count
         found = found or count > 0
     return found
@@ -225,7 +234,7 @@ def _gap_on_the_way(
     limit: float,
     delta_l: float,
     body: Body,
-    discs: tuple[float, float, float],
+    discs: CoverDiscs,
     course: FloatArray,
     frames: FloatArray,
 ) -> float:
@@ -235,7 +244,8 @@ def _gap_on_the_way(
     u0, w0, ahead_u0, ahead_w0 = _placed(delta_l, was[0], was[1], _frame(i - 1, frames))
     u1, w1, ahead_u1, ahead_w1 = _placed(delta_l, now[0], now[1], _frame(i, frames))
     nearest = math.inf
-    for disc in discs:
+    for k in range(3 + discs.more.size):
+        disc = discs.three[k] if k < 3 else discs.more[k - 3]
         from_u, from_w = u0 + disc * ahead_u0, w0 + disc * ahead_w0
         to_u, to_w = u1 + disc * ahead_u1, w1 + disc * ahead_w1
         far = min(limit, nearest) + body.grown + abs(to_u - from_u) + abs(to_w - from_w)

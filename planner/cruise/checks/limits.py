@@ -38,6 +38,7 @@ ROAD = int(Check.ROAD)
 CURVATURE = int(Check.CURVATURE)
 ACCELERATION = int(Check.ACCELERATION)
 LATERAL_ACCELERATION = int(Check.LATERAL_ACCELERATION)
+LATERAL_JERK = int(Check.LATERAL_JERK)
 SUSPECT = 100  # added to a check's number where the road's edge is to be looked at
 
 
@@ -93,15 +94,12 @@ def check_profile(
             course[0, i, o] = cos_e
             course[1, i, o] = sin_e
             turned = axle_to_corner * abs(sin_e)
-            sideways = speed * speed * abs(curvature)
+            sideways = speed * speed * curvature
             along = max(
                 acceleration - limits.acceleration, -acceleration - limits.deceleration
             )
-            found = (
-                LATERAL_ACCELERATION
-                if sideways > limits.lateral_acceleration
-                else PASSED
-            )
+            found = _check_sideways(sideways, bench.sideways[o], limits)
+            bench.sideways[o] = sideways
             found = ACCELERATION if along > 0.0 else found
             found = CURVATURE if abs(curvature) > limits.curvature else found
             suspect = SUSPECT if max(l - leftmost, rightmost - l) + turned > 0.0 else 0
@@ -117,6 +115,13 @@ def check_profile(
         elif suspects > 0:
             left = _settle(p, i, rows, basis, delta_l, limits, course, verdict)
     return left
+
+
+@inlined
+def _check_sideways(now: float, before: float, limits: CandidateLimits) -> int:
+    """Check the lateral acceleration, and what it changed in a step."""
+    found = LATERAL_JERK if abs(now - before) > limits.sideways_change else PASSED
+    return LATERAL_ACCELERATION if abs(now) > limits.lateral_acceleration else found
 
 
 @inlined

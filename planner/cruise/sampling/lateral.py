@@ -7,9 +7,10 @@ import numpy as np
 from planner.cruise.settings import CruiseSettings
 from planner.numerics.compiled import compiled, inlined
 from planner.numerics.interpolation import interpolate
-from planner.scene import RoadBounds
+from planner.scene import RoadBounds, Scene
 from planner.states import FloatArray
 
+AHEAD = 3.0  # after which the lanes are looked at [s]
 SAME = 1e-9  # share of the lateral step by which an offset may miss a multiple [-]
 
 
@@ -93,6 +94,50 @@ def lateral_room(
         if s[0] < road_s[i] < s[1]:
             low, high = min(low, road_right[i]), max(high, road_left[i])
     return low, high
+
+
+def lane_term(scene: Scene, offsets: FloatArray) -> FloatArray:
+    """Squared distance of terminal offsets from the middle of the nearest lane.
+
+    Args:
+        scene: Gives the lanes, those at `AHEAD`.
+        offsets: (n,) [m].
+
+    Returns:
+        (n,) [m²], 0 where there are no lanes.
+    """
+    lanes, ego = scene.lanes, scene.ego_frenet
+    at = ego.s + AHEAD * max(ego.s_dot, 0.0)
+    return _lane_term((lanes.s, lanes.centre, lanes.width), at, offsets)
+
+
+@compiled
+def _lane_term(
+    lanes: tuple[FloatArray, FloatArray, FloatArray], at: float, offsets: FloatArray
+) -> FloatArray:
+    """Return the squares of `lane_term`, (n,) [m²].
+
+    Args:
+        lanes: Arc lengths (m,), offsets of the middles and widths (n_lanes, m) [m].
+        at: Where the lanes are looked at [m].
+        offsets: (n,) [m].
+    """
+    lanes_s, centre, width = lanes
+    k = min(max(int(np.searchsorted(lanes_s, at)) - 1, 0), max(lanes_s.size - 2, 0))
+    after = min(k + 1, lanes_s.size - 1)
+    share = 0.0
+    if after > k:
+        share = min(max((at - lanes_s[k]) / (lanes_s[after] - lanes_s[k]), 0.0), 1.0)
+    square = np.full(offsets.size, np.inf)
+    for lane in range(centre.shape[0]):
+        if width[lane, k] + share * (width[lane, after] - width[lane, k]) > 0.0:
+            middle = centre[lane, k] + share * (centre[lane, after] - centre[lane, k])
+            for o in range(offsets.size):
+                square[o] = min(square[o], (offsets[o] - middle) ** 2)
+    for o in range(offsets.size):
+        if square[o] == np.inf:  # no lane
+            square[o] = 0.0
+    return square
 
 
 def full_grid_size(settings: CruiseSettings) -> int:

@@ -10,6 +10,7 @@ from planner.bodies import Leader
 from planner.cruise.candidate_motion import N_PROFILE, S_DDDOT, S_DDOT, S_DOT, S, Tracks
 from planner.cruise.costs import speed_deviation
 from planner.cruise.feasibility import TOLERANCE, Check, squared_jerk
+from planner.cruise.sampling.driving import Driving, LeaderAhead, Wish, drive
 from planner.cruise.settings import CruiseSettings
 from planner.numerics import polynomials
 from planner.numerics.compiled import compiled, inlined
@@ -21,6 +22,8 @@ SLOW = 3.0  # below it the ego may also creep [m/s]
 REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
 SPEED_EXCESS = 0.5  # over the largest speed that a profile may have [m/s]
 EMPTY = freeze(())
+BRISK = 0.9  # of the limits that a driver uses: beside the path they are tighter [-]
+LARGEST_JERK = 10.0  # of a driver without a limit [m/s³]
 NO_LEADER = np.zeros(0)  # not frozen, as the arrays of a leader: one type, one kernel
 
 # Plain numbers: numba compiles these in.
@@ -84,6 +87,13 @@ def longitudinal_profiles(
             settings.standstill_gap,
             settings.time_headway,
             vehicle.front_reach,
+        ),
+        Driving(
+            _row(settings.drive_fractions),
+            _row(settings.drive_times),
+            BRISK * vehicle.limits.max_acceleration,
+            min(settings.comfort.deceleration, BRISK * vehicle.limits.max_deceleration),
+            BRISK * min(settings.comfort.jerk, LARGEST_JERK),
         ),
         TimeGrid(settings.step, settings.horizon),
         ProfileBounds(
@@ -155,6 +165,7 @@ def _profiles(
     keeping: Keeping,
     stopping: Stopping,
     following: Following,
+    driving: Driving,
     grid: TimeGrid,
     bounds: ProfileBounds,
 ) -> Profiles:
@@ -166,14 +177,28 @@ def _profiles(
         keeping: See there.
         stopping: See there.
         following: See there.
+        driving: See there.
         grid: Where they are evaluated.
         bounds: See there.
     """
     coefficients, duration = _sample(
         start, speed_ahead, keeping, stopping, following, grid.step
     )
-    tracks = roll_out(coefficients, duration, grid, bounds)
+    n, leader = duration.size, LeaderAhead(*following[1:])
+    nobody = LeaderAhead(leader.s[:0], leader.speed[:0], 0.0, 0.0, 0.0)
+    free = driving.fractions.size * driving.times.size
+    more = free + (driving.times.size if leader.s.size > 0 and free > 0 else 0)
+    tracks = roll_out(coefficients, duration, grid, more)
     rows = tracks.rows
+    for k in range(driving.fractions.size):
+        p = n + k * driving.times.size
+        wish = Wish(speed_ahead[0], speed_ahead[1], driving.fractions[k])
+        drive(p, start, wish, driving, nobody, grid.step, tracks)
+    if more > free:
+        wish = Wish(speed_ahead[0], speed_ahead[1], 1.0)
+        drive(n + free, start, wish, driving, leader, grid.step, tracks)
+    for p in range(n + more):
+        tracks.dropped[p] = _ruled_out(rows[p], tracks.n_valid[p], bounds)
     grid_s, grid_speed = speed_ahead
     speed_term = speed_deviation(rows[:, S], rows[:, S_DOT], grid_s, grid_speed)
     farthest = -np.inf
@@ -264,7 +289,7 @@ def roll_out(
     coefficients: FloatArray,
     duration: FloatArray,
     grid: TimeGrid,
-    bounds: ProfileBounds,
+    more: int,
 ) -> Tracks:
     """Evaluate quintics s(t) on the time grid, at constant speed after their end.
 
@@ -272,25 +297,27 @@ def roll_out(
         coefficients: (n, 6), lowest order first.
         duration: (n,) [s].
         grid: See there.
-        bounds: See there.
+        more: Profiles after them that are left to be filled.
     """
     step, horizon = grid
-    max_speed, stop_at = bounds
     n = coefficients.shape[0]
     end = horizon
     if horizon == 0.0:
         for p in range(n):
             end = max(end, duration[p])
     n_steps = int(np.rint(end / step)) + 1
-    count = np.empty(n, np.int64)
-    rows = np.empty((n, N_PROFILE, n_steps))
-    jerk, dropped = np.empty(n), np.full(n, PASSED)
+    count = np.empty(n + more, np.int64)
+    rows = np.empty((n + more, N_PROFILE, n_steps))
+    jerk, peak_jerk = np.empty(n + more), np.zeros(n + more)
+    durations = np.empty(n + more)
     for p in range(n):
         c0, c1, c2 = coefficients[p, 0], coefficients[p, 1], coefficients[p, 2]
         c3, c4, c5 = coefficients[p, 3], coefficients[p, 4], coefficients[p, 5]
         jerk[p] = squared_jerk((c0, c1, c2, c3, c4, c5), min(duration[p], end))
         count[p] = n_steps if horizon > 0.0 else int(np.rint(duration[p] / step)) + 1
-        ends = duration[p]  # what is read from an array would not become vector code
+        ends = durations[p] = duration[
+            p
+        ]  # what is read from an array would not become vector code
         for i in range(n_steps):
             t = min(i * step, ends)
             after = i * step - t
@@ -302,14 +329,22 @@ def roll_out(
             rows[p, S_DOT, i] = v
             rows[p, S_DDOT, i] = moving * a
             rows[p, S_DDDOT, i] = moving * (6.0 * c3 + t * (24.0 * c4 + t * 60.0 * c5))
-        slowest, fastest = np.inf, -np.inf
         for i in range(count[p]):
-            v = rows[p, S_DOT, i]
-            slowest, fastest = min(slowest, v), max(fastest, v)
-        if rows[p, S, count[p] - 1] > stop_at:
-            dropped[p] = STOP_LINE
-        if fastest > max_speed:
-            dropped[p] = SPEED
-        if slowest < -REVERSE_TOLERANCE:
-            dropped[p] = REVERSING
-    return Tracks(rows, duration, count, jerk, dropped)
+            peak_jerk[p] = max(peak_jerk[p], abs(rows[p, S_DDDOT, i]))
+    dropped = np.full(n + more, PASSED)
+    return Tracks(rows, durations, count, jerk, dropped, peak_jerk)
+
+
+@inlined
+def _ruled_out(profile: FloatArray, count: int, bounds: ProfileBounds) -> int:
+    """Return the check that rules a profile out, or PASSED."""
+    max_speed, stop_at = bounds
+    slowest, fastest = np.inf, -np.inf
+    for i in range(count):
+        v = profile[S_DOT, i]
+        slowest, fastest = min(slowest, v), max(fastest, v)
+    if slowest < -REVERSE_TOLERANCE:
+        return REVERSING
+    if fastest > max_speed:
+        return SPEED
+    return STOP_LINE if profile[S, count - 1] > stop_at else PASSED

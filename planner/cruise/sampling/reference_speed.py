@@ -11,6 +11,7 @@ from planner.states import FloatArray, IntArray
 
 PREVIEW = 90.0  # how far ahead the road sets the speed: 20 m/s stop at 2.2 m/s² [m]
 PREVIEW_STEP = 1.0  # [m]
+JERK_SHARE = 0.8  # of the lateral jerk that the road itself may take [-]
 
 
 def reference_speed(
@@ -19,9 +20,9 @@ def reference_speed(
     """Speed that the road ahead asks for.
 
     The target speed, lowered where curvature would exceed the comfortable lateral
-    acceleration or a stop line is closed, and before such places so far that they
-    are reached with the comfortable deceleration: v(s)² = min over s' >= s of
-    v_limit(s')² + 2 b (s' - s).
+    acceleration, where its change would exceed the comfortable lateral jerk, or a stop
+    line is closed, and before such places so far that they are reached with the
+    comfortable deceleration: v(s)² = min over s' >= s of v_limit(s')² + 2 b (s' - s).
 
     Returns:
         (s, v), both (n,); s grows by 1 m from the ego on [m], v [m/s].
@@ -37,6 +38,7 @@ def reference_speed(
         - scene.vehicle.front_reach,
         settings.comfort_lateral_acceleration,
         settings.comfort_deceleration,
+        JERK_SHARE * settings.comfort.lateral_jerk,
     )
 
 
@@ -49,15 +51,21 @@ def _reachable_speed(
     stop_at: float,
     lateral_acceleration: float,
     deceleration: float,
+    lateral_jerk: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Return (s, v) of `reference_speed`; from `stop_at` on v is 0."""
     n = int(np.ceil(PREVIEW / PREVIEW_STEP))
     s, v = np.empty(n), np.empty(n)
     ahead = np.inf
+    after = curvature_at(knots, bins, start + PREVIEW_STEP * n)
     for k in range(n - 1, -1, -1):
         s[k] = start + PREVIEW_STEP * k
-        curvature = abs(curvature_at(knots, bins, s[k]))
+        here = curvature_at(knots, bins, s[k])
+        curvature, rate = abs(here), abs(after - here) / PREVIEW_STEP
+        after = here
         limit = wanted * wanted
+        if lateral_jerk < np.inf and rate > STRAIGHT:
+            limit = min(limit, (lateral_jerk / rate) ** (2.0 / 3.0))
         if curvature > STRAIGHT:
             limit = min(limit, lateral_acceleration / curvature)
         if s[k] >= stop_at:

@@ -77,3 +77,36 @@ def test_cost_terms_are_averaged_over_the_plans_that_report_them():
     assert comfort.mean_cost(trace, comfort.JERK_COST) == 3.0
     assert comfort.mean_cost(trace, comfort.OFFSET_COST) == 1.0
     assert comfort.mean_cost(trace, "another") is None
+
+
+def driven(sideways, along=None, speed=10.0):
+    """A trace with these accelerations, step by step."""
+    along = [0.0] * len(sideways) if along is None else along
+    return trace_of(
+        [
+            record(k, CartesianState(k, 0, 0, a / speed**2, speed, b))
+            for k, (a, b) in enumerate(zip(sideways, along, strict=True))
+        ]
+    )
+
+
+def test_shares_of_what_is_uncomfortable():
+    trace = driven([2.2, 2.3, -2.4, 0.0], [-3.5, -3.6, 4.0, 0.0])
+    assert comfort.lateral_discomfort(trace) == 0.5
+    assert comfort.braking_discomfort(trace) == 0.25
+
+
+def test_a_jerk_is_the_mean_of_half_a_second():
+    ramp = [min(4.0 * STEP * k, 2.0) for k in range(21)]  # 4 m/s³ for half a second
+    spike = [0.0] * 10 + [1.0] + [0.0] * 10
+    trace = driven(ramp, spike)
+    assert comfort.max_lateral_jerk(trace) == pytest.approx(4.0)
+    assert comfort.max_tangential_jerk(trace) == pytest.approx(1.0 / 0.5)
+    assert comfort.max_lateral_jerk(driven([0.0, 9.0])) is None
+
+
+def test_reversals_count_what_is_felt():
+    sideways = [1.0, 0.1, -0.1, 0.5, -1.0, -0.2, -0.5, 1.0]
+    minutes = (len(sideways) - 1) * STEP / 60.0
+    trace = driven(sideways)
+    assert comfort.lateral_reversals(trace) == pytest.approx(2 / minutes)

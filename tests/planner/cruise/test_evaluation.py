@@ -13,20 +13,26 @@ import pytest
 from planner import cruise
 from planner.bodies import bodies_of, leader_of
 from planner.cruise.costs import convolve, safety_kernel, speed_deviation
+from planner.cruise.cycle import DISC_EXCESS
 from planner.cruise.feasibility import RoadBody, road_excess
 from planner.cruise.headway import MIN_REAR_GAP, STRIDE
+from planner.cruise.planner import NEAR_END
 from planner.cruise.sampling.lateral import terminal_offsets
 from planner.cruise.sampling.longitudinal import longitudinal_profiles
 from planner.cruise.sampling.reference_speed import reference_speed
 from planner.cruise.settings import (
+    ComfortLimits,
     LateralMotion,
     Normalisation,
     SafetyTerm,
     Weights,
 )
+from planner.errors import InvalidInputError
 from planner.interface import PlanStatus
 from planner.reference_path.frenet import frenet_to_cartesian
+from planner.scene import Lanes
 from planner.states import FrenetStates
+from planner.vehicle import Vehicle
 from tests.planner.scenes import STEP, Car, Disc, bend, ego_on, make_scene, straight
 
 TOLERANCE = 1e-6  # of limits
@@ -39,6 +45,7 @@ TERMS = (
     "consistency",
     "heading",
     "dead_end",
+    "lane",
 )
 STANDING = 0.5  # slower bodies are steered round [m/s]
 
@@ -151,7 +158,7 @@ def step_gaps(settings, vehicle, bodies, b, x, y, heading):
     if settings.cover_discs == 1:
         discs, radius = [0.0], settings.single_disc_radius
     else:
-        discs, radius = vehicle.disc_offsets, vehicle.disc_radius
+        discs, radius = vehicle.disc_cover(DISC_EXCESS)
     half_length, half_width, round_off = bodies.table.extents[b]
     px, py, cos, sin = bodies.table.poses[b, :, : x.size]
     gaps = []
@@ -171,8 +178,9 @@ def step_gaps(settings, vehicle, bodies, b, x, y, heading):
 class SlowPlanner:
     """Everything of one cycle, candidate by candidate."""
 
-    def __init__(self, settings, scene):
+    def __init__(self, settings, scene, comfort=None):
         self.settings, self.scene = settings, scene
+        self.comfort = comfort or ComfortLimits.none()
         self.speed_ahead = reference_speed(scene, settings)
         end = settings.horizon or max(settings.times)
         self.bodies = bodies_of(scene, round(end / settings.step) + 1)
@@ -184,9 +192,13 @@ class SlowPlanner:
         self.front = vehicle.front_reach if whole else 0.0
         self.rear = vehicle.rear_overhang if whole else 0.0
         self.half_width = vehicle.width / 2.0 + settings.road_margin
-        self.max_braking = settings.max_deceleration or own.max_deceleration
-        self.max_sideways = (
-            settings.max_lateral_acceleration or own.max_lateral_acceleration
+        self.max_braking = min(
+            settings.max_deceleration or own.max_deceleration,
+            self.comfort.deceleration,
+        )
+        self.max_sideways = min(
+            settings.max_lateral_acceleration or own.max_lateral_acceleration,
+            self.comfort.lateral_acceleration,
         )
         self.max_curvature = settings.max_curvature or own.max_curvature
         furthest = float(self.tracks.rows[:, 0, -1].max())
@@ -236,6 +248,8 @@ class SlowPlanner:
             return "speed"
         if motion[0, -1] + self.scene.vehicle.front_reach > line:
             return "stop_line"
+        if np.abs(motion[3]).max() > self.comfort.jerk:
+            return "jerk"
         return ""
 
     def _candidate(self, p, motion, offset):
@@ -274,6 +288,7 @@ class SlowPlanner:
                 "heading": math.sin(error[-1]) ** 2,
                 "headway": self._headway(s, s_dot, l),
                 "dead_end": self._dead_end(s, s_dot, l),
+                "lane": self._lane(offset),
             }
         found = Candidate(p, verdict or "passed", terms, s, l, plane.x, plane.y)
         if not verdict:
@@ -307,14 +322,24 @@ class SlowPlanner:
                 return "curvature"
             if a > forward + TOLERANCE or a < -braking - TOLERANCE:
                 return "acceleration"
-            if plane.speed[i] ** 2 * abs(kappa) > sideways + TOLERANCE:
+            before, now = (plane.speed[j] ** 2 * plane.curvature[j] for j in (i - 1, i))
+            if abs(now) > sideways + TOLERANCE:
                 return "lateral_acceleration"
+            if abs(now - before) > self.comfort.lateral_jerk * self.settings.step:
+                return "lateral_jerk"
         return ""
+
+    def _lane(self, offset):
+        """Squared distance to the nearest lane's middle where the ego is in 3 s."""
+        ego, lanes = self.scene.ego_frenet, self.scene.lanes
+        s = ego.s + 3.0 * ego.s_dot
+        middles = [np.interp(s, lanes.s, centre) for centre in lanes.centre]
+        return min((abs(offset - middle) for middle in middles), default=0.0) ** 2
 
     def _corridor(self, b):
         """Lateral distance below which body b is in the way."""
         settings = self.settings
-        radius = self.scene.vehicle.disc_radius
+        _, radius = self.scene.vehicle.disc_cover(DISC_EXCESS)
         if settings.cover_discs == 1:
             radius = settings.single_disc_radius
         return radius + settings.margin + self.bodies.table.extents[b, 1:].sum()
@@ -443,22 +468,41 @@ def random_scene(seed):
         Car(s - rng.uniform(8.0, 30.0), rng.uniform(-4.0, 4.0), rng.uniform(5.0, 12.0)),
     ]
     lines = (s + rng.uniform(20.0, 60.0),) if seed % 4 == 1 else ()
-    return make_scene(path, ego, obstacles, vehicles, stop_lines=lines)
+    scene = make_scene(path, ego, obstacles, vehicles, stop_lines=lines)
+    if seed == 3:
+        scene = replace(scene, vehicle=LORRY)
+    if seed % 2:
+        return scene
+    ends = np.array([0.0, path.length])
+    centres = np.array([[-3.5, -3.4], [0.0, 0.3], [3.2, 3.5]])
+    return replace(scene, lanes=Lanes(ends, centres, np.full((3, 2), 3.3)))
 
 
+LORRY = Vehicle(length=12.0, width=2.5, wheelbase=6.5, rear_overhang=3.0)
 FEW = {
     "times": (1.5, 4.0),
     "speed_fractions": (0.0, 0.6, 1.0),
     "stop_times": (3.0, 5.0),
     "follow_times": (3.0,),
+    "starting_lengths": (),
 }
 SETTINGS = {
-    "closed_loop": replace(cruise.CruiseSettings(), **FEW),
+    "comfort": replace(cruise.CruiseSettings(), **FEW),
+    "closed_loop": replace(
+        cruise.CruiseSettings(), **FEW, comfort=ComfortLimits.none()
+    ),
     "over_time": replace(
-        cruise.CruiseSettings(), **FEW, lateral_motion=LateralMotion.TIME
+        cruise.CruiseSettings(),
+        **FEW,
+        lateral_motion=LateralMotion.TIME,
+        comfort=ComfortLimits.none(),
     ),
     "convolution": replace(
-        cruise.conventional().settings, **FEW, edge_offsets=False, lateral_step=1.0
+        cruise.conventional().settings,
+        **FEW,
+        edge_offsets=False,
+        lateral_step=1.0,
+        comfort=ComfortLimits.none(),
     ),
     "thesis": replace(cruise.thesis_proposed().settings, times=(4.0, 4.5, 5.0)),
     "thesis_conventional": replace(
@@ -467,6 +511,7 @@ SETTINGS = {
 }
 
 PLANNER = cruise.CruisePlanner(SETTINGS["closed_loop"])
+COMFORTABLE = cruise.CruisePlanner(SETTINGS["comfort"])
 
 
 def emphasised(settings):
@@ -484,14 +529,50 @@ def emphasised(settings):
 @pytest.mark.parametrize("seed", range(4))
 def test_the_batch_is_what_the_formulas_say(name, seed):
     settings, scene = SETTINGS[name], random_scene(seed)
-    slow = SlowPlanner(settings, scene)
-    candidates = slow.candidates()
+    stages = [SlowPlanner(settings, scene)]
+    if settings.comfort.is_limiting:
+        stages.insert(0, SlowPlanner(settings, scene, settings.comfort))
+    stages = [(slow, slow.candidates()) for slow in stages]
     for memory in (None, cruise.CruisePlanner(settings).plan(scene, None).memory):
-        slow.remember(candidates, None if memory is None else memory.trajectory)
         for variant in emphasised(settings):
             result = cruise.CruisePlanner(variant).plan(scene, memory)
-            prices = priced(slow, candidates, variant, remembers=memory is not None)
-            compare(result, candidates, *prices)
+            for slow, candidates in stages:
+                last = None if memory is None else memory.trajectory
+                slow.remember(candidates, last)
+                prices = priced(slow, candidates, variant, remembers=last is not None)
+                if slow is not stages[-1][0] and not gets_on(candidates, *prices):
+                    continue  # the limits of the vehicle count
+                compare(result, candidates, *prices)
+                break
+
+
+def gets_on(candidates, terms, total, raw):
+    """Whether the cheapest comfortable candidate leads to no dead end."""
+    passed = [k for k, c in enumerate(candidates) if c.verdict == "passed"]
+    if not passed:
+        return False
+    best = passed[int(np.argmin(total[passed]))]
+    return raw[best, TERMS.index("dead_end")] <= NEAR_END
+
+
+def test_comfortable_candidates_are_preferred_whatever_the_others_cost():
+    kept = set()
+    for seed in range(12):
+        scene = random_scene(seed)
+        plan = COMFORTABLE.plan(scene, None)
+        comfort, ego = COMFORTABLE.settings.comfort, scene.ego
+        hardest = np.abs(plan.trajectory.curvature) * plan.trajectory.speed**2
+        allowed = max(comfort.lateral_acceleration, ego.speed**2 * abs(ego.curvature))
+        if plan.status is PlanStatus.OK and "jerk" in plan.stats.removed:
+            assert hardest.max() <= allowed + 1e-5
+            kept.add(seed)
+    assert len(kept) > 6
+
+
+@pytest.mark.parametrize("limit", [f.name for f in fields(ComfortLimits)])
+def test_a_comfort_limit_of_nothing_is_refused(limit):
+    with pytest.raises(InvalidInputError, match=f"comfort.{limit} = 0"):
+        ComfortLimits(**{limit: 0})
 
 
 def compare(result, candidates, terms, total, raw):
@@ -540,5 +621,7 @@ def test_these_scenes_exercise_every_verdict():
     for seed in range(4):
         removed = PLANNER.plan(random_scene(seed), None).stats.removed
         seen |= set(removed)
+        seen |= set(COMFORTABLE.plan(random_scene(seed), None).stats.removed)
     assert {"collision", "acceleration", "lateral_acceleration"} <= seen
+    assert {"jerk", "lateral_jerk"} <= seen
     assert {"curvature", "stop_line", "reversing", "road"} <= seen
