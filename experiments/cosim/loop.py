@@ -163,6 +163,7 @@ class _Episode:
         self._right_of_way: RightOfWay | None = None
         if road.junctions and isinstance(world, JunctionTraffic):
             self._right_of_way = RightOfWay(road, self._task, world, world.step)
+        self._closed_lights: tuple[float, ...] = ()  # in the cycle before
         self._memory: object = None
         self._stats = PlanStats()
         self._off_road_steps = 0
@@ -230,7 +231,10 @@ class _Episode:
         task = self._task
         front = s + task.vehicle.front_reach
         limits = task.vehicle.limits
-        lines = closed_stop_lines(traffic.signals, front, ego.speed, limits)
+        lines = closed_stop_lines(
+            traffic.signals, front, ego.speed, limits, self._closed_lights
+        )
+        self._closed_lights = lines
         if self._right_of_way is None:
             return traffic, lines, None
         traffic, decided = self._right_of_way.update(traffic, s, ego)

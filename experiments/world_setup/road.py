@@ -3,7 +3,7 @@
 import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
@@ -153,18 +153,42 @@ def random_network(net: Net, seed: int, ego: Ego) -> Network:
     )
 
 
-def sumo_road(network: Network, vehicle: Vehicle, start: float | None = None) -> Road:
+def sumo_road(
+    network: Network,
+    vehicle: Vehicle,
+    start: float | None = None,
+    goal: float | None = None,
+) -> Road:
     """Read the road of a SUMO network.
 
     Args:
         network: With the route.
         vehicle: The ego, whose path it is.
         start: Where it enters, unless that is not known yet [m].
+        goal: Where it has arrived; what it cannot drive of the route beyond is left
+            out [m].
 
     Raises:
         NetworkError: If the network, its route or lane does not exist, or the vehicle
             cannot take one of its bends or would enter inside a junction.
     """
+    try:
+        return _whole_road(network, vehicle, start)
+    except NetworkError:
+        route = network.route[:-1]
+        while goal is not None and route:
+            length = route_path(network.net_file, route, network.lane).length
+            if length < goal + vehicle.front_reach + BEYOND_GOAL:
+                break
+            try:
+                return _whole_road(replace(network, route=route), vehicle, start)
+            except NetworkError:
+                route = route[:-1]
+        raise
+
+
+def _whole_road(network: Network, vehicle: Vehicle, start: float | None) -> Road:
+    """Read the road along the whole route of `network`; see `sumo_road`."""
     found = route_path(network.net_file, network.route, network.lane)
     driven = _driven_path(network, found, vehicle)
     path = driven.path
