@@ -42,6 +42,11 @@ _SUMO_SETTINGS = "experiments.cosim.sumo.driver_settings:SumoDriverSettings"
 _CRUISE_SETTINGS = "planner.cruise.settings:CruiseSettings"
 
 PLANNERS: Mapping[str, RegisteredPlanner] = {
+    "route": RegisteredPlanner(
+        "planner.route:proposed",
+        "planner.route:RouteSettings",
+        "one driver for a route: cruises, changes lanes where the route asks for it",
+    ),
     "cruise": RegisteredPlanner(
         "planner.cruise:proposed",
         _CRUISE_SETTINGS,
