@@ -17,12 +17,38 @@ from planner.states import FloatArray
 ENDS_TOGETHER = 1.0  # lanes whose ends are nearer than this end together [m]
 
 
+TURN = 0.06  # where the path bends more, only the route's own lane is followed [1/m]
+BESIDE = 0.3  # a lane this far from the path is another one [m]
+SPACING = 1.0  # at which bends are looked for [m]
+
+
 class Wish(NamedTuple):
     """The next lane over that is wanted, and why."""
 
     lane: int
     why: str
     forced: bool  # by the route, not by the speed
+
+
+def lanes_to_follow(scene: Scene) -> Lanes:
+    """Return the lanes without those beside the path where it turns.
+
+    In a turn the path is planned for the ego's body; beside it there may be no room, so
+    that whoever turns has to be in the route's lane before.
+    """
+    lanes, path = scene.lanes, scene.path
+    if not lanes.width.size:
+        return lanes
+    grid = np.arange(0.0, path.length, SPACING)
+    turns = np.abs(path.at(grid).curvature) > TURN
+    if not turns.any():
+        return lanes
+    at = np.union1d(lanes.s, grid)
+    centre = np.array([np.interp(at, lanes.s, row) for row in lanes.centre])
+    width = np.array([np.interp(at, lanes.s, row) for row in lanes.width])
+    here = np.abs(path.at(at).curvature) > TURN
+    width[here & (np.abs(centre) > BESIDE)] = 0.0
+    return Lanes(at, centre, width, lanes.left_hand)
 
 
 def lane_ends(lanes: Lanes, s: float) -> FloatArray:

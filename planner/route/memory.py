@@ -6,6 +6,7 @@ from enum import StrEnum
 
 from planner.lane_change.phases.memory import Phase
 from planner.route.lane_frame import LaneFrame
+from planner.scene import Lanes
 from planner.states import Trajectory
 
 
@@ -36,5 +37,7 @@ class RouteMemory:
     stood: float = 0.0  # for how long the ego has stood [s]
     round_until: float = 0.0  # the whole road may be used up to this s [m]
     dense: object = None  # memory of that family, while it drives
+    given: Lanes | None = None  # the scene's lanes ...
+    followed: Lanes | None = None  # ... and those of them that can be followed
     # made of the lanes once: (lane, whether along the reference path) to frame
     frames: Mapping[tuple[int, bool], LaneFrame] = field(default_factory=dict)

@@ -9,7 +9,7 @@ from planner.cruise.planner import CruiseMemory
 from planner.dense import proposed as dense_proposed
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_at
-from planner.lane_change.phases.memory import Phase, about_to_enter, settled
+from planner.lane_change.phases.memory import Phase, about_to_enter
 from planner.route.gaps import gap_beside, seeking_speed
 from planner.route.lane_frame import (
     Corridor,
@@ -22,7 +22,7 @@ from planner.route.lane_frame import (
     reference_frame,
     seen_from,
 )
-from planner.route.lane_need import lane_ends, wish
+from planner.route.lane_need import lane_ends, lanes_to_follow, wish
 from planner.route.memory import Driver, Manoeuvre, RouteMemory
 from planner.route.settings import RouteSettings
 from planner.scene import Scene
@@ -37,6 +37,8 @@ ROUND = 40.0  # for which the road stays open round what stands [m]
 LEAST_DRIVEN = 3.0  # a plan that drives less stands [m]
 LINE_NEAR = 25.0  # a closed line nearer than this is a reason to stand [m]
 FIRM = 3.0  # braking that a lane's end may ask for at once [m/s²]
+NEARLY = 0.4  # as near to its lane's centre a change is over [m]
+ALONG = 0.06  # and as parallel to it, dl/ds [-]
 CHANGE_TIME = 2.5  # a change needs so much way before its lanes end [s]
 CHANGE_ROOM = 9.0  # ... and at least so much [m]
 
@@ -70,7 +72,21 @@ class RoutePlanner:
             stats = PlanStats(reason=reason)
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
         last = memory if isinstance(memory, RouteMemory) else None
+        given = scene.lanes
+        if last is not None and last.given is given and last.followed is not None:
+            scene = replace(scene, lanes=last.followed)
+        else:
+            scene = replace(scene, lanes=lanes_to_follow(scene))
         look = self._look(scene, last)
+        result = self._chosen(look, last)
+        if isinstance(result.memory, RouteMemory):
+            kept = replace(result.memory, given=given, followed=scene.lanes)
+            return replace(result, memory=kept)
+        return result
+
+    def _chosen(self, look: _Look, last: RouteMemory | None) -> PlanResult:
+        """Let the family drive whose situation this is."""
+        scene = look.scene
         by_dense = self._dense(look, last)
         if by_dense is not None:
             return by_dense
@@ -122,7 +138,7 @@ class RoutePlanner:
         scene = look.scene
         if look.ends[target] < scene.ego_frenet.s:
             return None
-        if settled(scene, target):
+        if _is_over(scene, target):
             return Manoeuvre(target)
         if now.phase is Phase.COMMITTED or about_to_enter(
             scene, now.lane, target, scene.step
@@ -246,6 +262,13 @@ def _kept(look: _Look, last: RouteMemory | None) -> Manoeuvre:
     if last.manoeuvre.lane != here:  # it was led elsewhere, or its lane is gone
         return Manoeuvre(here)
     return last.manoeuvre
+
+
+def _is_over(scene: Scene, target: int) -> bool:
+    """Check whether a change is over: the ego drives along in its new lane."""
+    ego, lanes = scene.ego_frenet, scene.lanes
+    centre = float(np.interp(ego.s, lanes.s, lanes.centre[target]))
+    return abs(ego.l - centre) < NEARLY and abs(ego.l_prime) < ALONG
 
 
 def _has_room(look: _Look, own: int, target: int) -> bool:
