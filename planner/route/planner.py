@@ -35,7 +35,6 @@ OBSTACLES_FROM = 100.0  # ahead of the front, obstacles open the whole road [m]
 PASSED = 10.0  # behind the ego, an obstacle is passed [m]
 ROUND = 40.0  # for which the road stays open round what stands [m]
 LEAST_DRIVEN = 3.0  # a plan that drives less stands [m]
-LINE_NEAR = 25.0  # a closed line nearer than this is a reason to stand [m]
 FIRM = 3.0  # braking that a lane's end may ask for at once [m/s²]
 NEARLY = 0.4  # as near to its lane's centre a change is over [m]
 ALONG = 0.06  # and as parallel to it, dl/ds [-]
@@ -102,7 +101,9 @@ class RoutePlanner:
         stood = last.stood + scene.step if last is not None and stands else 0.0
         until = 0.0 if last is None else last.round_until
         front = ego.s + scene.vehicle.front_reach
-        held = any(front - 1.0 < x < front + LINE_NEAR for x in scene.stop_lines)
+        # what stands before a line or a junction is a queue, not in the way
+        waits = [*scene.stop_lines, *(x.stop_s for x in scene.junctions)]
+        held = any(front - 1.0 < x < front + self.settings.quiet for x in waits)
         if stood >= self.settings.patience and not held:
             until = ego.s + ROUND
         return _Look(
@@ -125,7 +126,8 @@ class RoutePlanner:
             return Manoeuvre(now.lane), scene.target_speed
         gap = gap_beside(scene, look.bodies, wanted.lane, self.settings.manoeuvre)
         pushes = wanted.forced and look.stood >= self.settings.push_after
-        if (gap.is_safe or pushes) and _has_room(look, now.lane, wanted.lane):
+        room = _has_room(look, now.lane, wanted.lane)
+        if pushes or (gap.is_safe and room):
             begun = Manoeuvre(now.lane, Phase.CHANGE, wanted.lane, wanted.why)
             return begun, scene.target_speed
         speed = scene.target_speed
