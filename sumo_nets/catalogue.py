@@ -421,7 +421,10 @@ def _on_ramp() -> Network:
         net_file=net_path("on_ramp"),
         route=ramp,
         lane=0,
-        streams=(Stream("own", (Turn(ramp, 1.0),)), Stream("cross_m", (Turn(main, 1.0),))),
+        streams=(
+            Stream("own", (Turn(ramp, 1.0),)),
+            Stream("cross_m", (Turn(main, 1.0),)),
+        ),
         description="ramp onto a road of two lanes, whose lane ends after 220 m",
     )
 

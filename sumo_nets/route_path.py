@@ -141,7 +141,10 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
     ends = pairwise((0.0, *line.ends))
     edges = [k for k, piece in enumerate(pieces) if not piece.name.startswith(":")]
     onward = {k: _onward(use) for k, use in zip(edges, uses, strict=True)}
-    changed = {k: use.left.index - use.entered.index for k, use in zip(edges, uses, strict=True)}
+    changed = {
+        k: use.left.index - use.entered.index
+        for k, use in zip(edges, uses, strict=True)
+    }
     if net.left_hand:  # lane 0 is the leftmost
         onward = {k: lanes[::-1] for k, lanes in onward.items()}
         changed = {k: -lanes for k, lanes in changed.items()}

@@ -26,7 +26,7 @@ LEAST_SPARE = 0.15  # also where the area ends sooner [m]
 FARTHEST = 12.0  # of an edge of the area from the path [m]
 SHARP = 0.6  # share of the ego's curvature from which the inner side is kept free
 INNER_SPARE = 0.35  # beside the body there [m]
-EASING = 0.08  # by which this grows with each metre before the bend [-]
+EASING = 0.02  # by which this grows with each metre before the bend [-]
 BENT = 1e-6  # a smaller curvature bends nothing within a body's length [1/m]
 DOMAIN = 0.9  # share of the way to the centre of curvature that may be road
 
