@@ -429,7 +429,11 @@ def _on_ramp() -> Network:
     )
 
 
-TOUR = "00 10 20 21 31 41 42 32 33 23 22 21 11 01 02 12 13".split()
+# Junctions of the tour through the town: column and row of its grid.
+TOUR = (
+    *("00", "10", "20", "21", "31", "41", "42", "32", "33"),
+    *("23", "22", "21", "11", "01", "02", "12", "13"),
+)
 
 
 @lru_cache(maxsize=1)
