@@ -18,7 +18,7 @@ class Driver(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Manoeuvre:
+class LaneManoeuvre:
     """Which lane is followed and which one is wanted."""
 
     lane: int  # kept or left
@@ -31,7 +31,7 @@ class Manoeuvre:
 class RouteMemory:
     """State handed from one cycle to the next."""
 
-    manoeuvre: Manoeuvre
+    manoeuvre: LaneManoeuvre
     trajectory: Trajectory  # on the reference path
     driver: Driver = Driver.CRUISE
     stood: float = 0.0  # for how long the ego has stood [s]

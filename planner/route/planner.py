@@ -23,7 +23,7 @@ from planner.route.lane_frame import (
     seen_from,
 )
 from planner.route.lane_need import lane_ends, lanes_to_follow, wish
-from planner.route.memory import Driver, Manoeuvre, RouteMemory
+from planner.route.memory import Driver, LaneManoeuvre, RouteMemory
 from planner.route.settings import RouteSettings
 from planner.scene import Scene
 from planner.scene_checks import invalid
@@ -112,7 +112,9 @@ class RoutePlanner:
 
     # lanes
 
-    def _decide(self, look: _Look, last: RouteMemory | None) -> tuple[Manoeuvre, float]:
+    def _decide(
+        self, look: _Look, last: RouteMemory | None
+    ) -> tuple[LaneManoeuvre, float]:
         """Decide which lane is followed, and how fast at most [m/s]."""
         scene, ego = look.scene, look.scene.ego_frenet
         now = _kept(look, last)
@@ -120,28 +122,30 @@ class RoutePlanner:
             going = self._go_on(look, now, now.target)
             if going is not None:
                 return going, scene.target_speed
-            now = Manoeuvre(lane_at(scene.lanes, ego.s, ego.l))
+            now = LaneManoeuvre(lane_at(scene.lanes, ego.s, ego.l))
         wanted = wish(scene, look.bodies, now.lane, look.ends, self.settings)
         if wanted is None:
-            return Manoeuvre(now.lane), scene.target_speed
+            return LaneManoeuvre(now.lane), scene.target_speed
         gap = gap_beside(scene, look.bodies, wanted.lane, self.settings.manoeuvre)
         pushes = wanted.forced and look.stood >= self.settings.push_after
         room = _has_room(look, now.lane, wanted.lane)
         if pushes or (gap.is_safe and room):
-            begun = Manoeuvre(now.lane, Phase.CHANGE, wanted.lane, wanted.why)
+            begun = LaneManoeuvre(now.lane, Phase.CHANGE, wanted.lane, wanted.why)
             return begun, scene.target_speed
         speed = scene.target_speed
         if wanted.forced:
             speed = seeking_speed(scene, look.bodies, gap)
-        return Manoeuvre(now.lane, Phase.SEEK, wanted.lane, wanted.why), speed
+        return LaneManoeuvre(now.lane, Phase.SEEK, wanted.lane, wanted.why), speed
 
-    def _go_on(self, look: _Look, now: Manoeuvre, target: int) -> Manoeuvre | None:
+    def _go_on(
+        self, look: _Look, now: LaneManoeuvre, target: int
+    ) -> LaneManoeuvre | None:
         """Continue a change; None where it is given up."""
         scene = look.scene
         if look.ends[target] < scene.ego_frenet.s:
             return None
         if _is_over(scene, target):
-            return Manoeuvre(target)
+            return LaneManoeuvre(target)
         if now.phase is Phase.COMMITTED or about_to_enter(
             scene, now.lane, target, scene.step
         ):
@@ -164,7 +168,7 @@ class RoutePlanner:
         self,
         look: _Look,
         last: RouteMemory | None,
-        manoeuvre: Manoeuvre,
+        manoeuvre: LaneManoeuvre,
         speed: float,
     ) -> PlanResult:
         """Let `cruise` drive along the lane that is followed."""
@@ -181,7 +185,7 @@ class RoutePlanner:
         self,
         look: _Look,
         last: RouteMemory | None,
-        manoeuvre: Manoeuvre,
+        manoeuvre: LaneManoeuvre,
         lane: int,
         speed: float,
     ) -> PlanResult:
@@ -221,7 +225,7 @@ class RoutePlanner:
         result = self._cruise.plan(look.scene, before)
         if result.trajectory is None:
             return result
-        memory = RouteMemory(Manoeuvre(0), result.trajectory, stood=look.stood)
+        memory = RouteMemory(LaneManoeuvre(0), result.trajectory, stood=look.stood)
         return replace(result, memory=memory)
 
     # the dense family
@@ -252,17 +256,17 @@ class RoutePlanner:
         return replace(result, memory=memory, stats=stats)
 
 
-def _kept(look: _Look, last: RouteMemory | None) -> Manoeuvre:
+def _kept(look: _Look, last: RouteMemory | None) -> LaneManoeuvre:
     """Return the manoeuvre of the cycle before, if its lane is still there."""
     scene, ego = look.scene, look.scene.ego_frenet
     here = lane_at(scene.lanes, ego.s, ego.l)
     if last is None or last.manoeuvre.lane >= look.ends.size:
-        return Manoeuvre(here)
+        return LaneManoeuvre(here)
     changes = last.manoeuvre.phase in (Phase.CHANGE, Phase.COMMITTED)
     if changes and abs(last.manoeuvre.lane - here) <= 1:
         return last.manoeuvre
     if last.manoeuvre.lane != here:  # it was led elsewhere, or its lane is gone
-        return Manoeuvre(here)
+        return LaneManoeuvre(here)
     return last.manoeuvre
 
 
@@ -324,7 +328,7 @@ def _frame_of(
 def _told(
     look: _Look,
     result: PlanResult,
-    manoeuvre: Manoeuvre,
+    manoeuvre: LaneManoeuvre,
     frame: LaneFrame,
     frames: dict[tuple[int, bool], LaneFrame],
     kind: Corridor,
