@@ -42,11 +42,6 @@ _SUMO_SETTINGS = "experiments.cosim.sumo.driver_settings:SumoDriverSettings"
 _CRUISE_SETTINGS = "planner.cruise.settings:CruiseSettings"
 
 PLANNERS: Mapping[str, RegisteredPlanner] = {
-    "route": RegisteredPlanner(
-        "planner.route:proposed",
-        "planner.route:RouteSettings",
-        "one driver for a route: cruises, changes lanes where the route asks for it",
-    ),
     "cruise": RegisteredPlanner(
         "planner.cruise:proposed",
         _CRUISE_SETTINGS,
@@ -56,6 +51,11 @@ PLANNERS: Mapping[str, RegisteredPlanner] = {
         "planner.cruise:conventional",
         _CRUISE_SETTINGS,
         "the same sampling with the conventional costs",
+    ),
+    "route": RegisteredPlanner(
+        "planner.route:proposed",
+        "planner.route:RouteSettings",
+        "one driver for a route: cruises, changes lanes where the route asks for it",
     ),
     "lane_change": RegisteredPlanner(
         "planner.lane_change:proposed",
