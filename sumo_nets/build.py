@@ -31,6 +31,9 @@ OPTIONS = (
     "--junctions.corner-detail=0",
 )
 
+# What single networks need besides.
+OWN_OPTIONS = {"left_hand": ("--lefthand=true",)}
+
 # Kinds of source files and the options that take them.
 SOURCES = {
     "nod": "--node-files",
@@ -72,7 +75,13 @@ def convert(name: str) -> str:
     with tempfile.TemporaryDirectory() as folder:
         built = Path(folder) / "built.net.xml"
         done = subprocess.run(
-            [home / "bin" / "netconvert", *sources, *OPTIONS, f"--output-file={built}"],
+            [
+                home / "bin" / "netconvert",
+                *sources,
+                *OPTIONS,
+                *OWN_OPTIONS.get(name, ()),
+                f"--output-file={built}",
+            ],
             env={**os.environ, "SUMO_HOME": str(home)},
             capture_output=True,
             text=True,

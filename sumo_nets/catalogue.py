@@ -10,6 +10,7 @@ obstacles are one carriageway of the first kind.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 from math import pi
 from pathlib import Path
@@ -132,6 +133,9 @@ def networks() -> Mapping[str, Network]:
         _dense_curved(),
         *_crossroads(),
         *_for_many_egos(),
+        _lane_drop(),
+        _on_ramp(),
+        _town(),
     )
     return MappingProxyType({record.name: record for record in records})
 
@@ -357,6 +361,13 @@ def _crossroads() -> tuple[Network, ...]:
             "left turn at signals, across oncoming traffic",
         ),
         _junction(
+            "left_hand",
+            "south",
+            "east",
+            "right turn onto a main road where traffic keeps to the left: give way",
+            without_north,
+        ),
+        _junction(
             "roundabout", "south", "north", "half round a roundabout of 22 m radius"
         ),
     )
@@ -402,3 +413,46 @@ def _junction(
         streams=tuple(streams),
         description=description,
     )
+
+
+def _lane_drop() -> Network:
+    """Describe the road whose right lane ends; the ego enters on that one."""
+    return Network(
+        name="lane_drop",
+        net_file=net_path("lane_drop"),
+        route=("wide", "narrow"),
+        lane=0,
+        streams=(Stream("own", (Turn(("wide", "narrow"), 1.0),)),),
+        description="two lanes become one, and the ego's is the one that ends",
+    )
+
+
+def _on_ramp() -> Network:
+    """Describe the ramp that joins a road of two lanes."""
+    main = ("main_in", "beside", "main_out")
+    ramp = ("ramp", "beside", "main_out")
+    return Network(
+        name="on_ramp",
+        net_file=net_path("on_ramp"),
+        route=ramp,
+        lane=0,
+        streams=(
+            Stream("own", (Turn(ramp, 1.0),)),
+            Stream("cross_m", (Turn(main, 1.0),)),
+        ),
+        description="ramp onto a road of two lanes, whose lane ends after 220 m",
+    )
+
+
+# Junctions of the tour through the town: column and row of its grid.
+TOUR = (
+    *("00", "10", "20", "21", "31", "41", "42", "32", "33"),
+    *("23", "22", "21", "11", "01", "02", "12", "13"),
+)
+
+
+@lru_cache(maxsize=1)
+def _town() -> Network:
+    """Describe the town, with a tour over junctions of all its kinds."""
+    tour = tuple(f"{a}_{b}" for a, b in pairwise(TOUR))
+    return Network.from_file(net_path("town"), tour, 0)

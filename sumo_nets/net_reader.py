@@ -189,6 +189,7 @@ class _Handler:
         self.edges: dict[str, Edge] = {}
         self.junctions: dict[str, Junction] = {}
         self.connections: list[dict[str, str]] = []
+        self.programs: set[str] = set()  # of the traffic lights
         self._restrictions: dict[str, float] = {}  # edge type -> limit of cars [m/s]
         self._type = ""  # of the element that is open
         self._edge: Edge | None = None
@@ -201,6 +202,7 @@ class _Handler:
             "junction": self._open_junction,
             "request": self._add_request,
             "connection": self.connections.append,
+            "tlLogic": self._add_program,
         }
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
@@ -281,6 +283,10 @@ class _Handler:
                 attributes.get("cont") == "1",
             )
 
+    def _add_program(self, attributes: dict[str, str]) -> None:
+        """Remember that a traffic light has a program."""
+        self.programs.add(attributes["id"])
+
     def connect(self) -> None:
         """Add the links, once all lanes are known.
 
@@ -299,6 +305,11 @@ class _Handler:
                     f"has no lane ({type(error).__name__}: {error})"
                 ) from error
             signal = link.get("tl", "")
+            if signal and source.drivable and signal not in self.programs:
+                raise NetworkError(
+                    f'the traffic light "{signal}" has no program (<tlLogic>): rebuild '
+                    "the network by netconvert, with --tls.rebuild"
+                )
             place = int(link.get("linkIndex", -1))
             state = link.get("state", "")
             source.links.append(

@@ -66,6 +66,7 @@ class LaneSpan:
     right: float  # [m]
     moved: float = 0.0  # `left` at the begin, where the lane is another one, less it
     onward: tuple[bool, ...] = ()  # lanes, right to left, that go on beside the route's
+    changed: int = 0  # lanes by which the route moves over to the left
 
     def edges_at(self, left: float) -> FloatArray:
         """Return the edges of all lanes where the carriageway's left edge is `left`.
@@ -140,8 +141,13 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
     ends = pairwise((0.0, *line.ends))
     edges = [k for k, piece in enumerate(pieces) if not piece.name.startswith(":")]
     onward = {k: _onward(use) for k, use in zip(edges, uses, strict=True)}
+    changed = {
+        k: use.left.index - use.entered.index
+        for k, use in zip(edges, uses, strict=True)
+    }
     if net.left_hand:  # lane 0 is the leftmost
         onward = {k: lanes[::-1] for k, lanes in onward.items()}
+        changed = {k: -lanes for k, lanes in changed.items()}
     spans = tuple(
         LaneSpan(
             piece.name,
@@ -153,6 +159,7 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
             float(piece.right[-1]),
             float(piece.left[0] - piece.left[-1]),
             onward.get(number, ()),
+            changed.get(number, 0),
         )
         for number, (piece, (begin, end), limit) in enumerate(
             zip(pieces, ends, limits, strict=True)

@@ -139,6 +139,7 @@ class EgoDriver:
         self._right_of_way: RightOfWay | None = None
         if road.junctions and junctions is not None:
             self._right_of_way = RightOfWay(road, self._task, junctions, step)
+        self._closed_lights: tuple[float, ...] = ()  # in the cycle before
         self._memory: object = None
         self._stats = PlanStats()
         self._off_road_steps = 0
@@ -218,7 +219,10 @@ class EgoDriver:
         task = self._task
         front = s + task.vehicle.front_reach
         limits = task.vehicle.limits
-        lines = closed_stop_lines(traffic.signals, front, ego.speed, limits)
+        lines = closed_stop_lines(
+            traffic.signals, front, ego.speed, limits, self._closed_lights
+        )
+        self._closed_lights = lines
         if self._right_of_way is None:
             return traffic, lines, None
         traffic, decided = self._right_of_way.update(traffic, s, ego)

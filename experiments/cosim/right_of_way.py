@@ -106,6 +106,8 @@ class RightOfWay:
             junction = self._road.junctions[number]
             own = [x._replace(junction=place) for x in found if x.junction == number]
             ahead = self._ahead(junction, state, at)
+            if ahead is not None and self._clears(junction, state, at):
+                own = [x._replace(goes_first=x.to_line <= 0.0) for x in own]
             junctions.append(ahead or junction.ahead)
             foes += own
             if ahead is not None and self._is_due(number, at, ahead):
@@ -179,16 +181,19 @@ class RightOfWay:
         ahead = junction.ahead
         if not junction.signal:
             return None if ahead.rule in UNGUARDED else ahead
-        for signal in state.signals:
-            if (
-                signal.id == junction.signal
-                and abs(signal.stop_s - ahead.stop_s) < SAME_LINE
-            ):
-                rule = OF_LETTER.get(signal.state)
-                if signal.state in STOP | CLEARING and at.front > ahead.stop_s:
-                    rule = Rule.MINOR
-                return None if rule is None else replace(ahead, rule=rule)
-        return None
+        rule = OF_LETTER.get(_letter(junction, state))
+        if RightOfWay._clears(junction, state, at):
+            rule = Rule.MINOR
+        return None if rule is None else replace(ahead, rule=rule)
+
+    @staticmethod
+    def _clears(junction: RoadJunction, state: TrafficState, at: AtJunction) -> bool:
+        """Check whether the ego is inside a junction and its light has turned red.
+
+        It leaves before those who are still at their lines, as their lights turn green.
+        """
+        closed = _letter(junction, state) in STOP | CLEARING
+        return closed and at.front > junction.ahead.stop_s
 
     def _kept_clear(
         self,
@@ -215,6 +220,15 @@ class RightOfWay:
             return decision
         why = f"{slow.ids[first]} behind the junction"
         return Permission(junction.stop_s, decision.memory._replace(goes=False), why)
+
+
+def _letter(junction: RoadJunction, state: TrafficState) -> str:
+    """Return what the ego's light at a junction shows, "" without one."""
+    for signal in state.signals:
+        near = abs(signal.stop_s - junction.ahead.stop_s) < SAME_LINE
+        if near and signal.id == junction.signal:
+            return signal.state
+    return ""
 
 
 def closed_lines(decided: Sequence[Permission]) -> tuple[float, ...]:

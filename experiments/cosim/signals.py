@@ -1,11 +1,11 @@
 """Which stop lines of traffic lights are closed for the ego now.
 
-A pure decision: no simulator, no memory. Yellow needs none to be consistent: once
-the ego is too close to stop comfortably, driving on only brings it closer, so that
-"go" stays "go".
+A pure decision: no simulator, no memory. "Go" at yellow stays "go": driving on only
+brings the ego closer. "Stop" stays "stop" by `kept`, the lines of the cycle before: a
+planner that brakes late at first may be asked for more than comfortable braking.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from experiments.cosim.records import Signal
 from planner.vehicle import VehicleLimits
@@ -23,17 +23,20 @@ def closed_stop_lines(
     front_s: float,
     speed: float,
     limits: VehicleLimits,
+    kept: Collection[float] = (),
 ) -> tuple[float, ...]:
     """Return the stop lines that the ego has to respect now.
 
     Red holds unless not even emergency braking stops before the line; yellow holds
-    if comfortable braking does. Lines behind the front bumper are gone.
+    if comfortable braking does, or service braking where it held before. Lines behind
+    the front bumper are gone.
 
     Args:
         signals: The lights on the route.
         front_s: Arc length of the ego's front bumper [m].
         speed: Of the ego [m/s].
-        limits: Contain the emergency deceleration.
+        limits: Contain the decelerations.
+        kept: Lines that held in the cycle before [m].
 
     Returns:
         Arc lengths of the closed stop lines, growing [m].
@@ -44,6 +47,8 @@ def closed_stop_lines(
             deceleration = limits.emergency_deceleration
         elif signal.state in CLEARING:
             deceleration = COMFORTABLE_DECELERATION
+            if signal.stop_s in kept:
+                deceleration = max(deceleration, limits.max_deceleration)
         else:
             continue
         if speed**2 / (2.0 * deceleration) <= signal.stop_s - front_s + OVERSHOOT:

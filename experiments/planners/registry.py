@@ -52,6 +52,11 @@ PLANNERS: Mapping[str, RegisteredPlanner] = {
         _CRUISE_SETTINGS,
         "the same sampling with the conventional costs",
     ),
+    "route": RegisteredPlanner(
+        "planner.route:proposed",
+        "planner.route:RouteSettings",
+        "one driver for a route: cruises, changes lanes where the route asks for it",
+    ),
     "lane_change": RegisteredPlanner(
         "planner.lane_change:proposed",
         "planner.lane_change:LaneChangeSettings",

@@ -123,7 +123,8 @@ def _bare_layout(source: _Source) -> Layout:
         if not in_sumo:
             return Layout(plain_road(scenario), task)
         network = scenario_network(scenario)
-        return Layout(sumo_road(network, task.vehicle, task.start.s), task, network)
+        road = sumo_road(network, task.vehicle, task.start.s, task.goal)
+        return Layout(road, task, network)
     except NetworkError as error:
         raise scenario.error(("network",), str(error)) from error
     except PlannerError as error:

@@ -3,7 +3,7 @@
 import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
@@ -157,18 +157,42 @@ def random_network(net: Net, seed: int, ego: Ego) -> Network:
     )
 
 
-def sumo_road(network: Network, vehicle: Vehicle, start: float | None = None) -> Road:
+def sumo_road(
+    network: Network,
+    vehicle: Vehicle,
+    start: float | None = None,
+    goal: float | None = None,
+) -> Road:
     """Read the road of a SUMO network.
 
     Args:
         network: With the route.
         vehicle: The ego, whose path it is.
         start: Where it enters, unless that is not known yet [m].
+        goal: Where it has arrived; what it cannot drive of the route beyond is left
+            out [m].
 
     Raises:
         NetworkError: If the network, its route or lane does not exist, or the vehicle
             cannot take one of its bends or would enter inside a junction.
     """
+    try:
+        return _whole_road(network, vehicle, start)
+    except NetworkError:
+        route = network.route[:-1]
+        while goal is not None and route:
+            length = route_path(network.net_file, route, network.lane).length
+            if length < goal + vehicle.front_reach + BEYOND_GOAL:
+                break
+            try:
+                return _whole_road(replace(network, route=route), vehicle, start)
+            except NetworkError:
+                route = route[:-1]
+        raise
+
+
+def _whole_road(network: Network, vehicle: Vehicle, start: float | None) -> Road:
+    """Read the road along the whole route of `network`; see `sumo_road`."""
     found = route_path(network.net_file, network.route, network.lane)
     driven = _driven_path(network, found, vehicle)
     path = driven.path
@@ -226,15 +250,15 @@ def _speed_limits(found: RoutePath, s: FloatArray) -> SpeedLimits:
 def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
     """Return the lanes of the route's edges along the reference path.
 
-    Lanes are identified by their place beside the one that the route follows; where
-    one is missing its width is 0. Inside junctions there are no markings: lanes that
-    lead over it beside the route's are interpolated from one edge to the next, the
-    others are missing. Where the path is not where its lane is drawn, as in tight
-    bends, the lanes are beside the path: a vehicle can follow them.
+    A lane goes on from edge to edge as its connections lead, beside that of the route;
+    where the route moves over to the next lane, the path leaves its lane for another.
+    Where a lane is missing its width is 0. Inside junctions there are no markings:
+    lanes that lead over it beside the route's are interpolated from one edge to the
+    next, the others are missing. Where the path is not where its lane is drawn, as in
+    tight bends, the lanes are beside the path: a vehicle can follow them.
     """
     spans = [span for span in found.spans if not span.lane.startswith(":")]
-    n_right = max((sum(x < 0.0 for x in span.lines) for span in spans), default=0)
-    n_left = max((sum(x > 0.0 for x in span.lines) for span in spans), default=0)
+    firsts, count = _first_lanes(spans)
     if np.abs(l).max() > DRAWN_APART:
         l = np.zeros(l.size)
     kept = np.flatnonzero(_growing(s))
@@ -244,10 +268,10 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
         here = _span_at(spans, float(found.s[k]), before)
         if here is None:
             continue
-        row = _lane_row(spans[here], float(found.left[k]), n_right, n_left)
+        row = _lane_row(spans[here], float(found.left[k]), firsts[here], count)
         row = row.moved(float(s[k]), float(l[k]))
         if here != before and before >= 0:
-            rows += _over_junction(rows[-1], row, spans[before], n_right)
+            rows += _over_junction(rows[-1], row, spans[before], firsts[before])
         if not rows or row.s > rows[-1].s:
             rows.append(row)
         before = here
@@ -255,6 +279,16 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
         return Lanes.none()
     at, centre, width = zip(*rows, strict=True)
     return Lanes(np.array(at), np.array(centre).T, np.array(width).T, found.left_hand)
+
+
+def _first_lanes(spans: Sequence[LaneSpan]) -> tuple[list[int], int]:
+    """Number the rightmost lane of each edge, and count all lanes of the route."""
+    own = np.cumsum([span.changed for span in spans]).astype(int)
+    right = own - [sum(x < 0.0 for x in span.lines) for span in spans]
+    left = own + [sum(x > 0.0 for x in span.lines) for span in spans]
+    lowest = int(right.min(initial=0)) if right.size else 0
+    highest = int(left.max(initial=0)) if left.size else 0
+    return (right - lowest).tolist(), highest - lowest + 1
 
 
 class _LaneRow(NamedTuple):
@@ -275,13 +309,17 @@ def _span_at(spans: Sequence[LaneSpan], at: float, first: int) -> int | None:
     return next((k for k in numbers if spans[k].begin <= at <= spans[k].end), None)
 
 
-def _lane_row(span: LaneSpan, left: float, n_right: int, n_left: int) -> _LaneRow:
-    """Return the lanes of an edge whose carriageway's left edge is `left`."""
+def _lane_row(span: LaneSpan, left: float, first: int, count: int) -> _LaneRow:
+    """Return the lanes of an edge whose carriageway's left edge is `left`.
+
+    Args:
+        span: The edge.
+        left: At the place [m].
+        first: Number of the edge's rightmost lane.
+        count: Of all lanes of the route.
+    """
     edges = span.edges_at(left)
-    own = sum(x < 0.0 for x in span.lines)
-    centre = np.zeros(n_right + 1 + n_left)
-    width = np.zeros(centre.size)
-    first = n_right - own
+    centre, width = np.zeros(count), np.zeros(count)
     there = slice(first, first + edges.size - 1)
     centre[there] = 0.5 * (edges[1:] + edges[:-1])
     width[there] = np.diff(edges)
@@ -292,7 +330,7 @@ def _lane_row(span: LaneSpan, left: float, n_right: int, n_left: int) -> _LaneRo
 
 
 def _over_junction(
-    last: _LaneRow, following: _LaneRow, span: LaneSpan, n_right: int
+    last: _LaneRow, following: _LaneRow, span: LaneSpan, first: int
 ) -> list[_LaneRow]:
     """Return rows inside a junction, where the lanes that do not lead on are missing.
 
@@ -300,10 +338,9 @@ def _over_junction(
         last: Lanes of the edge before.
         following: Lanes of the edge behind the junction.
         span: Of the edge before.
-        n_right: Lanes to the right of the route's, at most.
+        first: Number of its rightmost lane.
     """
     onward = np.zeros(last.width.size, dtype=bool)
-    first = n_right - sum(x < 0.0 for x in span.lines)
     onward[first : first + len(span.onward)] = span.onward
     begin, end = last.s + SEAM, following.s - SEAM
     if onward.all() or end <= begin:

@@ -103,8 +103,22 @@ def _swept(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> _Room:
     along, across = outline[:, 0], outline[:, 1]
     offset = (1.0 - np.hypot(1.0 - bent * across, bent * along)) / bent
     return _Room(
-        np.maximum(left, offset.max(axis=1)), np.minimum(right, offset.min(axis=1))
+        np.maximum(left, _also_ahead(offset.max(axis=1), vehicle)),
+        np.minimum(right, -_also_ahead(-offset.min(axis=1), vehicle)),
     )
+
+
+def _also_ahead(offset: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return the larger of offsets here and of those an ego reaches with its front.
+
+    Planners keep the body within the bounds under its front, too: where a bend opens
+    or closes, the body as seen from the rear axle must fit between those as well.
+    """
+    ahead = math.ceil(vehicle.front_reach / STEP)
+    out = offset.copy()
+    for shift in (ahead - 1, ahead):
+        out[shift:] = np.maximum(out[shift:], offset[: out.size - shift])
+    return out
 
 
 def _outline(vehicle: Vehicle) -> FloatArray:

@@ -25,10 +25,13 @@ NAMES = sorted(networks())
 KNOWN_LINE = [name for name in NAMES if networks()[name].segments]
 JUNCTIONS = [
     "all_way_stop",
+    "left_hand",
+    "on_ramp",
     "right_before_left",
     "roundabout",
     "stop_sign",
     "t_junction",
+    "town",
     "unprotected_left",
 ]
 TWO_WAY = ["curved", "intersection", "straight", "u_shaped"]

@@ -141,3 +141,12 @@ def test_damaged_shape_names_its_lane(tmp_path):
     file.write_text(file.read_text().replace("9,0 18,0", "9,0 nan,0"))
     with pytest.raises(NetworkError, match='lane "b_0": the shape'):
         _ = read_net(file).lane("b_0").points
+
+
+def test_traffic_lights_without_a_program_are_refused(tmp_path):
+    shipped = networks()["intersection"].net_file.read_text(encoding="utf-8")
+    begin, end = shipped.index("<tlLogic"), shipped.rindex("</tlLogic>")
+    file = tmp_path / "n.net.xml"
+    file.write_text(shipped[:begin] + shipped[end + len("</tlLogic>") :])
+    with pytest.raises(NetworkError, match="has no program"):
+        read_net(file)

@@ -31,6 +31,10 @@ SIDE_ROOM = 0.2  # a vehicle passing nearer than this is in the way [m]
 SAME_WAY = 0.9  # cosine of the angle between vehicles of one direction
 IN_WAY = 60.0  # a vehicle farther along than this is not looked at [m]
 FOLLOWED = tuple(0.2 * k for k in range(11))  # a lane changer is followed for [s]
+ENTRY_BRAKING = 2.5  # that the road ahead may ask for at the entry [m/s²]
+ENTRY_SIDEWAYS = 2.2  # lateral acceleration in its bends [m/s²]
+ENTRY_STEP = 1.0  # at which the road ahead is looked at [m]
+ENTRY_VIEW = 150.0  # [m]
 DRIFTING = 0.05  # a lateral speed from here on is a lane change [m/s]
 
 
@@ -93,6 +97,23 @@ def departures(
             f"edges {', '.join(settings.route)}"
         )
     return [ego, Departure(leader.id, leader.id, LEADER_ROUTE, *found, leader.speed)]
+
+
+def entry_speed(settings: SumoSettings) -> float:
+    """Return the speed at which the ego can enter, whatever the traffic is [m/s].
+
+    From it the ego can slow down for the bends ahead, and stop at a traffic light that
+    turns red.
+    """
+    road, start = settings.road, settings.task.start
+    front = start.s + settings.task.vehicle.front_reach
+    lines = [line.s - front for line in road.stop_lines if line.s > front]
+    ahead = np.arange(0.0, ENTRY_VIEW, ENTRY_STEP)
+    curvature = np.abs(road.path.at(start.s + ahead).curvature)
+    slowest = ENTRY_SIDEWAYS / np.maximum(curvature, 1e-6)
+    squares = [*(slowest + 2.0 * ENTRY_BRAKING * ahead)]
+    squares += [2.0 * ENTRY_BRAKING * line for line in lines]
+    return math.sqrt(min(squares))
 
 
 def stands_free(vehicle: Vehicle, start: CartesianState, others: RoadUsers) -> bool:

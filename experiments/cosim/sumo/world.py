@@ -23,6 +23,7 @@ from experiments.cosim.sumo.ego_entry import (
     EGO_ROUTE,
     Departure,
     departures,
+    entry_speed,
     stands_free,
 )
 from experiments.cosim.sumo.ghost_vehicle import (
@@ -53,6 +54,7 @@ from planner.ways import Ways
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
 
+SLOWEST_ENTRY = 1.0  # at which the ego always may enter [m/s]
 PLAN_ID = "rearview.plan"  # of the line drawn in SUMO's window
 PLAN_COLOUR = (213, 94, 0, 255)  # as in all pictures
 PLAN_LAYER = 200  # above the vehicles
@@ -338,6 +340,10 @@ class SumoWorld:
             limit = float(sumo.lane.getMaxSpeed(ego.lane.id))
             factor = max(1.0, 1.001 * ego.speed / limit)
             sumo.vehicletype.setSpeedFactor(EGO_TYPE, factor)
+        fastest = float(sumo.vehicletype.getMaxSpeed(EGO_TYPE))
+        if ego.speed is None:
+            most = min(fastest, max(entry_speed(settings), SLOWEST_ENTRY))
+            sumo.vehicletype.setMaxSpeed(EGO_TYPE, most)
         self._ego_front = frames.front_from_rear_axle(
             self._at_start(0.0), self._vehicle
         )[:2]
@@ -365,6 +371,7 @@ class SumoWorld:
                 "traffic, another ego.start_m or network.lane, or ego.depart_speed_mps:"
                 " max"
             )
+        sumo.vehicletype.setMaxSpeed(EGO_TYPE, fastest)
         self._take_over(sumo)
         if settings.gui:
             sumo.gui.trackVehicle("View #0", EGO_ID)

@@ -112,3 +112,12 @@ def test_a_junction_without_room_behind_it_is_kept_clear():
     assert decide(World(), junction(Rule.MINOR), cars=[beside])[1] == ()
     far = ("car", 135.0, 0.0, 0.0, 0.0, 0.0)
     assert decide(World(), junction(Rule.MINOR), cars=[far])[1] == ()
+
+
+def test_an_ego_whose_light_turns_red_leaves_before_those_at_their_lines():
+    inside = junction(Rule.MINOR, signal="tl")
+    starts = FOE._replace(begin_s=110.0, end_s=116.0, to_line=0.5, entry=6.0, speed=1.0)
+    for letter, lines in (("r", 0), ("g", 1)):
+        light = Signal("tl", 100.0, letter)
+        decided = decide(World(starts), inside, s=104.0, speed=1.0, signals=[light])
+        assert len(decided[1]) == lines

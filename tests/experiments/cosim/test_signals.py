@@ -57,3 +57,11 @@ def test_red_holds_whenever_yellow_does(front_s, speed):
 def test_lines_come_in_the_order_of_travel():
     lights = [Signal("b", 80.0, "r"), Signal("a", 40.0, "y"), Signal("c", 60.0, "G")]
     assert closed_stop_lines(lights, 0.0, 5.0, LIMITS) == (40.0, 80.0)
+
+
+def test_yellow_that_held_holds_as_long_as_service_braking_does():
+    light = [Signal("light", 100.0, "y")]
+    # 12 m/s need 24 m comfortably, 16 m in service: a planner that brakes late
+    assert closed_stop_lines(light, 80.0, 12.0, LIMITS) == ()
+    assert closed_stop_lines(light, 80.0, 12.0, LIMITS, (100.0,)) == (100.0,)
+    assert closed_stop_lines(light, 86.0, 12.0, LIMITS, (100.0,)) == ()

@@ -1,0 +1,70 @@
+"""Gaps in the lane beside: whether one is safe, and how to come beside one."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.lane_change.lane_choice import BodiesAhead
+from planner.lane_change.phases.gap_safety import rss_distance
+from planner.lane_change.settings import ManoeuvreSettings
+from planner.lane_change.surroundings import in_lane
+from planner.scene import Scene
+
+SLOWER = 2.0  # than the vehicle that the ego lets pass [m/s]
+SLOWEST = 2.0  # while looking for a gap [m/s]
+
+
+class Gap(NamedTuple):
+    """What is beside the ego in a lane."""
+
+    is_safe: bool
+    because_of: int  # the body that is too near, as a row; -1 without one
+    is_ahead: bool  # whether that body is ahead of the ego's middle
+
+
+def gap_beside(
+    scene: Scene, bodies: BodiesAhead, lane: int, settings: ManoeuvreSettings
+) -> Gap:
+    """Judge the gap beside the ego by RSS.
+
+    The driver behind reacts after `reaction` and brakes with `rear_braking`; the ego
+    promises no more than its service braking.
+
+    Args:
+        scene: With lanes.
+        bodies: On the road.
+        lane: The other lane.
+        settings: Reaction and braking.
+    """
+    ego, vehicle, limits = scene.ego_frenet, scene.vehicle, scene.vehicle.limits
+    there = in_lane(scene, bodies, lane) & np.isfinite(bodies.s)
+    speed = np.full(bodies.speed.shape, max(scene.ego.speed, 0.0))
+    other = np.maximum(bodies.speed, 0.0)
+    middle = ego.s + 0.5 * (vehicle.front_reach - vehicle.rear_overhang)
+    is_ahead = bodies.s >= middle
+    rear_gap = ego.s - vehicle.rear_overhang - (bodies.s + bodies.half_length)
+    front_gap = bodies.s - bodies.half_length - (ego.s + vehicle.front_reach)
+    behind = rss_distance(
+        other, speed, settings.reaction, settings.rear_braking, limits.max_deceleration
+    )
+    hard = limits.emergency_deceleration
+    before = rss_distance(speed, other, scene.step, hard, hard)
+    lack = np.where(is_ahead, before - front_gap, behind - rear_gap)
+    lack = np.where(there, lack, -np.inf)
+    if not lack.size or lack.max() <= 0.0:
+        return Gap(is_safe=True, because_of=-1, is_ahead=False)
+    worst = int(np.argmax(lack))
+    return Gap(is_safe=False, because_of=worst, is_ahead=bool(is_ahead[worst]))
+
+
+def seeking_speed(scene: Scene, bodies: BodiesAhead, gap: Gap) -> float:
+    """Return the speed at which the ego comes beside another gap [m/s].
+
+    Whoever is ahead of its middle is let go; one behind that is slower is left behind.
+    """
+    if gap.is_safe:
+        return scene.target_speed
+    other = float(bodies.speed[gap.because_of])
+    if not gap.is_ahead and other < scene.ego.speed - SLOWER:
+        return scene.target_speed
+    return min(scene.target_speed, max(other - SLOWER, SLOWEST))

@@ -1,0 +1,330 @@
+"""The scene seen along one lane: its centre becomes the reference path.
+
+Between lanes that run side by side the Frenet frames differ by the offset of the lane
+and the length of its way round bends; places are moved from one to the other by a
+table, without projections. Only the ego is projected anew.
+"""
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from planner.errors import InvalidInputError, OutsidePathDomainError
+from planner.lane_change.lane_choice import GONE
+from planner.reference_path.frenet import cartesian_to_frenet_one
+from planner.reference_path.path import ReferencePath
+from planner.scene import (
+    Lanes,
+    Prediction,
+    RoadBounds,
+    Scene,
+    SpeedLimits,
+    Vehicles,
+)
+from planner.states import FloatArray, Trajectory
+from planner.vehicle import Vehicle
+
+SPACING = 1.0  # of the table [m]
+SAME = 0.05  # lanes nearer than this are one [m]
+SEEN_BEHIND, SEEN_AHEAD = 15.0, 110.0  # of the ego, where a frame is looked at [m]
+FADE = 25.0  # beyond its ends a lane leads back to the reference path [m]
+SPARE = 0.15  # beside a body in a bend [m]
+SHARP = 0.6  # share of the ego's curvature from which the inner side is kept free
+INNER_SPARE = 0.4  # beside the body there [m]
+EASING = 0.02  # by which this grows with each metre before the bend [-]
+ANYWHERE = 100.0  # half the width of a road that is not narrowed [m]
+
+
+class Corridor(StrEnum):
+    """Which part of the carriageway may be used."""
+
+    LANE = "lane"
+    CHANGE = "change"  # the lane and the one that is left
+    ROAD = "road"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LaneFrame:
+    """One lane as the reference; arrays are (n,), tables over the path of the scene."""
+
+    lane: int
+    path: ReferencePath
+    reference: ReferencePath  # of the scene
+    at: FloatArray  # arc lengths on the reference path [m]
+    s: FloatArray  # the same on `path` [m]
+    offset: FloatArray  # of `path` from the reference path [m]
+    need: FloatArray  # half the width that the ego's body takes, bends included [m]
+    inner: FloatArray  # most of the left and of the right side, (2, n) [m]
+    lanes: Lanes
+    road: RoadBounds
+    limits: SpeedLimits
+    begin: float = -np.inf  # on the reference path, of where `path` is the lane [m]
+    end: float = np.inf
+
+    @property
+    def is_reference(self) -> bool:
+        """Whether this is the frame of the scene itself."""
+        return self.path is self.reference
+
+    def to_s(self, at: FloatArray) -> FloatArray:
+        """Move arc lengths of the reference path into this frame; inf stays inf."""
+        return _moved(at, self.at, self.s)
+
+    def to_reference(self, s: FloatArray) -> FloatArray:
+        """Move arc lengths of this frame to the reference path."""
+        return np.asarray(np.interp(s, self.s, self.at))
+
+
+def lane_frame(scene: Scene, lane: int) -> LaneFrame | None:
+    """Make the frame of a lane about the ego; None where the lane makes no line.
+
+    Args:
+        scene: With lanes.
+        lane: Which one; it has to exist beside the ego.
+    """
+    at = _table(scene.path)
+    offset, extent = _offsets(scene, lane, at)
+    points = scene.path.at(at)
+    x = points.x - offset * points.sin_heading
+    y = points.y + offset * points.cos_heading
+    try:
+        path = ReferencePath.from_polyline(np.column_stack([x, y]))
+        s, _ = path.project(x, y, near=_along(x, y))
+    except InvalidInputError:
+        return None
+    s = np.maximum.accumulate(s + 1e-9 * np.arange(s.size))
+    begin, end = extent
+    return replace(_frame(scene, lane, path, (at, s, offset)), begin=begin, end=end)
+
+
+def reference_frame(scene: Scene, lane: int) -> LaneFrame:
+    """Make the frame in which the reference path stays, for a lane it runs along."""
+    at = _table(scene.path)
+    return _frame(scene, lane, scene.path, (at, at, np.zeros(at.size)))
+
+
+def coincides(scene: Scene, lane: int) -> bool:
+    """Check whether the reference path is the middle of a lane about the ego."""
+    s = scene.ego_frenet.s
+    at = np.arange(s - SEEN_BEHIND, s + SEEN_AHEAD, 5.0)
+    lanes = scene.lanes
+    there = np.interp(at, lanes.s, lanes.width[lane]) > GONE
+    off = np.abs(np.interp(at, lanes.s, lanes.centre[lane]))
+    return not bool(np.any(off[there] > SAME))
+
+
+def seen_from(
+    scene: Scene, frame: LaneFrame, road: RoadBounds, lines: tuple[float, ...]
+) -> Scene | None:
+    """Return the scene along a lane; None if the ego is outside the frame.
+
+    Args:
+        scene: Along the reference path.
+        frame: Of the lane.
+        road: What may be used, in the frame.
+        lines: Arc lengths on the reference path where the front bumper stops [m].
+    """
+    if frame.is_reference:
+        return replace(scene, road=road, stop_lines=lines)
+    near = float(frame.to_s(np.array([scene.ego_frenet.s]))[0])
+    try:
+        ego = cartesian_to_frenet_one(frame.path, scene.ego, near)
+    except OutsidePathDomainError:
+        return None
+    table = scene.vehicles.prediction.table.copy()
+    table[4] -= np.interp(table[3], frame.at, frame.offset)
+    table[3] = frame.to_s(table[3])
+    table[4] = np.where(np.isfinite(table[3]), table[4], 0.0)
+    prediction = Prediction.from_table(scene.vehicles.prediction.step, table)
+    return replace(
+        scene,
+        path=frame.path,
+        ego_frenet=ego,
+        road=road,
+        vehicles=Vehicles.predicted(scene.vehicles, prediction),
+        stop_lines=tuple(frame.to_s(np.array(lines)).tolist()),
+        lanes=frame.lanes,
+        speed_limits=frame.limits,
+        junctions=(),
+        foes=(),
+    )
+
+
+def on_reference(frame: LaneFrame, trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory of a frame with places on the reference path."""
+    if frame.is_reference:
+        return trajectory
+    near = frame.to_reference(trajectory.s)
+    s, l = frame.reference.project(trajectory.x, trajectory.y, near=near)
+    return replace(trajectory, s=s, l=l)
+
+
+def in_frame(frame: LaneFrame, trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory of the reference path with places in a frame."""
+    if frame.is_reference:
+        return trajectory
+    s = frame.to_s(trajectory.s)
+    l = trajectory.l - np.interp(trajectory.s, frame.at, frame.offset)
+    return replace(trajectory, s=s, l=l)
+
+
+def corridor(
+    scene: Scene, frame: LaneFrame, kind: Corridor, origin: int | None
+) -> RoadBounds:
+    """Return the bounds of what may be used.
+
+    A line is a bound only where there is a lane beyond it; a body that needs more in a
+    bend gets it.
+
+    Args:
+        scene: Along the reference path.
+        frame: Of the lane that is followed.
+        kind: What may be used.
+        origin: Lane that is left, for `CHANGE`.
+    """
+    if kind is Corridor.ROAD:
+        return frame.road
+    lanes, road = scene.lanes, frame.road
+    at = frame.to_reference(road.s)
+    left, right = _edges(lanes, frame.lane, at)
+    if kind is Corridor.CHANGE and origin is not None:
+        other_left, other_right = _edges(lanes, origin, at)
+        left, right = np.fmax(left, other_left), np.fmin(right, other_right)
+    moved = np.interp(at, frame.at, frame.offset)
+    need = np.interp(at, frame.at, frame.need)
+    left = np.minimum(road.left, np.maximum(left - moved, need))
+    right = np.maximum(road.right, np.minimum(right - moved, -need))
+    left = np.where(np.isnan(left), road.left, left)
+    right = np.where(np.isnan(right), road.right, right)
+    # whoever cuts a sharp bend, and has to stop in it, may not get out of it again
+    left = np.minimum(left, np.interp(at, frame.at, frame.inner[0]))
+    right = np.maximum(right, -np.interp(at, frame.at, frame.inner[1]))
+    return RoadBounds(road.s, left, right)
+
+
+def _edges(lanes: Lanes, lane: int, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a lane's lines beyond which there are other lanes, else nan, (n,) [m]."""
+    centre = np.interp(at, lanes.s, lanes.centre[lane])
+    width = np.interp(at, lanes.s, lanes.width[lane])
+    sides = []
+    for neighbour, sign in ((lane + 1, 0.5), (lane - 1, -0.5)):
+        edge = np.where(width > GONE, centre + sign * width, np.nan)
+        if 0 <= neighbour < lanes.width.shape[0]:
+            beside = np.interp(at, lanes.s, lanes.width[neighbour]) > GONE
+            sides.append(np.where(beside, edge, np.nan))
+        else:
+            sides.append(np.full(at.size, np.nan))
+    return sides[0], sides[1]
+
+
+def _frame(
+    scene: Scene,
+    lane: int,
+    path: ReferencePath,
+    table: tuple[FloatArray, FloatArray, FloatArray],
+) -> LaneFrame:
+    """Move what belongs to the road into a frame."""
+    at, s, offset = table
+    road, lanes, limits = scene.road, scene.lanes, scene.speed_limits
+    need = _body_need(path, s, scene.vehicle)
+    inner = _inner_sides(path, s, scene.vehicle)
+    if path is scene.path:
+        return LaneFrame(
+            lane, path, path, at, s, offset, need, inner, lanes, road, limits
+        )
+    moved = np.interp(road.s, at, offset)
+    left, right = road.left - moved, road.right - moved
+    own = np.interp(road.s, at, need)
+    bounds = RoadBounds(
+        _moved(road.s, at, s), np.maximum(left, own), np.minimum(right, -own)
+    )
+    there = np.interp(lanes.s, at, offset)
+    return LaneFrame(
+        lane,
+        path,
+        scene.path,
+        at,
+        s,
+        offset,
+        need,
+        inner,
+        replace(lanes, s=_moved(lanes.s, at, s), centre=lanes.centre - there),
+        bounds,
+        replace(limits, s=_moved(limits.s, at, s)),
+    )
+
+
+def _table(path: ReferencePath) -> FloatArray:
+    """Return arc lengths of the reference path, its ends included [m]."""
+    return np.linspace(0.0, path.length, max(int(path.length / SPACING), 2) + 1)
+
+
+def _moved(values: FloatArray, at: FloatArray, s: FloatArray) -> FloatArray:
+    """Read a growing table, carried on beyond its ends; inf stays inf."""
+    inside = np.clip(values, at[0], at[-1])
+    return np.asarray(np.interp(inside, at, s) + (values - inside))
+
+
+def _offsets(
+    scene: Scene, lane: int, at: FloatArray
+) -> tuple[FloatArray, tuple[float, float]]:
+    """Return the lane's offset where it exists about the ego, fading out beyond.
+
+    Returns:
+        Offsets, (n,), and from where to where the lane exists [m].
+    """
+    lanes, s = scene.lanes, scene.ego_frenet.s
+    centre = np.interp(at, lanes.s, lanes.centre[lane])
+    there = np.interp(at, lanes.s, lanes.width[lane]) > GONE
+    gone = np.flatnonzero(~there)
+    here = int(np.searchsorted(at, s))
+    behind, ahead = gone[gone < here], gone[gone >= here]
+    first = int(behind[-1]) + 1 if behind.size else 0
+    last = int(ahead[0]) - 1 if ahead.size else at.size - 1
+    first, last = min(first, at.size - 1), max(last, 0)
+    out = centre.copy()
+    fade = np.clip(1.0 - (at - at[last]) / FADE, 0.0, 1.0)
+    out[last + 1 :] = centre[last] * _smooth(fade[last + 1 :])
+    fade = np.clip(1.0 - (at[first] - at) / FADE, 0.0, 1.0)
+    out[:first] = centre[first] * _smooth(fade[:first])
+    return out, (float(at[first]), float(at[last]))
+
+
+def _smooth(share: FloatArray) -> FloatArray:
+    """Ease a share in and out, without a step in its curvature."""
+    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+
+
+def _along(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the arc length of a polyline at its corners [m]."""
+    steps = np.hypot(np.diff(x), np.diff(y))
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _body_need(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Compute half the width that the body takes on its way through bends [m]."""
+    curvature = np.abs(path.at(s).curvature)
+    reach = max(int(vehicle.front_reach / SPACING), 1)
+    padded = np.pad(curvature, reach, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
+    sweep = 0.5 * vehicle.front_reach**2 * windows.max(axis=1)
+    return np.asarray(0.5 * vehicle.width + SPARE + sweep)
+
+
+def _inner_sides(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Compute how far the road goes to the inner side of sharp bends, (2, n) [m].
+
+    It narrows gently before them, so that an ego at its edge can follow it.
+    """
+    curvature = path.at(s).curvature / (SHARP * vehicle.limits.max_curvature)
+    out = np.full((2, s.size), ANYWHERE)
+    for side, sharp in enumerate((curvature > 1.0, curvature < -1.0)):
+        places = s[sharp]
+        if not places.size:
+            continue
+        following = np.searchsorted(places, s)
+        ahead = places[np.minimum(following, places.size - 1)] - s
+        room = 0.5 * vehicle.width + INNER_SPARE + EASING * ahead
+        out[side] = np.where(following < places.size, room, ANYWHERE)
+    return out

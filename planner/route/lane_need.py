@@ -1,0 +1,132 @@
+"""The lane that the route or the speed asks for."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.lane_change.lane_choice import (
+    GONE,
+    BodiesAhead,
+    lane_worths,
+    wanted_lane,
+)
+from planner.route.settings import RouteSettings
+from planner.scene import Lanes, Scene
+from planner.states import FloatArray
+
+ENDS_TOGETHER = 1.0  # lanes whose ends are nearer than this end together [m]
+
+
+TURN = 0.06  # where the path bends more, only the route's own lane is followed [1/m]
+BESIDE = 0.3  # a lane this far from the path is another one [m]
+SPACING = 1.0  # at which bends are looked for [m]
+
+
+class Wish(NamedTuple):
+    """The next lane over that is wanted, and why."""
+
+    lane: int
+    why: str
+    forced: bool  # by the route, not by the speed
+
+
+def lanes_to_follow(scene: Scene) -> Lanes:
+    """Return the lanes without those beside the path where it turns.
+
+    In a turn the path is planned for the ego's body; beside it there may be no room, so
+    that whoever turns has to be in the route's lane before.
+    """
+    lanes, path = scene.lanes, scene.path
+    if not lanes.width.size:
+        return lanes
+    grid = np.arange(0.0, path.length, SPACING)
+    turns = np.abs(path.at(grid).curvature) > TURN
+    if not turns.any():
+        return lanes
+    at = np.union1d(lanes.s, grid)
+    centre = np.array([np.interp(at, lanes.s, row) for row in lanes.centre])
+    width = np.array([np.interp(at, lanes.s, row) for row in lanes.width])
+    here = np.abs(path.at(at).curvature) > TURN
+    width[here & (np.abs(centre) > BESIDE)] = 0.0
+    return Lanes(at, centre, width, lanes.left_hand)
+
+
+def lane_ends(lanes: Lanes, s: float) -> FloatArray:
+    """Find up to where each lane leads on from here.
+
+    Args:
+        lanes: Of the scene.
+        s: Of the ego [m].
+
+    Returns:
+        (n_lanes,) [m]; inf for one that leads on to the end of the road, -inf for one
+        that is not there.
+    """
+    ends = np.full(lanes.width.shape[0], np.inf)
+    for lane, width in enumerate(lanes.width):
+        if np.interp(s, lanes.s, width) <= GONE:
+            ends[lane] = -np.inf
+            continue
+        gone = np.flatnonzero((lanes.s > s) & (width <= GONE))
+        if gone.size:
+            ends[lane] = lanes.s[gone[0]]
+    return ends
+
+
+def wish(
+    scene: Scene,
+    bodies: BodiesAhead,
+    own: int,
+    ends: FloatArray,
+    settings: RouteSettings,
+) -> Wish | None:
+    """Choose the lane to change to; None if the own one will do.
+
+    The route comes first: a lane that ends is left in time for one that leads on. For
+    the sake of speed a lane is left where no line, junction or end of a lane is near.
+
+    Args:
+        scene: Along the reference path.
+        bodies: On the road.
+        own: Lane that is kept.
+        ends: Of `lane_ends`.
+        settings: See there.
+    """
+    front = scene.ego_frenet.s + scene.vehicle.front_reach
+    best = _leads_farthest(ends, own)
+    speed = max(scene.target_speed, scene.ego.speed)
+    if best != own:
+        count = abs(best - own)
+        room = count * (settings.need_time * speed + settings.need_room)
+        neighbour = own + (1 if best > own else -1)
+        left = ends[own] - front
+        if left < room and ends[neighbour] > front:
+            why = f"lane {own} ends in {left:.0f} m"
+            return Wish(neighbour, why, forced=True)
+    if not _is_quiet(scene, front, settings):
+        return None
+    worths = lane_worths(scene, bodies, settings.cruise.standstill_gap)
+    worths = np.where(ends - front > 2.0 * settings.quiet, worths, -np.inf)
+    worths[own] = max(worths[own], 0.0)
+    left_hand = scene.lanes.left_hand
+    target = wanted_lane(worths, own, settings.gain, left_hand=left_hand)
+    if target is None:
+        return None
+    faster = worths[target] - worths[own]
+    return Wish(target, f"lane {target} is {faster:.1f} m/s faster", forced=False)
+
+
+def _leads_farthest(ends: FloatArray, own: int) -> int:
+    """Return the nearest of the lanes that lead on farthest; `own` if it is one."""
+    farthest = ends.max()
+    if ends[own] >= farthest - ENDS_TOGETHER:
+        return own
+    leading = np.flatnonzero(ends >= farthest - ENDS_TOGETHER)
+    return int(leading[np.argmin(np.abs(leading - own))])
+
+
+def _is_quiet(scene: Scene, front: float, settings: RouteSettings) -> bool:
+    """Check that no closed line and no junction is near."""
+    near = [line for line in scene.stop_lines if line > front - settings.quiet]
+    near += [x.stop_s for x in scene.junctions if x.exit_s > front]
+    return all(s - front > settings.quiet for s in near)

@@ -1,0 +1,355 @@
+"""The route planner: follow a lane, change it for the route or the speed, go round."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from planner.cruise import CruisePlanner
+from planner.cruise.planner import CruiseMemory
+from planner.dense import proposed as dense_proposed
+from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_at
+from planner.lane_change.phases.memory import Phase, about_to_enter
+from planner.route.gaps import gap_beside, seeking_speed
+from planner.route.lane_frame import (
+    Corridor,
+    LaneFrame,
+    coincides,
+    corridor,
+    in_frame,
+    lane_frame,
+    on_reference,
+    reference_frame,
+    seen_from,
+)
+from planner.route.lane_need import lane_ends, lanes_to_follow, wish
+from planner.route.memory import Driver, LaneManoeuvre, RouteMemory
+from planner.route.settings import RouteSettings
+from planner.scene import Scene
+from planner.scene_checks import invalid
+from planner.states import FloatArray
+
+STANDING = 0.3  # [m/s]
+MOST_FRAMES = 6  # kept
+OBSTACLES_FROM = 100.0  # ahead of the front, obstacles open the whole road [m]
+PASSED = 10.0  # behind the ego, an obstacle is passed [m]
+ROUND = 40.0  # for which the road stays open round what stands [m]
+LEAST_DRIVEN = 3.0  # a plan that drives less stands [m]
+FIRM = 3.0  # braking that a lane's end may ask for at once [m/s²]
+NEARLY = 0.4  # as near to its lane's centre a change is over [m]
+ALONG = 0.06  # and as parallel to it, dl/ds [-]
+CHANGE_TIME = 2.5  # a change needs so much way before its lanes end [s]
+CHANGE_ROOM = 9.0  # ... and at least so much [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Look:
+    """What one cycle sees, computed once."""
+
+    scene: Scene
+    bodies: BodiesAhead
+    ends: FloatArray  # of the lanes [m]
+    stood: float  # for how long the ego has stood [s]
+    round_until: float  # see RouteMemory
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoutePlanner:
+    """Choose a lane, then drive along it; `plan` is pure."""
+
+    settings: RouteSettings
+    _cruise: CruisePlanner = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Make the families."""
+        object.__setattr__(self, "_cruise", CruisePlanner(self.settings.cruise))
+
+    def plan(self, scene: Scene, memory: object) -> PlanResult:
+        """Plan one cycle; see `planner.interface.Planner`."""
+        reason = invalid(scene)
+        if reason is not None:
+            stats = PlanStats(reason=reason)
+            return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
+        last = memory if isinstance(memory, RouteMemory) else None
+        given = scene.lanes
+        if last is not None and last.given is given and last.followed is not None:
+            scene = replace(scene, lanes=last.followed)
+        else:
+            scene = replace(scene, lanes=lanes_to_follow(scene))
+        look = self._look(scene, last)
+        result = self._chosen(look, last)
+        if isinstance(result.memory, RouteMemory):
+            kept = replace(result.memory, given=given, followed=scene.lanes)
+            return replace(result, memory=kept)
+        return result
+
+    def _chosen(self, look: _Look, last: RouteMemory | None) -> PlanResult:
+        """Let the family drive whose situation this is."""
+        scene = look.scene
+        by_dense = self._dense(look, last)
+        if by_dense is not None:
+            return by_dense
+        if lane_at(scene.lanes, scene.ego_frenet.s, scene.ego_frenet.l) < 0:
+            return self._without_lanes(look, last)
+        manoeuvre, speed = self._decide(look, last)
+        return self._drive(look, last, manoeuvre, speed)
+
+    def _look(self, scene: Scene, last: RouteMemory | None) -> _Look:
+        """Compute what the cycle sees."""
+        ego = scene.ego_frenet
+        stands = scene.ego.speed < STANDING
+        stood = last.stood + scene.step if last is not None and stands else 0.0
+        until = 0.0 if last is None else last.round_until
+        front = ego.s + scene.vehicle.front_reach
+        # what stands before a line or a junction is a queue, not in the way
+        waits = [*scene.stop_lines, *(x.stop_s for x in scene.junctions)]
+        held = any(front - 1.0 < x < front + self.settings.quiet for x in waits)
+        if stood >= self.settings.patience and not held:
+            until = ego.s + ROUND
+        return _Look(
+            scene, bodies_on_road(scene), lane_ends(scene.lanes, ego.s), stood, until
+        )
+
+    # lanes
+
+    def _decide(
+        self, look: _Look, last: RouteMemory | None
+    ) -> tuple[LaneManoeuvre, float]:
+        """Decide which lane is followed, and how fast at most [m/s]."""
+        scene, ego = look.scene, look.scene.ego_frenet
+        now = _kept(look, last)
+        if now.phase in (Phase.CHANGE, Phase.COMMITTED) and now.target is not None:
+            going = self._go_on(look, now, now.target)
+            if going is not None:
+                return going, scene.target_speed
+            now = LaneManoeuvre(lane_at(scene.lanes, ego.s, ego.l))
+        wanted = wish(scene, look.bodies, now.lane, look.ends, self.settings)
+        if wanted is None:
+            return LaneManoeuvre(now.lane), scene.target_speed
+        gap = gap_beside(scene, look.bodies, wanted.lane, self.settings.manoeuvre)
+        pushes = wanted.forced and look.stood >= self.settings.push_after
+        room = _has_room(look, now.lane, wanted.lane)
+        if pushes or (gap.is_safe and room):
+            begun = LaneManoeuvre(now.lane, Phase.CHANGE, wanted.lane, wanted.why)
+            return begun, scene.target_speed
+        speed = scene.target_speed
+        if wanted.forced:
+            speed = seeking_speed(scene, look.bodies, gap)
+        return LaneManoeuvre(now.lane, Phase.SEEK, wanted.lane, wanted.why), speed
+
+    def _go_on(
+        self, look: _Look, now: LaneManoeuvre, target: int
+    ) -> LaneManoeuvre | None:
+        """Continue a change; None where it is given up."""
+        scene = look.scene
+        if look.ends[target] < scene.ego_frenet.s:
+            return None
+        if _is_over(scene, target):
+            return LaneManoeuvre(target)
+        if now.phase is Phase.COMMITTED or about_to_enter(
+            scene, now.lane, target, scene.step
+        ):
+            if now.phase is not Phase.COMMITTED and not self._may_enter(look, target):
+                return None
+            return replace(now, phase=Phase.COMMITTED)
+        return now if self._may_enter(look, target) else None
+
+    def _may_enter(self, look: _Look, target: int) -> bool:
+        """Check whether the gap is still one that the ego may take."""
+        if look.stood >= self.settings.push_after:
+            return True
+        return gap_beside(
+            look.scene, look.bodies, target, self.settings.manoeuvre
+        ).is_safe
+
+    # driving
+
+    def _drive(
+        self,
+        look: _Look,
+        last: RouteMemory | None,
+        manoeuvre: LaneManoeuvre,
+        speed: float,
+    ) -> PlanResult:
+        """Let `cruise` drive along the lane that is followed."""
+        changes = manoeuvre.phase in (Phase.CHANGE, Phase.COMMITTED)
+        lane = manoeuvre.target if changes else manoeuvre.lane
+        assert lane is not None  # noqa: S101 - a change has a target
+        result = self._along(look, last, manoeuvre, lane, speed)
+        if manoeuvre.phase is Phase.CHANGE and result.status is not PlanStatus.OK:
+            back = replace(manoeuvre, phase=Phase.SEEK)
+            return self._along(look, last, back, back.lane, speed)
+        return result
+
+    def _along(
+        self,
+        look: _Look,
+        last: RouteMemory | None,
+        manoeuvre: LaneManoeuvre,
+        lane: int,
+        speed: float,
+    ) -> PlanResult:
+        """Plan along one lane."""
+        scene = look.scene
+        frame, frames = _frame_of(scene, lane, last)
+        origin = manoeuvre.lane if lane != manoeuvre.lane else None
+        kind = Corridor.LANE if origin is None else Corridor.CHANGE
+        if _is_open(look, frame):
+            kind = Corridor.ROAD
+        lines = (*scene.stop_lines, *self._lane_end(look, lane))
+        road = corridor(scene, frame, kind, origin)
+        seen = seen_from(scene, frame, road, tuple(sorted(lines)))
+        if seen is None:
+            frame = reference_frame(scene, lane)
+            seen = replace(scene, stop_lines=tuple(sorted(lines)))
+        seen = replace(seen, target_speed=min(speed, seen.target_speed))
+        before = None
+        if last is not None:
+            before = CruiseMemory(in_frame(frame, last.trajectory))
+        result = self._cruise.plan(seen, before)
+        return _told(look, result, manoeuvre, frame, frames, kind)
+
+    def _lane_end(self, look: _Look, lane: int) -> tuple[float, ...]:
+        """Return where to wait before the end of a lane that must be left [m]."""
+        end = look.ends[lane]
+        if not np.isfinite(end) or end >= look.ends.max():
+            return ()
+        scene = look.scene
+        front = scene.ego_frenet.s + scene.vehicle.front_reach
+        stop = front + max(scene.ego.speed, 0.0) ** 2 / (2.0 * FIRM)
+        return (float(max(end - self.settings.end_room, min(stop, end - 1.0))),)
+
+    def _without_lanes(self, look: _Look, last: RouteMemory | None) -> PlanResult:
+        """Let `cruise` drive where nothing is marked."""
+        before = None if last is None else CruiseMemory(last.trajectory)
+        result = self._cruise.plan(look.scene, before)
+        if result.trajectory is None:
+            return result
+        memory = RouteMemory(LaneManoeuvre(0), result.trajectory, stood=look.stood)
+        return replace(result, memory=memory)
+
+    # the dense family
+
+    def _dense(self, look: _Look, last: RouteMemory | None) -> PlanResult | None:
+        """Let `dense` drive where obstacles leave cruising no way; None elsewhere."""
+        if last is None or not _obstacles_ahead(look):
+            return None
+        dense_drives = last.driver is Driver.DENSE
+        if not dense_drives and look.stood < self.settings.stuck_after:
+            return None
+        planner = dense_proposed(self.settings.dense)
+        result = planner.plan(look.scene, last.dense if dense_drives else None)
+        way = result.trajectory
+        if result.status is not PlanStatus.OK or way is None:
+            return None
+        if not dense_drives and way.s[-1] - way.s[0] < LEAST_DRIVEN:
+            return None
+        why = "dense: cruising found no way between the obstacles"
+        memory = replace(
+            last,
+            trajectory=way,
+            driver=Driver.DENSE,
+            stood=look.stood,
+            dense=result.memory,
+        )
+        stats = replace(result.stats, explanation=why)
+        return replace(result, memory=memory, stats=stats)
+
+
+def _kept(look: _Look, last: RouteMemory | None) -> LaneManoeuvre:
+    """Return the manoeuvre of the cycle before, if its lane is still there."""
+    scene, ego = look.scene, look.scene.ego_frenet
+    here = lane_at(scene.lanes, ego.s, ego.l)
+    if last is None or last.manoeuvre.lane >= look.ends.size:
+        return LaneManoeuvre(here)
+    changes = last.manoeuvre.phase in (Phase.CHANGE, Phase.COMMITTED)
+    if changes and abs(last.manoeuvre.lane - here) <= 1:
+        return last.manoeuvre
+    if last.manoeuvre.lane != here:  # it was led elsewhere, or its lane is gone
+        return LaneManoeuvre(here)
+    return last.manoeuvre
+
+
+def _is_over(scene: Scene, target: int) -> bool:
+    """Check whether a change is over: the ego drives along in its new lane."""
+    ego, lanes = scene.ego_frenet, scene.lanes
+    centre = float(np.interp(ego.s, lanes.s, lanes.centre[target]))
+    return abs(ego.l - centre) < NEARLY and abs(ego.l_prime) < ALONG
+
+
+def _has_room(look: _Look, own: int, target: int) -> bool:
+    """Check that both lanes go on for as long as a change takes."""
+    scene = look.scene
+    front = scene.ego_frenet.s + scene.vehicle.front_reach
+    need = max(CHANGE_ROOM, CHANGE_TIME * scene.ego.speed)
+    return bool(min(look.ends[own], look.ends[target]) - front >= need)
+
+
+def _obstacles_ahead(look: _Look) -> bool:
+    """Check whether an obstacle is on the road near the ego."""
+    bodies, ego = look.bodies, look.scene.ego_frenet
+    s = bodies.s[: bodies.n_static]
+    return bool(np.any((s > ego.s - PASSED) & (s < ego.s + OBSTACLES_FROM)))
+
+
+def _is_open(look: _Look, frame: LaneFrame) -> bool:
+    """Check whether the whole road may be used: round what stands in the lane."""
+    bodies, ego = look.bodies, look.scene.ego_frenet
+    if ego.s < look.round_until:
+        return True
+    n = bodies.n_static
+    s, l = bodies.s[:n], bodies.l[:n]
+    lanes = look.scene.lanes
+    centre = np.interp(s, lanes.s, lanes.centre[frame.lane])
+    half = 0.5 * np.interp(s, lanes.s, lanes.width[frame.lane])
+    near = (s > ego.s - PASSED) & (s < ego.s + OBSTACLES_FROM)
+    return bool(np.any(near & (np.abs(l - centre) < half + bodies.half_width[:n])))
+
+
+def _frame_of(
+    scene: Scene, lane: int, last: RouteMemory | None
+) -> tuple[LaneFrame, dict[tuple[int, bool], LaneFrame]]:
+    """Return the frame of a lane, and all that are kept."""
+    frames = {} if last is None else dict(last.frames)
+    frames = {k: x for k, x in frames.items() if x.reference is scene.path}
+    along = coincides(scene, lane)
+    found = frames.get((lane, along))
+    if found is not None and not found.begin - 1.0 <= scene.ego_frenet.s <= found.end:
+        found = None
+    if found is None:
+        made = None if along else lane_frame(scene, lane)
+        found = reference_frame(scene, lane) if made is None else made
+        while len(frames) >= MOST_FRAMES:
+            frames.pop(next(iter(frames)))
+        frames[lane, along] = found
+    return found, frames
+
+
+def _told(
+    look: _Look,
+    result: PlanResult,
+    manoeuvre: LaneManoeuvre,
+    frame: LaneFrame,
+    frames: dict[tuple[int, bool], LaneFrame],
+    kind: Corridor,
+) -> PlanResult:
+    """Put a plan back onto the reference path, and say why it is this one."""
+    if result.trajectory is None:
+        return result
+    trajectory = on_reference(frame, result.trajectory)
+    memory = RouteMemory(
+        manoeuvre,
+        trajectory,
+        stood=look.stood,
+        round_until=look.round_until,
+        frames=frames,
+    )
+    words = [f"{manoeuvre.phase} lane {manoeuvre.lane}"]
+    if manoeuvre.target is not None:
+        words.append(f"to {manoeuvre.target}: {manoeuvre.why}")
+    if manoeuvre.phase is Phase.SEEK:
+        words.append("no gap yet")
+    if kind is Corridor.ROAD:
+        words.append("round what stands")
+    stats = replace(result.stats, explanation=", ".join(words))
+    return replace(result, trajectory=trajectory, memory=memory, stats=stats)

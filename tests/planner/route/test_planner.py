@@ -1,0 +1,185 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.interface import PlanStatus
+from planner.lane_change.lane_choice import bodies_on_road
+from planner.lane_change.phases.memory import Phase
+from planner.reference_path.path import ReferencePath
+from planner.route import RouteSettings, proposed
+from planner.route.gaps import gap_beside
+from planner.route.lane_frame import (
+    Corridor,
+    corridor,
+    in_frame,
+    lane_frame,
+    on_reference,
+    seen_from,
+)
+from planner.route.lane_need import lane_ends, lanes_to_follow
+from planner.scene import Lanes
+from tests.planner.scenes import Car, bend, ego_on, make_scene, road, straight
+
+WIDTH = 3.5
+END = 250.0  # of the right lane [m]
+
+
+def two_lanes(path, end=math.inf):
+    """The path is the middle of the left lane; the right one may end."""
+    s = np.array([0.0, 400.0]) if math.isinf(end) else np.array([0.0, end, end + 0.1])
+    right = np.full(s.size, WIDTH)
+    right[s > end] = 0.0
+    centre = np.array([np.full(s.size, -WIDTH), np.zeros(s.size)])
+    return Lanes(s, centre, np.array([right, np.full(s.size, WIDTH)]))
+
+
+def scene_on(path, ego, vehicles=(), end=math.inf):
+    bounds = road(path, WIDTH / 2, -1.5 * WIDTH)
+    made = make_scene(path, ego, vehicles=vehicles, bounds=bounds)
+    return replace(made, lanes=two_lanes(path, end))
+
+
+def rollout(scene, planner, n, traffic=()):
+    """Track each plan perfectly; the traffic keeps its speed and lane."""
+    memory, plans = None, []
+    path, cars = scene.path, list(traffic)
+    for _ in range(n):
+        plan = planner.plan(scene, memory)
+        memory = plan.memory
+        plans.append((scene, plan))
+        cars = [replace(car, s=car.s + car.speed * scene.step) for car in cars]
+        ego = plan.trajectory.at(scene.step)
+        scene = scene_on(path, ego, cars, end=END)
+        scene = replace(scene, lanes=plans[0][0].lanes)
+    return plans
+
+
+def test_a_lane_that_ends_is_left_before_its_end():
+    path = straight(500.0)
+    plans = rollout(
+        scene_on(path, ego_on(path, 60.0, -WIDTH), end=END), proposed(), 150
+    )
+    phases = [plan.memory.manoeuvre.phase for _, plan in plans]
+    assert Phase.CHANGE in phases
+    assert Phase.COMMITTED in phases
+    last = plans[-1][0].ego_frenet
+    assert abs(last.l) < 0.3
+    crossed = next(scene.ego_frenet.s for scene, _ in plans if scene.ego_frenet.l > -1)
+    assert crossed < END
+    assert all("lane 0 ends" in p.stats.explanation for _, p in plans if _changes(p))
+
+
+def _changes(plan):
+    return plan.memory.manoeuvre.phase is Phase.CHANGE
+
+
+def test_it_waits_before_the_end_while_the_lane_beside_is_full():
+    path = straight(500.0)
+    beside = [Car(20.0 + 9.0 * k, 0.0, speed=8.0) for k in range(40)]
+    scene = scene_on(path, ego_on(path, 180.0, -WIDTH, speed=8.0), beside, end=END)
+    plans = rollout(scene, proposed(RouteSettings(push_after=1e9)), 120, beside)
+    fronts = [s.ego_frenet.s + s.vehicle.front_reach for s, _ in plans]
+    assert max(fronts) < END
+    assert all(p.memory.manoeuvre.phase is Phase.SEEK for _, p in plans[5:])
+    assert "no gap yet" in plans[-1][1].stats.explanation
+
+
+def test_without_a_reason_it_keeps_its_lane():
+    path = straight(400.0)
+    scene = scene_on(path, ego_on(path, 50.0, -WIDTH))
+    plan = proposed().plan(scene, None)
+    assert plan.status is PlanStatus.OK
+    assert plan.memory.manoeuvre.phase is Phase.KEEP
+    assert np.abs(plan.trajectory.l + WIDTH).max() < 0.3
+
+
+@given(st.floats(-60.0, 60.0), st.floats(0.0, 20.0))
+def test_a_gap_is_safe_just_when_nobody_has_to_brake_too_hard(ahead, speed):
+    path = straight(400.0)
+    ego = ego_on(path, 150.0, -WIDTH, speed=10.0)
+    scene = scene_on(path, ego, [Car(150.0 + ahead, 0.0, speed=speed)])
+    settings = RouteSettings().manoeuvre
+    gap = gap_beside(scene, bodies_on_road(scene), 1, settings)
+    rear_gap = (150.0 - 1.0) - (150.0 + ahead + 2.3)
+    front_gap = (150.0 + ahead - 2.3) - (150.0 + 3.8)
+    if ahead < 1.4:
+        need = speed * 0.6 + speed**2 / 9.0 - 100.0 / (2 * 4.5)
+        left = rear_gap - max(need, 0.0)
+    else:
+        hard = scene.vehicle.limits.emergency_deceleration
+        need = 10.0 * 0.1 + 100.0 / (2 * hard) - speed**2 / (2 * hard)
+        left = front_gap - max(need, 0.0)
+    if abs(left) > 0.6 and abs(ahead - 1.4) > 0.5:  # the car's length is drawn
+        assert gap.is_safe == (left > 0.0)
+
+
+@pytest.mark.parametrize("path", [straight(300.0), bend(60.0)])
+def test_places_in_a_lane_s_frame_are_those_of_a_projection(path):
+    at = np.linspace(0.0, path.length, 9)
+    lanes = two_lanes(path)
+    scene = replace(
+        scene_on(path, ego_on(path, 80.0, -WIDTH)),
+        lanes=replace(lanes, s=np.array([0.0, path.length])),
+    )
+    frame = lane_frame(scene, 0)
+    points = path.at(at[1:-1])
+    x = points.x + 2.0 * points.sin_heading
+    y = points.y - 2.0 * points.cos_heading
+    s, l = frame.path.project(x, y)
+    assert frame.to_s(at[1:-1]) == pytest.approx(s, abs=0.15)
+    assert l == pytest.approx(WIDTH - 2.0, abs=0.12)
+    seen = seen_from(scene, frame, corridor(scene, frame, Corridor.LANE, None), ())
+    assert abs(seen.ego_frenet.l) < 0.12
+    left, right = seen.road.at(np.array([seen.ego_frenet.s]))
+    assert left[0] == pytest.approx(WIDTH / 2, abs=0.15)  # the line between the lanes
+    assert right[0] == pytest.approx(-WIDTH / 2, abs=0.15)
+
+
+def test_a_trajectory_comes_back_from_a_lane_s_frame():
+    path = bend(60.0)
+    scene = replace(
+        scene_on(path, ego_on(path, 80.0, -WIDTH)),
+        lanes=replace(two_lanes(path), s=np.array([0.0, path.length])),
+    )
+    plan = proposed().plan(scene, None)
+    frame = lane_frame(scene, 0)
+    there = in_frame(frame, plan.trajectory)
+    back = on_reference(frame, there)
+    assert back.s == pytest.approx(plan.trajectory.s, abs=0.05)
+    assert back.l == pytest.approx(plan.trajectory.l, abs=0.05)
+
+
+def test_lanes_beside_a_turn_end_before_it():
+    path = ReferencePath.from_segments(bend_of(8.0))
+    scene = scene_on(path, ego_on(path, 10.0))
+    followed = lanes_to_follow(scene)
+    ends = lane_ends(followed, 10.0)
+    assert ends[1] == math.inf
+    assert 40.0 < ends[0] < 60.0
+
+
+def bend_of(radius):
+    from planner.reference_path.segments import arc, clothoid, line
+
+    turn = 1.0 / radius
+    return [
+        line(40.0),
+        clothoid(20.0, 0.0, turn),
+        arc(5.0, turn),
+        clothoid(20.0, turn, 0.0),
+        line(40.0),
+    ]
+
+
+def test_a_plan_depends_on_scene_and_memory_alone():
+    path = straight(500.0)
+    scene = scene_on(path, ego_on(path, 60.0, -WIDTH), end=END)
+    first, second = proposed().plan(scene, None), proposed().plan(scene, None)
+    again = proposed().plan(scene, first.memory)
+    other = proposed().plan(scene, second.memory)
+    assert np.array_equal(again.trajectory.x, other.trajectory.x)
+    assert again.stats.explanation == other.stats.explanation
