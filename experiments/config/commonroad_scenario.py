@@ -1,5 +1,6 @@
 """The scenario of a CommonRoad file: what its keys are where none are written."""
 
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,9 @@ LIMITS = {
     "emergency_deceleration_mps2": 9.0,
     "max_lateral_acceleration_mps2": 6.0,
 }
+# A goal lies in a lane, and the ego has to come back to it from beside a vehicle: what
+# keeps `cruise` in the lane that it is in must not hold it there.
+PLANNER = {"name": "cruise", "settings": {"weights": {"lane": 0.1}}}
 DIGITS = 6  # of a speed
 
 
@@ -61,6 +65,7 @@ def complete(document: Document) -> None:
     except KeyError:
         problem = found.problems[0]  # the layout says which there are
     data.setdefault("name", _name(found))
+    data.setdefault("planner", deepcopy(PLANNER))
     for section, defaults in (
         ("simulation", _simulation(found, problem, data.get("ego"))),
         ("ego", _ego(found, problem)),

@@ -289,7 +289,7 @@ class Scenario(Strict):
 
     def _is_without_recording(self) -> None:
         """Reject what only a CommonRoad file gives, and what only that leaves out."""
-        if self.ego.goal_m is None:
+        if self.single_ego is not None and self.single_ego.goal_m is None:
             raise mismatch("ego.goal_m", f"is missing; world {self.world} needs it")
         if self.simulation.predictor == "recorded":
             problem = "is for world commonroad; allowed: constant_speed, held_braking"
