@@ -12,7 +12,9 @@ from experiments.cli.user_errors import ARRIVED, OTHER_OUTCOME, report_user_erro
 from experiments.commonroad.solution import CostFunction
 
 commands = typer.Typer(
-    help="Solutions of CommonRoad scenarios, their official check, and export.",
+    help="Solutions of CommonRoad scenarios, their official check, and export.\n\n"
+    "Example: rearview commonroad check runs/ZAM_CutIn_1_1_T_1-cruise-0-1a2b3c4d\n\n"
+    "Exit status: 0 done, 1 not accepted, 2 bad input.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )

@@ -36,7 +36,7 @@ EASING = 0.02  # by which this grows with each metre before the bend [-]
 ANYWHERE = 100.0  # half the width of a road that is not narrowed [m]
 
 
-class Corridor(StrEnum):
+class LaneCorridor(StrEnum):
     """Which part of the carriageway may be used."""
 
     LANE = "lane"
@@ -170,7 +170,7 @@ def in_frame(frame: LaneFrame, trajectory: Trajectory) -> Trajectory:
 
 
 def corridor(
-    scene: Scene, frame: LaneFrame, kind: Corridor, origin: int | None
+    scene: Scene, frame: LaneFrame, kind: LaneCorridor, origin: int | None
 ) -> RoadBounds:
     """Return the bounds of what may be used.
 
@@ -183,12 +183,12 @@ def corridor(
         kind: What may be used.
         origin: Lane that is left, for `CHANGE`.
     """
-    if kind is Corridor.ROAD:
+    if kind is LaneCorridor.ROAD:
         return frame.road
     lanes, road = scene.lanes, frame.road
     at = frame.to_reference(road.s)
     left, right = _edges(lanes, frame.lane, at)
-    if kind is Corridor.CHANGE and origin is not None:
+    if kind is LaneCorridor.CHANGE and origin is not None:
         other_left, other_right = _edges(lanes, origin, at)
         left, right = np.fmax(left, other_left), np.fmin(right, other_right)
     moved = np.interp(at, frame.at, frame.offset)

@@ -22,7 +22,7 @@ BESIDE = 0.3  # a lane this far from the path is another one [m]
 SPACING = 1.0  # at which bends are looked for [m]
 
 
-class Wish(NamedTuple):
+class LaneWish(NamedTuple):
     """The next lane over that is wanted, and why."""
 
     lane: int
@@ -79,7 +79,7 @@ def wish(
     own: int,
     ends: FloatArray,
     settings: RouteSettings,
-) -> Wish | None:
+) -> LaneWish | None:
     """Choose the lane to change to; None if the own one will do.
 
     The route comes first: a lane that ends is left in time for one that leads on. For
@@ -102,7 +102,7 @@ def wish(
         left = ends[own] - front
         if left < room and ends[neighbour] > front:
             why = f"lane {own} ends in {left:.0f} m"
-            return Wish(neighbour, why, forced=True)
+            return LaneWish(neighbour, why, forced=True)
     if not _is_quiet(scene, front, settings):
         return None
     worths = lane_worths(scene, bodies, settings.cruise.standstill_gap)
@@ -113,7 +113,7 @@ def wish(
     if target is None:
         return None
     faster = worths[target] - worths[own]
-    return Wish(target, f"lane {target} is {faster:.1f} m/s faster", forced=False)
+    return LaneWish(target, f"lane {target} is {faster:.1f} m/s faster", forced=False)
 
 
 def _leads_farthest(ends: FloatArray, own: int) -> int:

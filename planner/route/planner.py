@@ -12,7 +12,7 @@ from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_at
 from planner.lane_change.phases.memory import Phase, about_to_enter
 from planner.route.gaps import gap_beside, seeking_speed
 from planner.route.lane_frame import (
-    Corridor,
+    LaneCorridor,
     LaneFrame,
     coincides,
     corridor,
@@ -193,9 +193,9 @@ class RoutePlanner:
         scene = look.scene
         frame, frames = _frame_of(scene, lane, last)
         origin = manoeuvre.lane if lane != manoeuvre.lane else None
-        kind = Corridor.LANE if origin is None else Corridor.CHANGE
+        kind = LaneCorridor.LANE if origin is None else LaneCorridor.CHANGE
         if _is_open(look, frame):
-            kind = Corridor.ROAD
+            kind = LaneCorridor.ROAD
         lines = (*scene.stop_lines, *self._lane_end(look, lane))
         road = corridor(scene, frame, kind, origin)
         seen = seen_from(scene, frame, road, tuple(sorted(lines)))
@@ -331,7 +331,7 @@ def _told(
     manoeuvre: LaneManoeuvre,
     frame: LaneFrame,
     frames: dict[tuple[int, bool], LaneFrame],
-    kind: Corridor,
+    kind: LaneCorridor,
 ) -> PlanResult:
     """Put a plan back onto the reference path, and say why it is this one."""
     if result.trajectory is None:
@@ -349,7 +349,7 @@ def _told(
         words.append(f"to {manoeuvre.target}: {manoeuvre.why}")
     if manoeuvre.phase is Phase.SEEK:
         words.append("no gap yet")
-    if kind is Corridor.ROAD:
+    if kind is LaneCorridor.ROAD:
         words.append("round what stands")
     stats = replace(result.stats, explanation=", ".join(words))
     return replace(result, trajectory=trajectory, memory=memory, stats=stats)

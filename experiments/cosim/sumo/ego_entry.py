@@ -158,15 +158,20 @@ def _too_near(vehicle: Vehicle, start: CartesianState, others: RoadUsers) -> boo
     """Check whether someone could not brake in time behind the one ahead.
 
     Both brake as hard as the ego does in service, the one behind after `REACTION`;
-    a lane changer counts where it will be after as long.
+    a lane changer counts from where it is to where it will be after as long.
     """
     x, y = centre_from_rear_axle(start, vehicle)
     cos, sin = math.cos(start.heading), math.sin(start.heading)
     dx, dy = others.x - x, others.y - y
     along, across = dx * cos + dy * sin, dy * cos - dx * sin
-    across += REACTION * others.lateral_speed
     turned = others.heading - start.heading
-    beside = np.abs(across) < (vehicle.width + others.width) / 2.0 + SIDE_ROOM
+    moved = across + REACTION * others.lateral_speed
+    nearest = np.where(
+        across * moved < 0.0, 0.0, np.minimum(np.abs(across), np.abs(moved))
+    )
+    # a lane changer stands askew, and its ends reach farther than its sides
+    reach = others.width * np.cos(turned) + others.length * np.abs(np.sin(turned))
+    beside = nearest < (vehicle.width + reach) / 2.0 + SIDE_ROOM
     same_way = np.cos(turned) > SAME_WAY
     gap = np.abs(along) - (vehicle.length + others.length) / 2.0
     ahead = along > 0.0

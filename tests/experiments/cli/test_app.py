@@ -106,6 +106,7 @@ def test_recorded_configuration_makes_the_same_run(road, tmp_path):
         done = rearview("run", config, *OWN, "--json", "--out", str(tmp_path / out))
         row = row_of(done)
         config = str(Path(str(row.pop("run_folder"))) / "config.yaml")
+        assert Path(str(row.pop("report"))).is_file()
         rows.append({k: v for k, v in row.items() if k not in TIMING_COLUMNS})
     assert rows[0] == rows[1]
     (one,), (other,) = (tmp_path / "a").iterdir(), (tmp_path / "b").iterdir()

@@ -25,7 +25,7 @@ def traffic(*x: float) -> TrafficState:
     return TrafficState(1.5, road_users(*cars))
 
 
-def frozen(path, vehicles, times) -> Prediction:
+def frozen(path, vehicles, times, lanes=None) -> Prediction:
     """Predict that all stay, and note the speed in l."""
     x, y, heading, speed = (
         row[:, None] * np.ones(times.size) for row in vehicles.table[:4]

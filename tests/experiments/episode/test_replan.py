@@ -28,6 +28,7 @@ ROADS = {
     "rss": ("braking_leader",),
     "fuzzy_safety": ("cut_out",),
     "idm_mobil": ("lane_change_curved",),
+    "route": ("unprotected_left",),
     "sumo": ("straight",),
 }
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from experiments.cosim import loop
+from experiments.cosim import ego_driver
 from experiments.metrics import safety
 from experiments.metrics.pairs import Neighbours
 from planner.reference_path.path import ReferencePath
@@ -157,7 +157,7 @@ def test_contacts_clearance_and_road():
 
 
 def test_off_road_counts_what_the_loop_counts():
-    assert safety.OFF_ROAD_TOLERANCE == loop.OFF_ROAD_TOLERANCE
+    assert safety.OFF_ROAD_TOLERANCE == ego_driver.OFF_ROAD_TOLERANCE
 
 
 SLANTING = math.atan2(0.6, 0.8)

@@ -13,7 +13,7 @@ from planner.reference_path.path import ReferencePath
 from planner.route import RouteSettings, proposed
 from planner.route.gaps import gap_beside
 from planner.route.lane_frame import (
-    Corridor,
+    LaneCorridor,
     corridor,
     in_frame,
     lane_frame,
@@ -132,7 +132,7 @@ def test_places_in_a_lane_s_frame_are_those_of_a_projection(path):
     s, l = frame.path.project(x, y)
     assert frame.to_s(at[1:-1]) == pytest.approx(s, abs=0.15)
     assert l == pytest.approx(WIDTH - 2.0, abs=0.12)
-    seen = seen_from(scene, frame, corridor(scene, frame, Corridor.LANE, None), ())
+    seen = seen_from(scene, frame, corridor(scene, frame, LaneCorridor.LANE, None), ())
     assert abs(seen.ego_frenet.l) < 0.12
     left, right = seen.road.at(np.array([seen.ego_frenet.s]))
     assert left[0] == pytest.approx(WIDTH / 2, abs=0.15)  # the line between the lanes
