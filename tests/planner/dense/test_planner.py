@@ -137,7 +137,7 @@ def test_who_stands_ahead_is_waited_for():
 
 @pytest.mark.parametrize(
     ("room", "status"),
-    [(2.0, PlanStatus.FULL_STOP), (-20.0, PlanStatus.LAST_PLAN_SHIFTED)],
+    [(2.2, PlanStatus.FULL_STOP), (-20.0, PlanStatus.LAST_PLAN_SHIFTED)],
 )
 def test_the_last_plan_is_not_driven_into_a_vehicle(room, status):
     """Too near a vehicle for its gap, no speed plan is allowed: the ladder decides."""
