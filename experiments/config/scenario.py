@@ -1,6 +1,5 @@
 """The whole scenario: its sections, and what must agree between them."""
 
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -43,7 +42,6 @@ from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
 
 DEFAULT_PLANNER = "cruise"
-NETWORK_PLANNER = "route"  # of a network of one's own
 
 AnyTraffic = Annotated[
     Annotated[Traffic, Tag("flows")] | Annotated[SumoTraffic, Tag("files")],
@@ -177,19 +175,6 @@ class Scenario(Strict):
         BeforeValidator(as_section("name"), json_schema_input_type=str | PlannerChoice),
     ] = PlannerChoice(name=DEFAULT_PLANNER)
     simulation: Simulation = Simulation()
-
-    @model_validator(mode="before")
-    @classmethod
-    def _planner_of_networks(cls, data: Any) -> Any:
-        """Let `route` drive a network of one's own unless a planner is named."""
-        if not isinstance(data, Mapping) or {"planner", "egos"} & set(data):
-            return data
-        if data.get("world") not in (None, "sumo"):
-            return data
-        network = data.get("network")
-        if isinstance(network, Mapping) and network.get("file"):
-            return {**data, "planner": NETWORK_PLANNER}
-        return data
 
     @property
     def ego(self) -> Ego:
