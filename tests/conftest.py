@@ -21,11 +21,11 @@ def pytest_addoption(parser):
         help="kill -9 of a sweep in the test of resuming",
     )
     parser.addoption(
-        "--turns", type=int, default=60, help="random bends that a path is planned for"
+        "--turns", type=int, default=30, help="random bends that a path is planned for"
     )
     parser.addoption(
         "--mutations", type=int, default=400, help="damaged inputs for the readers"
     )
     parser.addoption(
-        "--episodes", type=int, default=10, help="episodes of the random campaign"
+        "--episodes", type=int, default=8, help="episodes of the random campaign"
     )
