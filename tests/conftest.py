@@ -27,5 +27,5 @@ def pytest_addoption(parser):
         "--mutations", type=int, default=400, help="damaged inputs for the readers"
     )
     parser.addoption(
-        "--episodes", type=int, default=8, help="episodes of the random campaign"
+        "--episodes", type=int, default=10, help="episodes of the random campaign"
     )
