@@ -25,7 +25,7 @@ LIMITS = {
 }
 # A goal lies in a lane, and the ego has to come back to it from beside a vehicle: what
 # keeps `cruise` in the lane that it is in must not hold it there.
-PLANNER = {"name": "cruise", "settings": {"weights": {"lane": 0.1}}}
+PLANNER: dict[str, Any] = {"name": "cruise", "settings": {"weights": {"lane": 0.1}}}
 DIGITS = 6  # of a speed
 
 
