@@ -28,7 +28,7 @@ from experiments.episode.commonroad_lanelets import (
 from experiments.errors import ConfigError
 from experiments.storage.atomic_folder import require_there
 from experiments.trace.files import read_trace
-from experiments.trace.schema import Table, Trace
+from experiments.trace.schema import ROAD_USER_COLUMNS, Table, Trace
 from experiments.world_setup.layout import make_layout
 from planner.states import FloatArray
 from sumo_nets.net_reader import read_net
@@ -39,16 +39,6 @@ PROBLEM: Final = 3_000_000  # id of the planning problem
 GOAL_LENGTH: Final = 15.0  # of the goal's area along the path [m]
 GOAL_TURN: Final = 0.6  # by which the ego may be askew there [rad]
 LATER: Final = 5.0  # than the recorded ego the goal may be reached [s]
-COLUMNS: Final = (
-    "x_m",
-    "y_m",
-    "heading_rad",
-    "speed_mps",
-    "acceleration_mps2",
-    "lateral_speed_mps",
-    "length_m",
-    "width_m",
-)
 
 
 def exported_scenario(folder: Path) -> CommonRoadScenario:
@@ -107,7 +97,7 @@ def _moving(table: Table) -> Iterator[MovingObstacle]:
     """Yield the road users; one that was out of sight comes back as another."""
     index = np.asarray(table["index"], dtype=np.int64)
     ids = np.asarray(table["id"], dtype=object)
-    rows = np.array([_numbers(table, name) for name in COLUMNS])
+    rows = np.array([_numbers(table, name) for name in ROAD_USER_COLUMNS])
     number = FIRST_USER
     for name in sorted(set(ids.tolist())):
         own = np.flatnonzero(ids == name)

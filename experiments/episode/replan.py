@@ -34,7 +34,7 @@ from experiments.trace.junction_tables import (
     read_ways,
 )
 from experiments.trace.recording import PLAN_COLUMNS, plan_cells
-from experiments.trace.schema import Column, Table, Trace
+from experiments.trace.schema import ROAD_USER_COLUMNS, Column, Table, Trace
 from experiments.world_setup.closures import closure_of
 from experiments.world_setup.ego_vehicle import ego_task
 from experiments.world_setup.layout import make_layout
@@ -71,16 +71,6 @@ _FRENET_COLUMNS = (
     "l_ddot_mps2",
     "l_prime",
     "l_second_1pm",
-)
-_VEHICLE_COLUMNS = (  # in the order of the table of road users
-    "x_m",
-    "y_m",
-    "heading_rad",
-    "speed_mps",
-    "acceleration_mps2",
-    "lateral_speed_mps",
-    "length_m",
-    "width_m",
 )
 # of the steps, about a plan, in the order of `plan_cells`
 _CELLS = (
@@ -188,7 +178,7 @@ class Recorded:
             for names in (_EGO_COLUMNS, _FRENET_COLUMNS)
         )
         times = steps["time_s"].tolist()
-        table = np.array([_numbers(vehicles, name) for name in _VEHICLE_COLUMNS])
+        table = np.array([_numbers(vehicles, name) for name in ROAD_USER_COLUMNS])
         believed = _Believed(self.trace)
         for k in np.flatnonzero(self._planned()[: last + 1]).tolist():
             rows = _rows_of(vehicles, k)
@@ -252,7 +242,7 @@ class _Believed:
         leads = _numbers(starts, "lead_s").tolist()
         index = starts["index"].tolist()
         self._starts = dict(zip(index, zip(states, leads, strict=True), strict=True))
-        table = [_numbers(self._seen, name) for name in _VEHICLE_COLUMNS]
+        table = [_numbers(self._seen, name) for name in ROAD_USER_COLUMNS]
         self._table = np.array(table)
 
     def start(

@@ -67,7 +67,7 @@ class CallLostError(ExperimentError):
 
 @dataclass(frozen=True, slots=True)
 class CallLimits:
-    """CallLimits of a call, counted over the child and all that it starts."""
+    """Limits of a call, counted over the child and all that it starts."""
 
     time: float  # wall clock [s]
     memory_mb: float  # resident

@@ -220,6 +220,17 @@ MODEL_TABLES: Mapping[str, Mapping[str, Kind]] = {
         "error": _TEXT,  # looks_away, brakes, stalls
     },
 }
+# of `vehicles`, in the order of the table of road users
+ROAD_USER_COLUMNS = (
+    "x_m",
+    "y_m",
+    "heading_rad",
+    "speed_mps",
+    "acceleration_mps2",
+    "lateral_speed_mps",
+    "length_m",
+    "width_m",
+)
 TIMING: Mapping[str, Kind] = {
     "index": _COUNT,
     "planning_ms": _NUMBER,  # wall clock

@@ -151,7 +151,7 @@ def near_steps(
 
 
 class CoverDiscs(NamedTuple):
-    """CoverDiscs that cover the ego: their centres ahead of the rear axle [m]."""
+    """Discs that cover the ego: their centres ahead of the rear axle [m]."""
 
     three: tuple[float, float, float]  # rear first; looked at together
     more: FloatArray  # of a long body, (n,)

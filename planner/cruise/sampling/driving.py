@@ -9,18 +9,12 @@ import math
 from typing import NamedTuple
 
 from planner.cruise.candidate_motion import S_DDDOT, S_DDOT, S_DOT, S, Tracks
-from planner.cruise.feasibility import Check
 from planner.numerics.compiled import inlined
 from planner.states import FloatArray
 
 ANTICIPATION = 0.8  # in which the driver corrects the speed [s]
 GAP_TIME = 1.5  # in which the driver corrects the gap to a leader [s]
 LEADER_BRAKING = 1.5  # with which a gap is closed [m/s²]
-
-# Plain numbers: numba compiles these in.
-PASSED = int(Check.PASSED)
-STOP_LINE = int(Check.STOP_LINE)
-SPEED = int(Check.SPEED)
 
 
 class Driving(NamedTuple):

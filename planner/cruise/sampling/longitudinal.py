@@ -315,9 +315,8 @@ def roll_out(
         c3, c4, c5 = coefficients[p, 3], coefficients[p, 4], coefficients[p, 5]
         jerk[p] = squared_jerk((c0, c1, c2, c3, c4, c5), min(duration[p], end))
         count[p] = n_steps if horizon > 0.0 else int(np.rint(duration[p] / step)) + 1
-        ends = durations[p] = duration[
-            p
-        ]  # what is read from an array would not become vector code
+        ends = duration[p]  # what is read from an array would not become vector code
+        durations[p] = ends
         for i in range(n_steps):
             t = min(i * step, ends)
             after = i * step - t
