@@ -79,10 +79,9 @@ class ErrorTimes:
             self._next()
         return time >= self._begin
 
-    @property
-    def remaining(self) -> float:
-        """Length of the present or next interval [s]."""
-        return self._end - self._begin
+    def remaining(self, time: float) -> float:
+        """Return how long the present interval goes on from a time on [s]."""
+        return self._end - time
 
     def _next(self) -> None:
         """Draw the next interval."""
@@ -129,20 +128,16 @@ class DriverErrors:
             driver = self._drivers.get(name)
             if driver is None:
                 driver = self._drivers[name] = self._meet(name)
-            for kind, times in driver.times.items():
-                errs = times.active(time)
-                if errs == (kind in driver.active):
-                    continue
-                if errs:
-                    driver.active.add(kind)
-                    self._begin(name, kind, times.remaining)
-                else:
-                    driver.active.discard(kind)
-                    self._end(name, kind)
-        if len(self._drivers) > len(present):
-            gone = self._drivers.keys() - set(present)
-            for name in gone:
-                del self._drivers[name]
+            now = {kind for kind, times in driver.times.items() if times.active(time)}
+            if DriverError.STALLS in now:  # who stands does not brake
+                now.discard(DriverError.BRAKES)
+            for kind in sorted(driver.active - now):
+                self._end(name, kind)
+            for kind in sorted(now - driver.active):
+                self._begin(name, kind, driver.times[kind].remaining(time))
+            driver.active = now
+        for name in self._drivers.keys() - set(present):
+            del self._drivers[name]
 
     def present(self) -> tuple[tuple[str, DriverError], ...]:
         """List who errs now, and how, sorted by id."""

@@ -125,6 +125,9 @@ class Ghost:
         # has to keep up with the ego whatever it does.
         if self._type_id not in sumo.vehicletype.getIDList():
             sumo.vehicletype.copy(type_id, self._type_id)
+            # Drawn again until it is between the bounds of the type (`normc`), a factor
+            # about another mean would be drawn for ever.
+            sumo.vehicletype.setSpeedDeviation(self._type_id, 0.0)
             sumo.vehicletype.setSpeedFactor(self._type_id, NO_LIMIT)
             sumo.vehicletype.setMaxSpeed(self._type_id, NO_LIMIT)
         self._strips = tuple(strips)

@@ -1,11 +1,18 @@
 import math
+from zlib import crc32
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.config.scenario_file import load_scenario
-from experiments.cosim.sumo.driver_errors import ErrorTimes, Occurrence
+from experiments.cosim.sumo.driver_errors import (
+    DriverError,
+    DriverErrors,
+    DriverErrorSettings,
+    ErrorTimes,
+    Occurrence,
+)
 from experiments.episode.run import WITHOUT_EGO_FILE, run_episode
 from experiments.episode.run_folder import OutputOptions
 
@@ -31,8 +38,10 @@ def test_errors_happen_at_their_rate_and_last_as_long_as_they_may(per_hour, most
         run = run + 1 if now else 0
         lengths.append(run)
     assert max(lengths) * step <= 0.1 + most + step
-    expected = per_hour * hours
-    assert begun <= expected + 5.0 * math.sqrt(expected) + 1.0
+    # pauses are exponential; each error and the gap behind it takes time as well
+    rate = 1.0 / (3600.0 / per_hour + 0.1 + most / 2.0 + 0.1)
+    expected = rate * hours * 3600.0
+    assert abs(begun - expected) <= 5.0 * math.sqrt(expected) + 2.0
 
 
 def test_errors_depend_on_seed_and_driver_alone():
@@ -44,6 +53,83 @@ def test_errors_depend_on_seed_and_driver_alone():
     answers = [one.active(t) for t in moments]
     assert [other.active(t) for t in moments[::5]] == answers[::5]
     assert [ErrorTimes(occurrence, [8, 3]).active(t) for t in moments] != answers
+
+
+class Vehicles:
+    """Stands for SUMO's vehicles: who is there, and what was asked of them."""
+
+    def __init__(self, ids):
+        self.ids, self.asked = ids, []
+
+    def getIDList(self):
+        return tuple(self.ids)
+
+    def getParameter(self, name, key):
+        return "false"
+
+    def getSpeed(self, name):
+        return 20.0
+
+    def slowDown(self, name, speed, duration):
+        self.asked.append(("slowDown", name, speed, duration))
+
+    def setSpeed(self, name, speed):
+        self.asked.append(("setSpeed", name, speed))
+
+
+class Sumo:
+    def __init__(self, ids):
+        self.vehicle = Vehicles(ids)
+
+
+def errors_of(sumo, braking=0.0, stalling=0.0, lasts=(4.0, 4.0)):
+    settings = DriverErrorSettings(
+        5,
+        braking=Occurrence(braking, *lasts),
+        stalling=Occurrence(stalling, *lasts),
+    )
+    return DriverErrors(sumo, settings, {"ego"})
+
+
+def test_a_driver_met_in_the_middle_of_an_error_brakes_for_the_rest_of_it():
+    times = ErrorTimes(Occurrence(60.0, 4.0, 4.0), [5, *keys("a", "brakes")])
+    begin = next(k * 0.1 for k in range(100_000) if times.active(k * 0.1))
+    sumo = Sumo(["ego", "a"])
+    errors_of(sumo, braking=60.0).update(begin + 3.5)
+    ((_, _, speed, duration),) = sumo.vehicle.asked
+    assert 0.3 < duration < 0.7
+    assert speed == pytest.approx(20.0 - 4.0 * duration)
+
+
+def test_who_has_left_errs_no_more():
+    sumo = Sumo(["ego", "a"])
+    errors = errors_of(sumo, stalling=600.0, lasts=(1e5, 1e5))
+    errors.update(1000.0)
+    assert errors.present() == (("a", DriverError.STALLS),)
+    sumo.vehicle.ids = ["ego"]
+    errors.update(1000.1)
+    assert errors.present() == ()
+
+
+def test_who_stands_does_not_brake():
+    sumo = Sumo(["a"])
+    errors = errors_of(sumo, braking=600.0, stalling=120.0)
+    for k in range(20_000):
+        errors.update(0.1 * k)
+        assert len(errors.present()) <= 1
+    # a stall is ended before anything else is asked
+    asked = sumo.vehicle.asked
+    stands = False
+    for call in asked:
+        assert not (stands and call[0] == "slowDown")
+        stands = (call[0] == "setSpeed" and call[2] == 0.0) or (
+            stands and call[0] == "slowDown"
+        )
+    assert {call[0] for call in asked} == {"slowDown", "setSpeed"}
+
+
+def keys(name, kind):
+    return crc32(name.encode()), crc32(kind.encode())
 
 
 @pytest.mark.sumo
