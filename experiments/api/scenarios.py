@@ -17,8 +17,8 @@ from experiments.config.scenario_file import (
     scenario_document,
 )
 from experiments.config.yaml_reader import Document
+from experiments.episode.drive import run_scenario
 from experiments.episode.newest_run import RUNS
-from experiments.episode.run import run_episode
 from experiments.episode.run_folder import OutputOptions
 from experiments.errors import ConfigError
 
@@ -116,7 +116,7 @@ class Scenario:
             ResultsError: If the run folder cannot be written.
         """
         options = OutputOptions(keeps_candidates=True)
-        outcome = run_episode(self._checked, out=Path(out), output=options)
+        outcome = run_scenario(self._checked, out=Path(out), output=options)
         return Run.open(outcome.folder)
 
     @property

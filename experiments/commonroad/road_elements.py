@@ -63,6 +63,8 @@ def _read_lanelet(node: Node) -> Lanelet:
         left, right = _resampled(left, n), _resampled(right, n)
     if _is_swapped(left, right):
         left, right = right, left
+    if np.ptp(0.5 * (left + right), axis=0).max() < LEAST_STEP:
+        raise node.error("has no length: its bounds cross")
     return Lanelet(
         node.key(),
         left,
@@ -140,6 +142,7 @@ def _connected(lanelets: dict[int, Lanelet]) -> dict[int, Lanelet]:
             beside_left=left if left and left[0] in lanelets else None,
             beside_right=right if right and right[0] in lanelets else None,
         )
+    found = {name: _with_mutual_neighbours(x, found) for name, x in found.items()}
     before: dict[int, list[int]] = {name: [] for name in found}
     for lanelet in found.values():
         for name in lanelet.successors:
@@ -148,6 +151,18 @@ def _connected(lanelets: dict[int, Lanelet]) -> dict[int, Lanelet]:
         name: replace(lanelet, predecessors=tuple(before[name]))
         for name, lanelet in found.items()
     }
+
+
+def _with_mutual_neighbours(
+    lanelet: Lanelet, lanelets: Mapping[int, Lanelet]
+) -> Lanelet:
+    """Drop neighbours of the same direction that do not have this one beside them."""
+    left, right = lanelet.same_left, lanelet.same_right
+    if left is not None and lanelets[left].same_right != lanelet.id:
+        lanelet = replace(lanelet, beside_left=None)
+    if right is not None and lanelets[right].same_left != lanelet.id:
+        lanelet = replace(lanelet, beside_right=None)
+    return lanelet
 
 
 def _read_speed_signs(root: Node) -> Mapping[int, float]:

@@ -155,10 +155,11 @@ def _search(
         return None
     steps: list[Step] = []
     name = best[1]
-    while name >= 0:
+    how = ""
+    while how != "start":
         before, how = came[name]
         steps.append(Step(name, how))
-        name = before if how != "start" else -1
+        name = before
     return best[0], tuple(reversed(steps))
 
 

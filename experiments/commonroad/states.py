@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
@@ -152,11 +151,5 @@ def _read_angles(node: Node) -> Range:
     if exact is not None:
         return read_span(node)
     begin, end = node.need("intervalStart").number(), node.need("intervalEnd").number()
-    while end < begin:
-        end += FULL_TURN
+    end += FULL_TURN * max(math.ceil((begin - end) / FULL_TURN), 0)
     return Range(begin, end)
-
-
-def angle_in(span: Range, angle: float) -> bool:
-    """Tell whether an angle is in an interval, whole turns aside."""
-    return bool(np.mod(angle - span.begin, FULL_TURN) <= span.end - span.begin)

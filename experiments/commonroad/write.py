@@ -8,6 +8,7 @@ from typing import Final
 from xml.etree import ElementTree as ET
 
 import numpy as np
+import shapely
 
 from experiments.commonroad.records import (
     Box,
@@ -257,10 +258,11 @@ def _add_goal(node: ET.Element, goal: GoalState) -> None:
         for name in goal.lanelets:
             ET.SubElement(position, "lanelet", ref=str(name))
     elif goal.area is not None:
-        outline = np.array(goal.area.exterior.coords)[:-1]
-        polygon = _add(_add(state, "position"), "polygon")
-        for point in outline:
-            _add_point(polygon, point)
+        position = _add(state, "position")
+        for part in shapely.get_parts(goal.area):
+            polygon = _add(position, "polygon")
+            for point in np.array(part.exterior.coords)[:-1]:
+                _add_point(polygon, point)
     if goal.heading is not None:
         begin, end = goal.heading
         turns = math.floor((begin + math.pi) / (2.0 * math.pi)) * 2.0 * math.pi

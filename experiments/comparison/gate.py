@@ -246,11 +246,22 @@ def _check(node: ast.expr, text: str) -> None:
             _check_leaf(node, text)
 
 
+def _is_finite(value: int) -> bool:
+    """Check whether a whole number is one of a computer's numbers."""
+    try:
+        float(value)
+    except OverflowError:
+        return False
+    return True
+
+
 def _check_leaf(node: ast.expr, text: str) -> None:
     """Check a number, a text, a metric or a function of one; refuse anything else."""
     match node:
         case ast.Constant(value=bool() | None as value):
             raise _error(text, f"{value} is not allowed; allowed: 1 or 0")
+        case ast.Constant(value=int() as value) if not _is_finite(value):
+            raise _error(text, "holds a number that is too large")
         case ast.Constant(value=int() | float() | str()):
             return
         case ast.Name(id=name):

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from experiments.config.base import Share, Strict
+from sumo_nets.driver_population import POPULATIONS
 
 PopulationName = Literal[
     "calm", "urban", "motorway", "distracted", "aggressive", "krauss_default"
@@ -35,3 +36,10 @@ class Drivers(Strict):
     stalls_per_h: PerHour = Field(
         default=0.0, description="each driver stops in the lane for 10 to 30 s"
     )
+
+    @property
+    def err(self) -> bool:
+        """Whether drivers do anything wrong."""
+        away = POPULATIONS[self.population].glances is not None
+        distracted = away and self.distraction > 0.0
+        return distracted or self.hard_brakes_per_h > 0.0 or self.stalls_per_h > 0.0

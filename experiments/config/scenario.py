@@ -232,6 +232,24 @@ class Scenario(Strict):
             if getattr(self.simulation, key):
                 problem = "is of a single ego; allowed: false"
                 raise mismatch(f"simulation.{key}", problem)
+        self._without_delays_and_errors()
+
+    def _without_delays_and_errors(self) -> None:
+        """Reject what is not done with many egos, rather than to say nothing."""
+        usual = Simulation()
+        for key in ("planning_period_s", "planning_delay_s"):
+            if getattr(self.simulation, key) != getattr(usual, key):
+                problem = "is of a single ego; allowed: without it"
+                raise mismatch(f"simulation.{key}", problem)
+        if not isinstance(self.traffic, Traffic):
+            return
+        if self.traffic.relaxation_s > 0.0:
+            raise mismatch("traffic.relaxation_s", "is of a single ego; allowed: 0")
+        drivers = self.traffic.drivers
+        if drivers is not None and drivers.err:
+            problem = "err, which is of a single ego; allowed: distraction: 0 and no "
+            problem += "hard_brakes_per_h and stalls_per_h"
+            raise mismatch("traffic.drivers", problem)
 
     @model_validator(mode="after")
     def _fits_world(self) -> Self:

@@ -92,10 +92,20 @@ class FleetMeasurement:
 
     @cached_property
     def before(self) -> IntArray:
-        """Row of the same vehicle a step ago, -1 without one, (n,)."""
-        order, trace = self.by_vehicle, self.trace
-        before = np.full(order.size, -1)
-        same = trace.vehicle[order][1:] == trace.vehicle[order][:-1]
+        """Row before of the same vehicle, usually a step ago, -1 without one, (n,)."""
+        return self._before(self.by_vehicle)
+
+    @cached_property
+    def before_on_lane(self) -> IntArray:
+        """Last row of the same vehicle on a lane before, -1 without one, (n,)."""
+        on_lane = self.trace.lane[self.by_vehicle] >= 0
+        return self._before(self.by_vehicle[on_lane])
+
+    def _before(self, order: IntArray) -> IntArray:
+        """Link each of some rows, sorted by vehicle and step, to the one before."""
+        vehicle = self.trace.vehicle
+        before = np.full(vehicle.size, -1)
+        same = vehicle[order][1:] == vehicle[order][:-1]
         before[order[1:][same]] = order[:-1][same]
         return before
 
@@ -144,11 +154,13 @@ def stops(found: FleetMeasurement, rows: BoolArray) -> float | None:
     order, trace = found.by_vehicle, found.trace
     speed, vehicle = trace.speed[order], trace.vehicle[order]
     state = np.where(speed < STANDING, STOOD, np.where(speed > MOVING, DROVE, 0))
-    state[np.flatnonzero(np.diff(vehicle, prepend=-1))] = DROVE
+    first = np.flatnonzero(np.diff(vehicle, prepend=-1))
+    state[first] = np.where(speed[first] > MOVING, DROVE, STOOD)  # not what was before
     known = np.maximum.accumulate(np.where(state > 0, np.arange(state.size), 0))
     held = state[known]
     came = np.zeros(state.size, dtype=bool)
     came[1:] = (held[1:] == STOOD) & (held[:-1] == DROVE)
+    came[first] = False  # before it is another vehicle
     begins = np.zeros(state.size, dtype=bool)
     begins[order] = came
     return _per_km(found, rows, begins)
@@ -220,15 +232,20 @@ def detector_speed(found: FleetMeasurement) -> float | None:
 
 
 def insertion_delay(found: FleetMeasurement) -> float | None:
-    """Return the waiting time outside the network per vehicle that entered [s]."""
-    waiting = found.trace.pending[found.trace.time >= found.begin - 1e-9]
-    n = len(found.trace.ids)
-    return float(waiting.sum()) * found.trace.step_s / n if n else None
+    """Return the waiting time outside the network per vehicle that entered [s].
+
+    Both of the time that is measured; None where nobody entered in it.
+    """
+    trace = found.trace
+    waiting = trace.pending[trace.time >= found.begin - 1e-9]
+    entered = (found.before < 0) & (trace.lane >= 0) & found.counts
+    n = int(entered.sum())
+    return float(waiting.sum()) * trace.step_s / n if n else None
 
 
 def crossings(found: FleetMeasurement, place: CountingPlace) -> IntArray:
     """Return the rows in which a vehicle has just passed a detector."""
-    trace, before = found.trace, found.before
+    trace, before = found.trace, found.before_on_lane
     names = [*trace.lanes, ""]
     on_edge = np.array(
         [name in found.lanes and found.lanes[name].edge == place.edge for name in names]
@@ -236,7 +253,8 @@ def crossings(found: FleetMeasurement, place: CountingPlace) -> IntArray:
     here, position = on_edge[trace.lane], trace.position
     was_here = (before >= 0) & here[before]
     was_short = was_here & (position[before] < place.at)
-    past = ~here | (position >= place.at)
+    on_road = trace.lane >= 0  # elsewhere it is not known where it is
+    past = on_road & (~here | (position >= place.at))
     jumped = here & (before >= 0) & ~was_here & (position >= place.at)
     return np.flatnonzero(found.counts & ((was_short & past) | jumped))
 

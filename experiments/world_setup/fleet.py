@@ -22,6 +22,7 @@ from planner.vehicle import Vehicle, VehicleLimits
 from sumo_nets.catalogue import Network
 from sumo_nets.demand import DemandVehicle, write_demand
 from sumo_nets.errors import NetworkError
+from sumo_nets.net_reader import read_net
 
 BODY = Vehicle()  # whose proportions an ego has
 END_ROOM = 1.0  # from the front bumper of an ego that has arrived to the end [m]
@@ -77,7 +78,8 @@ def make_fleet_world(
         ghost=simulation.ghost,
         lane_change_guard=simulation.lane_change_guard,
     )
-    return SumoFleetWorld(settings)
+    left_hand = read_net(network.net_file).left_hand
+    return SumoFleetWorld(settings, left_hand=left_hand)
 
 
 def _check_names(scenario: Scenario, vehicles: tuple[DemandVehicle, ...]) -> None:

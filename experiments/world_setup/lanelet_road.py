@@ -205,7 +205,10 @@ def lights(
     found: dict[tuple[int, float], tuple[TrafficLight, float]] = {}
     for k, name in enumerate(names):
         lanelet = network.lanelets[name]
-        following = names[k + 1] if k + 1 < len(names) else None
+        following = None
+        if k + 1 < len(names):  # the lanelet that is entered, not the one that is left
+            row = corridor.rows[k + 1]
+            following = row.lanelets[row.entered]
         turn = None if following is None else network.turns.get((name, following))
         stop = lanelet.stop
         refs = (*lanelet.lights, *(() if stop is None else stop.lights))

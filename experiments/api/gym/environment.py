@@ -6,7 +6,7 @@ from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
 from typing import Any
-from weakref import WeakSet, finalize
+from weakref import finalize
 
 import gymnasium as gym
 import numpy as np
@@ -349,7 +349,8 @@ class DrivingEnv(gym.Env[Observation, Action]):
             self._running = None
 
 
-_holders: "WeakSet[DrivingEnv]" = WeakSet()  # the one whose episode runs here
+# The one whose episode runs here; kept, for who is dropped unclosed leaves SUMO behind
+_holders: "set[DrivingEnv]" = set()
 
 
 def _take_process(env: DrivingEnv) -> None:

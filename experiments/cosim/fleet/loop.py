@@ -210,6 +210,7 @@ class FleetLoop:
                     log.warning("%s is no ego: %s", key, error)
                 self.refused[key] = str(error)
                 self._group[name] = HUMAN
+                self._selection.release(group)
                 continue
             state = self._world.take_over(name, way.task.vehicle)
             state = _on_path(way, state)

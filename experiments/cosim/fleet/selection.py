@@ -51,6 +51,10 @@ class EgoSelection:
         self._counts = [0] * len(self.groups)
         self.matched = [0] * len(self.groups)
 
+    def release(self, group: int) -> None:
+        """Give a place back: its vehicle cannot be an ego."""
+        self._counts[group] -= 1
+
     def choose(self, name: str, kind: str) -> int:
         """Return the group of a vehicle that enters, or HUMAN.
 

@@ -45,7 +45,7 @@ class SumoFleetWorld:
     SUMO starts in `enter`; `close` ends it.
     """
 
-    def __init__(self, settings: FleetSettings, *, left_hand: bool = False) -> None:
+    def __init__(self, settings: FleetSettings, *, left_hand: bool) -> None:
         self._settings = settings
         self._left_hand = left_hand
         self._sumo: Libsumo | None = None

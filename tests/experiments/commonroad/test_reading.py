@@ -13,9 +13,11 @@ from hypothesis import strategies as st
 from experiments.commonroad.read import read_commonroad
 from experiments.commonroad.records import Box
 from experiments.commonroad.shapes import box_polygon, covering_boxes
-from experiments.commonroad.states import Range, angle_in
+from experiments.commonroad.states import Range
 from experiments.commonroad.write import write_commonroad
+from experiments.cosim.goal import GoalWindow
 from experiments.errors import ConfigError
+from planner.states import CartesianState
 from tests.experiments.commonroad.examples import EXAMPLES
 
 LANELET = """
@@ -23,6 +25,12 @@ LANELET = """
  <leftBound>{left}<lineMarking>solid</lineMarking></leftBound>
  <rightBound>{right}</rightBound>{more}
 </lanelet>"""
+
+
+def angle_in(span, heading):
+    """Whether a goal with these headings holds for an ego."""
+    window = GoalWindow((0.0, 0.0), heading=(span.begin, span.end))
+    return window.holds(0.0, 0.0, CartesianState(0, 0, heading, 0, 0, 0), 0.0)
 
 
 NEIGHBOURS = (
