@@ -455,4 +455,6 @@ TOUR = (
 def _town() -> Network:
     """Describe the town, with a tour over junctions of all its kinds."""
     tour = tuple(f"{a}_{b}" for a, b in pairwise(TOUR))
-    return Network.from_file(net_path("town"), tour, 0)
+    found = Network.from_file(net_path("town"), tour, 0)
+    words = "tour of 2.3 km over 17 junctions of a town, of all kinds"
+    return replace(found, description=words)

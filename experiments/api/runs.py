@@ -14,7 +14,8 @@ from experiments.report.figures.save import run_figure, save_figure
 from experiments.report.run.page import save_run_page
 from experiments.storage.atomic_folder import require_there
 from experiments.storage.run_files import MANIFEST, read_manifest
-from experiments.trace.files import read_trace
+from experiments.trace.files import MANY_EGOS, read_table, read_trace
+from experiments.trace.fleet import FLEET_TABLES
 from experiments.trace.schema import TABLES
 
 if TYPE_CHECKING:
@@ -86,12 +87,20 @@ class Run:
 
         Returns:
             Table to data frame: `steps` (one row a step), `vehicles`, `plans`,
-            `obstacles`, ... with the columns of the reference of run folders.
+            `obstacles`, ... with the columns of the reference of run folders; of a run
+            with many egos `fleet`, `egos`, `ego_ends` and `fleet_steps`.
 
         Raises:
             ConfigError: If the library is not there.
             ResultsError: If the run kept no trace, or a file is damaged.
         """
+        if (self._folder / MANY_EGOS).exists():
+            return {
+                name: frame(
+                    read_table(kinds, self._folder / f"{name}.parquet"), library
+                )
+                for name, kinds in FLEET_TABLES.items()
+            }
         trace = read_trace(self._folder)
         names = [*TABLES, "timing", *trace.model_tables()]
         return {name: frame(getattr(trace, name), library) for name in names}

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, Final
 
+import numpy as np
+
 from experiments.comparison import inference as st
 from experiments.comparison import location
 from experiments.comparison.location import Interval
@@ -46,6 +48,8 @@ class Center(StrEnum):
 
 
 _LOCATE = {Center.MEAN: location.mean, Center.MEDIAN: location.median}
+
+ROUNDING = 1e-9  # of the compared values: less than this is none [-]
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,7 +280,10 @@ def _with_difference(
     apart = second.values - first.values
     found = _LOCATE[center](apart)
     spread = float(apart.std(ddof=1)) if apart.size > 1 else 0.0
-    effect = float(apart.mean()) / spread if spread > 0.0 else None
+    # differences that are equal but for rounding have no spread
+    scale = float(np.abs([first.values, second.values]).max(initial=0.0))
+    is_spread = spread > ROUNDING * scale
+    effect = float(apart.mean()) / spread if is_spread else None
     words = ""
     if found.p_value is None:
         few = apart.size < location.LEAST_VALUES

@@ -1,10 +1,10 @@
 """The drivers of the background traffic: who they are, and what they do wrong."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from experiments.config.base import Share, Strict
+from experiments.config.base import Share, Strict, mismatch
 from sumo_nets.driver_population import POPULATIONS
 
 PopulationName = Literal[
@@ -36,6 +36,16 @@ class Drivers(Strict):
     stalls_per_h: PerHour = Field(
         default=0.0, description="each driver stops in the lane for 10 to 30 s"
     )
+
+    @classmethod
+    def read(cls, value: Any) -> Any:
+        """Let the name of a population stand for the section."""
+        if not isinstance(value, str):
+            return value
+        if value not in POPULATIONS:
+            problem = f"is {value}; allowed: {', '.join(POPULATIONS)}"
+            raise mismatch("population", problem)
+        return {"population": value}
 
     @property
     def err(self) -> bool:

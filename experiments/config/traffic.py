@@ -13,7 +13,6 @@ from experiments.config.base import (
     Share,
     Size,
     Strict,
-    as_section,
     mismatch,
 )
 from experiments.config.drivers import Drivers
@@ -108,12 +107,13 @@ class Traffic(Strict):
         min_length=1,
         description="car-following models and their relative shares",
     )
-    drivers: Annotated[Drivers | None, BeforeValidator(as_section("population"))] = (
-        Field(
-            default=None,
-            description="a population, in which no two drivers are alike; replaces "
-            "temper, the shares of tempers, and models",
-        )
+    drivers: Annotated[
+        Drivers | None,
+        BeforeValidator(Drivers.read, json_schema_input_type=Drivers | str | None),
+    ] = Field(
+        default=None,
+        description="a population, in which no two drivers are alike; replaces "
+        "temper, the shares of tempers, and models",
     )
     relaxation_s: Annotated[float, Field(ge=0.0, le=60.0)] = Field(
         default=0.0,

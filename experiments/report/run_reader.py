@@ -10,7 +10,7 @@ import numpy as np
 from experiments.errors import ResultsError
 from experiments.metrics.moments import moments
 from experiments.storage.atomic_folder import require_there
-from experiments.trace.files import file_name, read_trace
+from experiments.trace.files import file_name, read_trace, require_single_ego
 from experiments.trace.road_map import RoadMap, read_map
 from experiments.trace.schema import Column, Table, Trace
 from planner.states import BoolArray, FloatArray
@@ -44,6 +44,7 @@ def read_run(folder: Path) -> RunRecord:
         ResultsError: If it is not a run folder, is damaged, or holds no steps.
     """
     require_there(folder)
+    require_single_ego(folder)
     if not (folder / file_name("steps")).is_file():
         raise ResultsError(
             f"{folder}: is not a run folder; allowed: one written by rearview run, "

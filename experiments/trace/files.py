@@ -43,6 +43,9 @@ _VERSION_KEY = "rearview_schema"
 _DAMAGE = (ValueError, OverflowError, RuntimeError, MemoryError)
 
 
+MANY_EGOS = "fleet.parquet"  # instead of a trace, where there are many egos
+
+
 def file_name(table: str) -> str:
     """Return the file name of a table."""
     return "trace.parquet" if table == "steps" else f"{table}.parquet"
@@ -97,13 +100,29 @@ def read_trace(folder: Path) -> Trace:
     return trace
 
 
+def require_single_ego(folder: Path) -> None:
+    """Raise if a folder is of a run with many egos, which has other tables.
+
+    Raises:
+        ResultsError: If so.
+    """
+    if (folder / MANY_EGOS).exists() and not (folder / file_name("steps")).exists():
+        raise ResultsError(
+            f"{folder}: is a run with many egos, whose tables begin with {MANY_EGOS}; "
+            "allowed: a run with one ego"
+        )
+
+
 def read_tables(folder: Path) -> Trace:
     """Read all tables of a trace, whatever they hold.
 
     Raises:
-        ResultsError: If a file is missing, damaged or of another schema version.
+        ResultsError: If a file is missing, damaged or of another schema version, or the
+            run has many egos.
     """
     import duckdb
+
+    require_single_ego(folder)
 
     # a damaged file may end its database, so not in the one that writes
     with duckdb.connect(config={"threads": 1}) as database:

@@ -178,7 +178,8 @@ class FleetLoop:
         if self.worst is not None:
             return self.worst
         n_egos = sum(group != HUMAN for group in self._group.values())
-        words = f"the time is over: {n_egos} egos, no contact"
+        some = "1 ego" if n_egos == 1 else f"{n_egos} egos"
+        words = f"the time is over: {some}, no contact"
         if self.refused:
             words += f"; {len(self.refused)} kinds of vehicles could not be egos"
         return Ending(EpisodeStatus.ARRIVED, words)

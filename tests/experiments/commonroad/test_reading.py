@@ -15,8 +15,10 @@ from experiments.commonroad.records import Box
 from experiments.commonroad.shapes import box_polygon, covering_boxes
 from experiments.commonroad.states import Range
 from experiments.commonroad.write import write_commonroad
+from experiments.config.scenario_file import load_scenario
 from experiments.cosim.goal import GoalWindow
 from experiments.errors import ConfigError
+from experiments.world_setup.layout import make_layout
 from planner.states import CartesianState
 from tests.experiments.commonroad.examples import EXAMPLES
 
@@ -312,6 +314,22 @@ def test_hostile_files_are_refused_at_once(tmp_path):
         read_commonroad(tmp_path / "missing.xml")
 
 
+def test_neighbours_of_one_side_only_and_negative_ids_are_driven(read):
+    far = lanelet_text(-5, y=3.5, more="<adjacentRight ref='3' drivingDir='same'/>")
+    own = lanelet_text(1, more="<adjacentLeft ref='-5' drivingDir='same'/>")
+    found = read(own + far + problem_text())
+    make_layout(load_scenario(str(found.file)))
+    only = lanelet_text(-5) + problem_text(goal=GOAL.replace("'1'", "'-5'"))
+    make_layout(load_scenario(str(read(only).file)))
+
+
+def test_bounds_that_cross_are_refused(read):
+    left, right = [(0, 0), (100, 4)], [(100, 0), (0, -4)]
+    text = LANELET.format(id=1, left=points(left), right=points(right), more="")
+    with pytest.raises(ConfigError, match="has no length: its bounds cross"):
+        read(text + problem_text())
+
+
 @given(st.data())
 @settings(max_examples=60, deadline=None)
 def test_a_damaged_file_is_read_or_refused_in_one_line(data):
@@ -336,3 +354,4 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(data):
         file.write_text(text[:begin] + piece + text[end:], encoding="utf-8")
         with contextlib.suppress(ConfigError):
             read_commonroad(file)
+            make_layout(load_scenario(str(file)))

@@ -72,6 +72,7 @@ def test_conditions(text, met):
         ("collisions or arrived < 1", "allowed here: a condition"),
         ("not collisions", "allowed here: a condition"),
         ("scenario + 1 > 2", "allowed here: a number"),
+        ("collisions > " + "9" * 400, "holds a number that is too large"),
         ("scenario < 'b'", "compares what cannot be compared"),
         ("scenario == 1", "compares what cannot be compared"),
         ("collisions in 'a'", "compares what cannot be compared"),

@@ -3,15 +3,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rearview
 
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.fleet.loop import FleetLoop
 from experiments.episode.drive import run_scenario
 from experiments.episode.run_folder import Outcome
-from experiments.errors import ConfigError
+from experiments.errors import ConfigError, ResultsError
 from experiments.metrics.catalogue import ALL_COLUMNS
 from experiments.metrics.row import read_row
-from experiments.trace.files import read_table
+from experiments.report.run_reader import read_run
+from experiments.trace.files import read_table, read_trace
 from experiments.trace.fleet import FLEET_TABLES
 
 pytestmark = pytest.mark.sumo
@@ -97,6 +99,23 @@ def test_an_ego_drives_round_and_round_a_ring(tmp_path):
     assert outcome.row["egos_failed"] == 0
 
 
+def test_egos_of_a_type_with_a_bounded_speed_factor_have_ghosts(tmp_path):
+    # SUMO draws such a factor again until it is between its bounds: for ever, once
+    scenario = load_scenario("platoon", overrides=["simulation.duration_s=16"])
+    row = run_scenario(scenario, out=tmp_path).row
+    assert row["egos_driven"] == 8
+
+
+def test_pictures_and_trace_are_of_a_single_ego(tmp_path):
+    folder = run(tmp_path).folder
+    for read in (read_trace, read_run):
+        with pytest.raises(ResultsError, match="is a run with many egos"):
+            read(folder)
+    frames = rearview.Run.open(folder).frames()
+    assert set(frames) == set(FLEET_TABLES)
+    assert len(frames["fleet_steps"]) == 41
+
+
 @pytest.mark.parametrize(
     ("override", "words"),
     [
@@ -110,6 +129,10 @@ def test_an_ego_drives_round_and_round_a_ring(tmp_path):
         ("simulation.without_ego=true", "is of a single ego; allowed: false"),
         ("traffic.own_veh_per_h=0", "egos: needs vehicles"),
         ("planner=cruse", "planner: cruse: no such planner"),
+        ("simulation.planning_delay_s=0.1", "planning_delay_s: is of a single ego"),
+        ("simulation.planning_period_s=0.5", "planning_period_s: is of a single ego"),
+        ("traffic.relaxation_s=8", "relaxation_s: is of a single ego; allowed: 0"),
+        ("traffic.drivers=distracted", "traffic.drivers: err, which is of a single"),
     ],
 )
 def test_mistakes_are_one_line(tmp_path, override, words):

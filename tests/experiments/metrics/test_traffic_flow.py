@@ -160,3 +160,20 @@ def test_a_run_without_vehicles_has_no_values_and_a_hash():
     assert fleet_hash(fleet_tables(empty)) != fleet_hash(
         fleet_tables(trace_of(*steady()))
     )
+
+
+def test_who_enters_standing_has_not_stopped():
+    steps = 200
+    speeds = np.zeros((steps, 2))
+    speeds[:, 0] = 10.0
+    speeds[50:, 1] = 8.0  # it waits, drives off and goes on
+    places = np.array([50.0, 0.0]) + np.cumsum(speeds, axis=0) * STEP
+    found = measured(trace_of(places, speeds))
+    assert flow.stops(found, found.counts) == 0.0
+
+
+def test_the_delay_of_insertion_is_of_those_who_enter_while_it_is_measured():
+    found = measured(trace_of(*steady(n=4)))
+    # two wait outside all the time, and four have entered at once
+    assert flow.insertion_delay(found) == pytest.approx(2 * 60.0 / 4)
+    assert flow.insertion_delay(measured(trace_of(*steady(n=4)), begin=30.0)) is None

@@ -49,6 +49,14 @@ def test_a_count_takes_the_first_that_enter():
     assert [name for name in NAMES if found[name] == 0] == NAMES[:3]
 
 
+def test_a_vehicle_that_cannot_be_an_ego_leaves_its_place_to_the_next():
+    selection = EgoSelection([GroupShare(count=1)], 0)
+    assert selection.choose("own.0", "car") == 0
+    selection.release(0)
+    assert selection.choose("own.1", "car") == 0
+    assert selection.choose("own.2", "car") == HUMAN
+
+
 def test_a_group_is_of_types_flows_and_vehicles():
     selection = EgoSelection([GroupShare(("truck", "ramp", "own.7"), 1.0)], 0)
     assert selection.choose("own.1", "truck") == 0
