@@ -155,8 +155,10 @@ def _stop(child: int, crashed: Callable[[int, str], int]) -> None:
     os.kill(child, signal.SIGTERM)
     if not _has_ended(child, TERMINATION_GRACE):
         os.kill(child, signal.SIGKILL)
-        _, state = os.waitpid(child, 0)
-        crashed(child, _death(state, ended=False) or "")
+        os.waitpid(child, 0)
+        crashed(
+            child, f"was killed: its step did not end within {TERMINATION_GRACE:g} s"
+        )
 
 
 def _has_ended(child: int, patience: float) -> bool:
