@@ -22,7 +22,7 @@ from experiments.cli.user_errors import (
     TerminatedError,
     end_on_sigterm,
 )
-from experiments.processes.tree import (
+from experiments.sweep.processes.tree import (
     adopt_orphans,
     children,
     end_with_parent,

@@ -99,7 +99,7 @@ def _drive(published: "PublishedSweep", folder: Path, workers: int) -> None:
 def _study(folder: Path, workers: int, *, quick: bool) -> dict[str, Any]:
     """Compute what needs no sweep, or read it if it has been."""
     from experiments.evidence.numbers import STUDIES, study_data
-    from experiments.sweep.processes import in_processes
+    from experiments.sweep.processes.parallel import in_processes
 
     studied = {}
     with in_processes(workers) as work:

@@ -10,7 +10,7 @@ import typer
 from experiments.cli.user_errors import INTERRUPTED, report_user_errors
 
 if TYPE_CHECKING:
-    from experiments.r157.summary import KindStudy
+    from experiments.evidence.r157.summary import KindStudy
 
 OUT = Path("runs/r157")
 NO_PLANNER = "none"
@@ -68,14 +68,14 @@ def r157(
     """
     with report_user_errors():
         from experiments.cosim.conflicts import LateralProfile
-        from experiments.r157.document import write_study
-        from experiments.r157.grids import ConflictKind, Density
-        from experiments.r157.planner_runs import RunSettings
-        from experiments.r157.study import check_planner
-        from experiments.r157.summary import study_kind
+        from experiments.evidence.r157.document import write_study
+        from experiments.evidence.r157.grids import ConflictKind, Density
+        from experiments.evidence.r157.planner_runs import RunSettings
+        from experiments.evidence.r157.study import check_planner
+        from experiments.evidence.r157.summary import study_kind
         from experiments.report.figures.save import require_matplotlib
         from experiments.storage.atomic_folder import make_folder
-        from experiments.sweep.processes import in_processes
+        from experiments.sweep.processes.parallel import in_processes
 
         require_matplotlib("r157")
         names = list(dict.fromkeys(planner or OUR_PLANNERS))

@@ -50,7 +50,7 @@ def thesis(
     """
     with report_user_errors():
         from experiments.report.figures.save import require_matplotlib
-        from experiments.sweep.processes import in_processes
+        from experiments.sweep.processes.parallel import in_processes
         from experiments.thesis.chapters import CHAPTERS, chapter_data, kept_chapters
         from experiments.thesis.effort import FULL, QUICK
         from experiments.thesis.reproduction import write_reproduction

@@ -14,7 +14,7 @@ from experiments.evidence.document import document, headline
 from experiments.storage.atomic_folder import write_atomically
 from experiments.storage.json_files import read_json
 from experiments.storage.provenance import code_hash, text_hash, versions
-from experiments.sweep.processes import Work
+from experiments.sweep.processes.parallel import Work
 
 Data = dict[str, Any]
 NUMBERS_FILE, DOCUMENT_FILE = "results.json", "results.md"

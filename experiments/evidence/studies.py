@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from experiments.comparison import calibration
-from experiments.sweep.processes import Work
+from experiments.sweep.processes.parallel import Work
 from experiments.thesis.dense.layouts import HALF_WIDTH, LENGTH, random_layout
 from experiments.thesis.dense.methods import (
     METHODS,

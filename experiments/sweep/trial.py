@@ -6,7 +6,11 @@ from typing import Any
 
 from experiments.errors import ConfigError
 from experiments.planners.registry import make_planner
-from experiments.processes.guarded import CallLimits, CallLostError, GuardedProcess
+from experiments.sweep.processes.guarded import (
+    CallLimits,
+    CallLostError,
+    GuardedProcess,
+)
 
 TRIAL_LIMITS = CallLimits(time=600.0, memory_mb=16_000.0)  # it may load a large model
 

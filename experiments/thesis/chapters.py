@@ -11,7 +11,7 @@ from experiments.episode.identity import code_hash, shaping_versions
 from experiments.errors import ResultsError
 from experiments.storage.atomic_folder import write_atomically
 from experiments.storage.provenance import ROOT, text_hash
-from experiments.sweep.processes import Work
+from experiments.sweep.processes.parallel import Work
 from experiments.thesis.claims import Chapter
 from experiments.thesis.cruise.chapter import cruise_chapter
 from experiments.thesis.dense.chapter import dense_chapter

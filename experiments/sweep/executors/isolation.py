@@ -18,7 +18,6 @@ from typing import Any, TypeVar
 from pebble import ProcessExpired, ProcessFuture, ProcessPool
 
 from experiments.errors import ExecutorError, described
-from experiments.processes.guarded import CallLimits, death_in_words
 from experiments.storage.atomic_folder import remove_unfinished
 from experiments.storage.provenance import ROOT
 from experiments.sweep.executors.executor import WorkerSettings
@@ -27,6 +26,7 @@ from experiments.sweep.executors.worker import (
     drive_guarded,
     start_worker,
 )
+from experiments.sweep.processes.guarded import CallLimits, death_in_words
 from experiments.sweep.task import Failure, RunReport, RunTask, failed
 
 T = TypeVar("T")

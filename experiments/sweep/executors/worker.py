@@ -22,16 +22,16 @@ from experiments.cosim.fleet.records import FleetStep
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.episode.drive import run_scenario
 from experiments.planners.registry import PLANNERS
-from experiments.processes.guarded import (
+from experiments.storage.atomic_folder import remove_unfinished
+from experiments.sweep.execute import execute_run
+from experiments.sweep.executors.executor import WorkerSettings
+from experiments.sweep.processes.guarded import (
     CallLimits,
     CallLostError,
     Cause,
     GuardedProcess,
 )
-from experiments.processes.tree import end_with_parent
-from experiments.storage.atomic_folder import remove_unfinished
-from experiments.sweep.execute import execute_run
-from experiments.sweep.executors.executor import WorkerSettings
+from experiments.sweep.processes.tree import end_with_parent
 from experiments.sweep.task import (
     Failure,
     RunReport,

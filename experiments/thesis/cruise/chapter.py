@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import product
 
-from experiments.sweep.processes import Work
+from experiments.sweep.processes.parallel import Work
 from experiments.thesis.claims import Chapter, Picture, ResultTable, Series, shown
 from experiments.thesis.cruise.claims import (
     comparison_claims,

@@ -15,7 +15,7 @@ from experiments.episode.run import run_episode
 from experiments.episode.run_folder import OutputOptions
 from experiments.errors import SimulationError
 from experiments.metrics import columns
-from experiments.sweep.processes import Work
+from experiments.sweep.processes.parallel import Work
 from experiments.thesis.claims import Claim, Number, ResultTable, Share, shown
 from experiments.thesis.cruise.random_layouts import ROADS
 from experiments.thesis.effort import Effort

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from experiments.cosim.records import EpisodeStatus
-from experiments.sweep.processes import Work
+from experiments.sweep.processes.parallel import Work
 from experiments.thesis.claims import ResultTable
 from experiments.thesis.cruise.drives import CLOSED_LOOP, PROPOSED, Drive, drive
 from experiments.thesis.cruise.random_layouts import ROADS

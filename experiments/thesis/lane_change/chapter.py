@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from experiments.sweep.processes import Work
+from experiments.sweep.processes.parallel import Work
 from experiments.thesis.claims import (
     Chapter,
     Claim,

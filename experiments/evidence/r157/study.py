@@ -15,20 +15,20 @@ from typing import Final
 import numpy as np
 
 from experiments.episode.identity import code_hash
-from experiments.planners.registry import make_planner, user_module
-from experiments.planners.source_files import planner_sources
-from experiments.r157.drivers import drivers_of
-from experiments.r157.grids import ConflictPanel
-from experiments.r157.planner_runs import (
+from experiments.evidence.r157.drivers import drivers_of
+from experiments.evidence.r157.grids import ConflictPanel
+from experiments.evidence.r157.planner_runs import (
     RunRow,
     RunSettings,
     drive_cells,
     reference_planner,
 )
-from experiments.r157.simulate import ConflictEnd, collided
+from experiments.evidence.r157.simulate import ConflictEnd, collided
+from experiments.planners.registry import make_planner, user_module
+from experiments.planners.source_files import planner_sources
 from experiments.storage.atomic_folder import make_folder
 from experiments.storage.provenance import file_hash, text_hash
-from experiments.sweep.processes import Work
+from experiments.sweep.processes.parallel import Work
 from experiments.trace.files import read_table, write_tables
 from experiments.trace.schema import Column, Kind, Table
 from planner.interface import Planner

@@ -25,9 +25,9 @@ from experiments.cosim.loop import run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.cosim.road import EgoTask, Road, Start
-from experiments.r157.drivers import drivers_of
-from experiments.r157.grids import ConflictKind, ConflictPanel
-from experiments.r157.simulate import ConflictEnd
+from experiments.evidence.r157.drivers import drivers_of
+from experiments.evidence.r157.grids import ConflictKind, ConflictPanel
+from experiments.evidence.r157.simulate import ConflictEnd
 from planner.interface import Planner
 from planner.prediction import held_braking
 from planner.reference_drivers import ReferenceDriver

@@ -1,8 +1,8 @@
 import numpy as np
 
-from experiments.r157.figure import _borders, draw_panels
-from experiments.r157.grids import Density, cut_in_panel
-from experiments.r157.unpreventable import judge_panel
+from experiments.evidence.r157.figure import _borders, draw_panels
+from experiments.evidence.r157.grids import Density, cut_in_panel
+from experiments.evidence.r157.unpreventable import judge_panel
 
 
 def test_border_of_one_cell_is_its_square():

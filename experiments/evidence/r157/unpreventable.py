@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.cosim.conflicts import LateralProfile, Sizes
-from experiments.r157.drivers import drivers_of
-from experiments.r157.grids import ConflictPanel
-from experiments.r157.simulate import ConflictEnd, simulate
+from experiments.evidence.r157.drivers import drivers_of
+from experiments.evidence.r157.grids import ConflictPanel
+from experiments.evidence.r157.simulate import ConflictEnd, simulate
 from planner.reference_drivers import ReferenceDriver
 from planner.states import BoolArray
 

@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from experiments.r157.drivers import DRIVERS
-from experiments.r157.grids import Density, cut_in_panel
-from experiments.r157.unpreventable import counts_table, judge_panel
+from experiments.evidence.r157.drivers import DRIVERS
+from experiments.evidence.r157.grids import Density, cut_in_panel
+from experiments.evidence.r157.unpreventable import counts_table, judge_panel
 
 # Cells that cannot be prevented, of the published implementation of [Mattas2022] on
 # the thinned grids: fuzzy safety model, careful human, RSS, 5.2.5.2.

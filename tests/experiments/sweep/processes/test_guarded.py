@@ -12,17 +12,17 @@ from pathlib import Path
 import psutil
 import pytest
 
-from experiments.processes import guarded
-from experiments.processes.guarded import (
+from experiments.sweep.processes import guarded
+from experiments.sweep.processes.guarded import (
     CallLimits,
     CallLostError,
     Cause,
     GuardedProcess,
 )
-from experiments.processes.tree import children
+from experiments.sweep.processes.tree import children
 
 LIMITS = CallLimits(time=60.0, memory_mb=2000.0)
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 @pytest.fixture
@@ -205,7 +205,7 @@ def test_the_child_has_no_other_files_open(child):
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_the_child_ends_with_its_parent(number):
     script = (
-        "from tests.experiments.processes.test_guarded import *\n"
+        "from tests.experiments.sweep.processes.test_guarded import *\n"
         "child = GuardedProcess()\n"
         "print(child.process, flush=True)\n"
         "child.call(sleep, 60.0, LIMITS)\n"

@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 import psutil
 
 from experiments.errors import ExperimentError, described
-from experiments.processes.tree import (
+from experiments.sweep.processes.tree import (
     adopt_orphans,
     children,
     end_with_parent,

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from experiments.errors import ConfigError
-from experiments.r157.grids import (
+from experiments.evidence.r157.grids import (
     Density,
     braking_panel,
     cut_in_panel,

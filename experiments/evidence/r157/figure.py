@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from experiments.errors import ResultsError
-from experiments.r157.drivers import CAREFUL_HUMAN, TITLES
-from experiments.r157.grids import ConflictKind
-from experiments.r157.study import PlannerPanel
-from experiments.r157.unpreventable import PanelResult
+from experiments.evidence.r157.drivers import CAREFUL_HUMAN, TITLES
+from experiments.evidence.r157.grids import ConflictKind
+from experiments.evidence.r157.study import PlannerPanel
+from experiments.evidence.r157.unpreventable import PanelResult
 from experiments.report.figures import palette
 from planner.states import BoolArray, FloatArray
 

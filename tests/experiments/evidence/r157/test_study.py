@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from experiments.cosim.conflicts import LateralProfile
-from experiments.r157 import study
-from experiments.r157.document import write_study
-from experiments.r157.grids import ConflictPanel, Density, cut_in_panel
-from experiments.r157.planner_runs import RunSettings
-from experiments.r157.summary import KindStudy, headline, preventable_cells
-from experiments.r157.unpreventable import judge_panel
+from experiments.evidence.r157 import study
+from experiments.evidence.r157.document import write_study
+from experiments.evidence.r157.grids import ConflictPanel, Density, cut_in_panel
+from experiments.evidence.r157.planner_runs import RunSettings
+from experiments.evidence.r157.summary import KindStudy, headline, preventable_cells
+from experiments.evidence.r157.unpreventable import judge_panel
 
 WHOLE = cut_in_panel(60, 20, Density.THINNED)
 PANEL = ConflictPanel(WHOLE.kind, 60, 20, WHOLE.x[::6], WHOLE.y[::4])

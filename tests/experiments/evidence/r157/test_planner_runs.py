@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from experiments.r157.grids import (
+from experiments.evidence.r157.grids import (
     ConflictKind,
     ConflictPanel,
     Density,
@@ -9,9 +9,13 @@ from experiments.r157.grids import (
     cut_in_panel,
     cut_out_panel,
 )
-from experiments.r157.planner_runs import RunSettings, drive_cells, reference_planner
-from experiments.r157.simulate import ConflictEnd, collided, simulate
-from experiments.r157.unpreventable import judge_panel
+from experiments.evidence.r157.planner_runs import (
+    RunSettings,
+    drive_cells,
+    reference_planner,
+)
+from experiments.evidence.r157.simulate import ConflictEnd, collided, simulate
+from experiments.evidence.r157.unpreventable import judge_panel
 from planner.interface import PlanResult, PlanStatus
 from planner.lane_change import proposed as lane_change
 

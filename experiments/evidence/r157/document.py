@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from experiments.r157.drivers import CAREFUL_HUMAN, TITLES
-from experiments.r157.figure import draw_panels, save_panels
-from experiments.r157.grids import ConflictKind, Density
-from experiments.r157.planner_runs import RunSettings
-from experiments.r157.summary import (
+from experiments.evidence.r157.drivers import CAREFUL_HUMAN, TITLES
+from experiments.evidence.r157.figure import draw_panels, save_panels
+from experiments.evidence.r157.grids import ConflictKind, Density
+from experiments.evidence.r157.planner_runs import RunSettings
+from experiments.evidence.r157.summary import (
     Headline,
     KindStudy,
     counts_rows,

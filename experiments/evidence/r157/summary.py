@@ -7,18 +7,18 @@ from typing import Any, Final
 
 import numpy as np
 
-from experiments.r157.drivers import CAREFUL_HUMAN, drivers_of
-from experiments.r157.grids import (
+from experiments.evidence.r157.drivers import CAREFUL_HUMAN, drivers_of
+from experiments.evidence.r157.grids import (
     KMH,
     ConflictKind,
     ConflictPanel,
     Density,
     panels_of,
 )
-from experiments.r157.planner_runs import RunSettings
-from experiments.r157.study import PlannerPanel, run_panel
-from experiments.r157.unpreventable import PanelResult, judge_panel
-from experiments.sweep.processes import Work
+from experiments.evidence.r157.planner_runs import RunSettings
+from experiments.evidence.r157.study import PlannerPanel, run_panel
+from experiments.evidence.r157.unpreventable import PanelResult, judge_panel
+from experiments.sweep.processes.parallel import Work
 from planner.reference_drivers.situation import GRAVITY
 
 SCENARIOS: Final[Mapping[ConflictKind, str]] = {

@@ -6,8 +6,8 @@ import pytest
 
 from experiments.cosim.conflicts import braking_leader, cut_in, cut_out
 from experiments.errors import ConfigError
-from experiments.r157.drivers import DRIVERS, driver
-from experiments.r157.simulate import ConflictEnd, simulate
+from experiments.evidence.r157.drivers import DRIVERS, driver
+from experiments.evidence.r157.simulate import ConflictEnd, simulate
 from planner.reference_drivers import CarefulHuman
 from planner.reference_drivers.careful_human import Trigger
 from planner.reference_drivers.driver import Judgement

@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from experiments.errors import ConfigError
-from experiments.r157.grids import ConflictKind
+from experiments.evidence.r157.grids import ConflictKind
 from planner.reference_drivers import (
     CarefulHuman,
     FuzzySafety,
