@@ -110,11 +110,13 @@ bench-docs: $(DEV_STAMP) ## Measure speed and write the figures into docs/perfor
 nets: $(DEV_STAMP) ## Rebuild the road networks from their sources
 	@$(BIN)/python -m sumo_nets.build $(ARGS)
 
-schema: $(DEV_STAMP) ## Write the JSON Schemas of scenario and sweep files
+schema: $(DEV_STAMP) ## Write the JSON Schemas of scenario, sweep and search files
 	@$(BIN)/rearview schema > experiments/scenarios/.schema.tmp
 	@mv experiments/scenarios/.schema.tmp experiments/scenarios/scenario.schema.json
 	@$(BIN)/rearview schema --sweep > experiments/sweeps/.schema.tmp
 	@mv experiments/sweeps/.schema.tmp experiments/sweeps/sweep.schema.json
+	@$(BIN)/rearview schema --search > experiments/searches/.schema.tmp
+	@mv experiments/searches/.schema.tmp experiments/searches/search.schema.json
 
 ci: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory lint

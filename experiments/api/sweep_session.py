@@ -74,7 +74,7 @@ class SweepSession:
                 refresh(self._folder)
         yield from _failures(self._folder)
         yield f"results: {self._folder / RESULTS}"
-        yield f"report: {_page(self._folder)}"
+        yield f"report: {fresh_page(self._folder)}"
 
     def rows(self) -> list[Row]:
         """Return the results of the sweep's own runs, of those that are finished."""
@@ -176,7 +176,7 @@ def _failures(folder: Path) -> list[str]:
     return failure_lines(kinds, shlex.join(["rearview", "rerun", str(folder)]))
 
 
-def _page(folder: Path) -> Path:
+def fresh_page(folder: Path) -> Path:
     """Return the page of the sweep, rewritten if the results are newer."""
     page = folder / PAGE_FILE
     results = folder / RESULTS

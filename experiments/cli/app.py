@@ -33,6 +33,7 @@ from experiments.cli import (
     report_commands,
     results_commands,
     robustness_command,
+    search_command,
     sweep_commands,
     thesis_command,
     tube_command,
@@ -228,6 +229,7 @@ report_commands.add_to(app)
 events_command.add_to(app)
 replan_command.add_to(app)
 sweep_commands.add_to(app)
+search_command.add_to(app)
 results_commands.add_to(app)
 compare_runs_command.add_to(app)
 r157_command.add_to(app)
@@ -246,17 +248,25 @@ def schema(
     sweep: Annotated[
         bool, typer.Option("--sweep", help="For sweep files instead of scenarios.")
     ] = False,
+    search: Annotated[
+        bool, typer.Option("--search", help="For search files instead of scenarios.")
+    ] = False,
 ) -> None:
-    """Print the JSON Schema of scenario or sweep files, for editors.
+    """Print the JSON Schema of scenario, sweep or search files, for editors.
 
     Example: rearview schema --sweep
 
     Exit status: 0 done.
     """
     from experiments.config.scenario_file import schema_text
+    from experiments.config.search_file import search_schema
     from experiments.config.sweep_file import sweep_schema
 
-    sys.stdout.write(schema_text(sweep_schema() if sweep else None))
+    if sweep and search:
+        with report_user_errors():
+            raise ConfigError("--search: is beside --sweep; allowed: one of them")
+    wanted = sweep_schema() if sweep else search_schema() if search else None
+    sys.stdout.write(schema_text(wanted))
 
 
 def _show_usage_error(error: Any) -> None:

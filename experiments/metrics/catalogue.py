@@ -18,6 +18,7 @@ from experiments.metrics import (
     efficiency,
     exposure,
     followers,
+    impact,
     lane_change,
     limits,
     plans,
@@ -150,6 +151,16 @@ _SAFETY = (
         kind=TEXT,
         compute=lambda e: next(iter(safety.contacts(e.trace)), None),
         formula="id of the first body touched",
+    ),
+    Metric(
+        column=columns.IMPACT_SPEED,
+        label="impact speed",
+        compute=lambda e: impact.impact_speed(e.trace),
+        formula="difference of both velocities in the first step in which the ego "
+        "touches a body; null without a contact",
+        unit="m/s",
+        digits=2,
+        better=LOWER,
     ),
     Metric(
         column=columns.MIN_CLEARANCE,

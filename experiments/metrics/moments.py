@@ -280,6 +280,7 @@ _MOMENTS: Final[Mapping[str, Finder]] = {
     **MOMENTS_OF_MEANS,
     columns.COLLISIONS: first_contact,
     columns.FIRST_COLLISION_WITH: first_contact,
+    columns.IMPACT_SPEED: first_contact,
     columns.MIN_CLEARANCE: least_clearance,
     columns.MIN_TTC: _least_ttc,
     columns.MIN_TIME_HEADWAY: _least_headway,

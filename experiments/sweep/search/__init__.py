@@ -1,0 +1,1 @@
+"""Search for what breaks a planner: every trial is an ordinary run of a sweep."""

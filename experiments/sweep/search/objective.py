@@ -1,0 +1,118 @@
+"""How bad a trial went: its robustness, below 0 a failure, and the kind of it."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from experiments.config.search import CLEARANCE, Objective
+from experiments.config.validation_errors import unknown_name
+from experiments.config.yaml_reader import Document
+from experiments.cosim.records import EpisodeStatus
+from experiments.errors import ConfigError
+from experiments.metrics import columns
+from experiments.metrics.catalogue import METRICS
+from experiments.metrics.metric import CellKind
+from experiments.sweep.task import Failure
+
+BROKEN = frozenset(  # endings that are a failure, whatever the objective
+    (
+        EpisodeStatus.COLLISION,
+        EpisodeStatus.OFF_ROAD,
+        EpisodeStatus.PLANNER_FAILED,
+        EpisodeStatus.CRASHED,
+    )
+)
+IMPOSSIBLE = frozenset((Failure.INVALID, Failure.ERROR, Failure.LOST_WORKER))
+BEYOND = "beyond the threshold"
+_NUMBER = re.compile(r"[\d_.#:-]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What a run says about its point.
+
+    `robustness` is None where the run has no value; `kind` is empty unless it failed.
+    """
+
+    robustness: float | None
+    kind: str = ""
+
+    @property
+    def failed(self) -> bool:
+        """Whether the planner failed."""
+        return bool(self.kind)
+
+
+def judge(
+    objective: Objective, row: Mapping[str, Any], failure: str | None = None
+) -> Judgement:
+    """Judge a run by its row of the results.
+
+    Args:
+        objective: What is made small.
+        row: Of the results.
+        failure: Why the run has no complete episode, if it has none.
+
+    Returns:
+        The judgement. A run that could not be made at all (its configuration, its
+        machine) is no failure of the planner, and has no value.
+    """
+    if failure in IMPOSSIBLE:
+        return Judgement(None)
+    value = robustness(objective, row)
+    return Judgement(value, _kind(row, value, objective))
+
+
+def robustness(objective: Objective, row: Mapping[str, Any]) -> float | None:
+    """Return the value that is made small; None where the row has none.
+
+    Clearance goes on below zero as the impact speed [m/s] after a contact, so that a
+    search can tell a graze from a crash: clearance - margin, or -(margin + speed).
+    """
+    if objective.metric == CLEARANCE:
+        if row[columns.COLLISIONS]:
+            return -objective.margin_m - float(row[columns.IMPACT_SPEED] or 0.0)
+        value = row[columns.MIN_CLEARANCE]
+        return None if value is None else float(value) - objective.margin_m
+    value = row[objective.metric]
+    if value is None:
+        return None
+    beyond = objective.fails_beyond or 0.0
+    sign = 1.0 if objective.direction == "minimise" else -1.0
+    return sign * (float(value) - beyond)
+
+
+def check_objective(objective: Objective, document: Document) -> None:
+    """Reject an objective that is no metric with numbers; raises ConfigError."""
+    name = objective.metric
+    allowed = [CLEARANCE, *_numeric()]
+    if name not in allowed:
+        where = document.where(("objective",))
+        hint = unknown_name(name, allowed)
+        raise ConfigError(f"{where}: objective: {name}: no such metric; {hint}")
+
+
+def _numeric() -> list[str]:
+    """List the columns that hold numbers of the episode."""
+    return [
+        name
+        for name, metric in METRICS.items()
+        if metric.kind in (CellKind.NUMBER, CellKind.WHOLE)
+        and not metric.identity
+        and not metric.timing
+    ]
+
+
+def _kind(row: Mapping[str, Any], value: float | None, objective: Objective) -> str:
+    """Name the kind of a failure: how it ended, and what was touched."""
+    status = str(row[columns.STATUS])
+    touched = row[columns.FIRST_COLLISION_WITH]
+    if row[columns.COLLISIONS]:
+        return f"contact with {_NUMBER.sub(' ', str(touched)).strip() or 'a body'}"
+    if status in BROKEN:
+        return status.replace("_", " ")
+    judged = objective.metric == CLEARANCE or objective.fails_beyond is not None
+    if judged and value is not None and value < 0.0:
+        return "too close" if objective.metric == CLEARANCE else BEYOND
+    return ""

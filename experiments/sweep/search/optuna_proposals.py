@@ -1,0 +1,110 @@
+"""Proposals that learn from results: TPE and CMA-ES of optuna, asked and told.
+
+Bergstra et al., NeurIPS 24 (2011); Hansen, arXiv 1604.00772. The study lives in memory:
+a search that is resumed asks for the same points again and tells the recorded results.
+"""
+
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from experiments.errors import ConfigError
+from experiments.sweep.search.space import SearchSpace
+from planner.states import FloatArray
+
+if TYPE_CHECKING:
+    import optuna
+
+START = 10  # random points before TPE learns anything
+
+
+class OptunaProposer:
+    """Asks a sampler of optuna; it minimises."""
+
+    def __init__(
+        self, method: Literal["tpe", "cma_es"], space: SearchSpace, seed: int
+    ) -> None:
+        optuna = _optuna(method)
+        optuna.logging.set_verbosity(optuna.logging.ERROR)
+        self._space = space
+        self._asked: list[optuna.Trial] = []
+        self._failed_state = optuna.trial.TrialState.FAIL
+        self._distributions: dict[str, Any] = {
+            key: optuna.distributions.CategoricalDistribution(range(count or 1))
+            if choice
+            else optuna.distributions.FloatDistribution(0.0, 1.0)
+            for key, choice, count in zip(
+                space.keys, space.is_choice, space.counts, strict=True
+            )
+        }
+        with _quietly():
+            self._study = optuna.create_study(sampler=_sampler(optuna, method, seed))
+
+    def ask(self, count: int) -> list[FloatArray]:
+        """Ask for the next points."""
+        with _quietly():
+            self._asked = [self._study.ask(self._distributions) for _ in range(count)]
+        return [self._coordinates(trial.params) for trial in self._asked]
+
+    def tell(self, values: Sequence[float | None]) -> None:
+        """Tell the results in the order of the points."""
+        with _quietly():
+            for trial, value in zip(self._asked, values, strict=True):
+                if value is None:
+                    self._study.tell(trial, state=self._failed_state)
+                else:
+                    self._study.tell(trial, value)
+
+    def _coordinates(self, parameters: dict[str, Any]) -> FloatArray:
+        """Return coordinates from 0 to 1: a choice lies in the middle of its part."""
+        return np.array(
+            [
+                (parameters[key] + 0.5) / (count or 1) if choice else parameters[key]
+                for key, choice, count in zip(
+                    self._space.keys,
+                    self._space.is_choice,
+                    self._space.counts,
+                    strict=True,
+                )
+            ]
+        )
+
+
+def _sampler(optuna: Any, method: str, seed: int) -> Any:
+    """Make the sampler; points of one batch keep away from each other."""
+    samplers = optuna.samplers
+    if method == "tpe":
+        return samplers.TPESampler(
+            n_startup_trials=START, multivariate=True, constant_liar=True, seed=seed
+        )
+    return samplers.CmaEsSampler(
+        seed=seed,
+        independent_sampler=samplers.RandomSampler(seed=seed),
+        warn_independent_sampling=False,
+    )
+
+
+def _optuna(method: str) -> Any:
+    """Import optuna, and what CMA-ES needs beside it."""
+    try:
+        import optuna
+
+        if method == "cma_es":
+            import cmaes  # noqa: F401 - optuna imports it late
+    except ImportError as error:
+        raise ConfigError(
+            f"method: {method} needs {error.name}: pip install 'rearview[search]'; "
+            "allowed without it: random, sobol"
+        ) from error
+    return optuna
+
+
+@contextmanager
+def _quietly() -> Iterator[None]:
+    """Leave out optuna's notes that a way to sample may still change."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

@@ -1,0 +1,179 @@
+"""What a search has found, as plain data for its file and lines for a terminal."""
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from experiments.config.axes import Point
+from experiments.config.search import Search
+from experiments.sweep.search.clusters import FailureCluster
+from experiments.sweep.search.coverage import SpaceCoverage
+from experiments.sweep.search.exploration import SearchTrial
+from experiments.sweep.search.reduction import Reduced
+
+FOUND = "search.json"
+
+
+@dataclass(frozen=True, slots=True)
+class SearchFindings:
+    """Everything that a search has found."""
+
+    search: Search
+    mild: Point
+    mild_fails: bool
+    trials: Sequence[SearchTrial]
+    clusters: Sequence[FailureCluster]
+    reduced: Sequence[Reduced]  # of the first clusters
+    coverage: SpaceCoverage
+    against: Sequence[SearchTrial] | None = None  # at random
+
+    @property
+    def first_failure(self) -> int | None:
+        """Number of the first trial that failed."""
+        return first_failure(self.trials)
+
+
+def first_failure(trials: Sequence[SearchTrial]) -> int | None:
+    """Return the number of the first failed trial; None without one."""
+    return next((trial.number for trial in trials if trial.failed), None)
+
+
+def replay_command(folder: Path, run_id: str | None, planner: str | None = None) -> str:
+    """Return the command that repeats a run; empty without a run."""
+    if run_id is None:
+        return ""
+    words = ["rearview", "rerun", str(folder), run_id]
+    if planner is not None and ":" in planner:
+        words += ["--allow-planner", planner.partition(":")[0]]
+    return shlex.join(words)
+
+
+def as_plain(found: SearchFindings, folder: Path) -> dict[str, Any]:
+    """Return the content of `search.json`."""
+    search, cover = found.search, found.coverage
+    return {
+        "name": search.name,
+        "method": search.method,
+        "objective": search.objective.model_dump(mode="json"),
+        "budget": search.budget,
+        "trials": [_trial(trial) for trial in found.trials],
+        "failures": sum(trial.failed for trial in found.trials),
+        "invalid": sum(trial.run_id is None for trial in found.trials),
+        "first_failure": found.first_failure,
+        "mild": {"point": found.mild, "fails": found.mild_fails},
+        "clusters": [
+            _cluster(found, k, cluster, folder)
+            for k, cluster in enumerate(found.clusters)
+        ],
+        "coverage": {
+            "pair_cells": cover.cells,
+            "pair_cells_hit": cover.hit,
+            "share": cover.pairs,
+            "centred_discrepancy": cover.discrepancy,
+        },
+        "against": None if found.against is None else _against(found.against),
+    }
+
+
+def _cluster(
+    found: SearchFindings, k: int, cluster: FailureCluster, folder: Path
+) -> dict[str, Any]:
+    """Return one group of failures as plain data."""
+    planner = found.search.planner.name
+    worst = cluster.worst
+    mildest = found.reduced[k] if k < len(found.reduced) else None
+    return {
+        "kind": cluster.kind,
+        "failures": len(cluster.trials),
+        "trials": [trial.number for trial in cluster.trials],
+        "worst": {
+            **_trial(worst),
+            "command": replay_command(folder, worst.run_id, planner),
+        },
+        "mildest": None
+        if mildest is None
+        else {
+            "point": mildest.point,
+            "robustness": mildest.robustness,
+            "run_id": mildest.run_id,
+            "runs": mildest.runs,
+            "command": replay_command(folder, mildest.run_id, planner),
+        },
+    }
+
+
+def _trial(trial: SearchTrial) -> dict[str, Any]:
+    """Return a trial as plain data."""
+    return {
+        "number": trial.number,
+        "run_id": trial.run_id,
+        "point": trial.point,
+        "robustness": trial.judgement.robustness,
+        "failure": trial.judgement.kind or None,
+    }
+
+
+def _against(trials: Sequence[SearchTrial]) -> dict[str, Any]:
+    """Return the random search as plain data."""
+    return {
+        "method": "random",
+        "trials": len(trials),
+        "failures": sum(trial.failed for trial in trials),
+        "first_failure": first_failure(trials),
+    }
+
+
+def table_lines(found: SearchFindings, folder: Path) -> list[str]:
+    """Return the lines of the table at the end of a search."""
+    trials = found.trials
+    failures = sum(trial.failed for trial in trials)
+    first = found.first_failure
+    lines = [
+        f"{failures} of {len(trials)} trials failed"
+        + ("" if first is None else f", first trial {first}")
+    ]
+    invalid = sum(trial.run_id is None for trial in trials)
+    if invalid:
+        lines.append(f"{invalid} trials are no valid scenario")
+    if found.mild_fails:
+        lines.append(f"it fails at the mild values already: {shown(found.mild)}")
+    for k, cluster in enumerate(found.clusters):
+        lines += _cluster_lines(found, k, cluster, folder)
+        if k + 1 == max(found.search.reduce, 1):
+            rest = len(found.clusters) - k - 1
+            lines += [f"{rest} more groups: {folder / FOUND}"] if rest else []
+            break
+    cover = found.coverage
+    lines.append(
+        f"coverage: {cover.pairs:.0%} of {cover.cells} cells of two keys each"
+        + ("" if cover.discrepancy is None else f", discrepancy {cover.discrepancy:.2g}")
+    )
+    return lines
+
+
+def _cluster_lines(
+    found: SearchFindings, k: int, cluster: FailureCluster, folder: Path
+) -> list[str]:
+    """Return the lines of one group of failures."""
+    planner = found.search.planner.name
+    count = len(cluster.trials)
+    lines = [f"{cluster.kind}: {count} trial" + ("s" if count > 1 else "")]
+    worst = cluster.worst
+    rows = [("worst", worst.point, worst.judgement.robustness, worst.run_id)]
+    if k < len(found.reduced):
+        mildest = found.reduced[k]
+        rows.append(
+            ("mildest", mildest.point, mildest.robustness, mildest.run_id)
+        )
+    for name, point, value, run_id in rows:
+        number = "" if value is None else f" ({value:.2f})"
+        lines.append(f"  {name}{number}: {shown(point)}")
+        lines.append(f"    {replay_command(folder, run_id, planner)}")
+    return lines
+
+
+def shown(point: Mapping[str, Any]) -> str:
+    """Show the values of a point."""
+    return ", ".join(f"{key} {value}" for key, value in point.items())
