@@ -28,7 +28,7 @@ from experiments.sweep.search.runs import (
     SearchRuns,
     sweep_of_points,
 )
-from experiments.sweep.search.space import SearchSpace, value_at
+from experiments.sweep.search.space import SearchSpace, extremes
 from experiments.sweep.search.summary import (
     FOUND,
     SearchFindings,
@@ -148,8 +148,7 @@ class SearchSession:
     def _check_space(self) -> dict[str, object]:
         """Check the mild point and both ends of every key; return the mild scenario."""
         for key, one in self._search.space.items():
-            values = one.choice or (value_at(one, 0.0), value_at(one, 1.0))
-            for value in values:
+            for value in extremes(one):
                 self._first_run([{**self._mild, key: value}])
         return self._first_run([self._mild]).scenario.resolved()
 

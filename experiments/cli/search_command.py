@@ -72,7 +72,6 @@ def search(
         except KeyboardInterrupt:
             again = shlex.join(["rearview", *sys.argv[1:]])
             sys.stderr.write(
-                "rearview: interrupted; finished runs are kept, resume with: "
-                f"{again}\n"
+                f"rearview: interrupted; finished runs are kept, resume with: {again}\n"
             )
             raise typer.Exit(INTERRUPTED) from None

@@ -192,5 +192,3 @@ class Search(Strict):
         """Largest number of runs."""
         trials = self.budget * (1 if self.against is None else 2)
         return trials + 1 + self.reduce * self.reduction_runs
-
-

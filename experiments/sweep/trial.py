@@ -1,5 +1,6 @@
 """Makes a user's planner in a process of its own, which it may take down."""
 
+import json
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -12,6 +13,7 @@ from experiments.sweep.processes.guarded import (
     GuardedProcess,
 )
 
+_MADE: set[tuple[str, str]] = set()  # by this process: a search plans many batches
 TRIAL_LIMITS = CallLimits(time=600.0, memory_mb=16_000.0)  # it may load a large model
 
 
@@ -21,6 +23,15 @@ def make_apart(name: str, settings: Mapping[str, Any]) -> None:
     Raises:
         ConfigError: If it cannot, or its process dies, hangs or takes too much memory.
     """
+    asked = name, json.dumps(settings, sort_keys=True, default=str)
+    if asked in _MADE:
+        return
+    _make_apart(name, settings)
+    _MADE.add(asked)
+
+
+def _make_apart(name: str, settings: Mapping[str, Any]) -> None:
+    """Make a planner in a process of its own; raises ConfigError."""
     if not hasattr(os, "fork"):
         make_planner(name, settings)
         return

@@ -38,7 +38,8 @@ def space_coverage(space: SearchSpace, points: Sequence[FloatArray]) -> SpaceCov
     counts = [min(count or CELLS, CELLS) for count in space.counts]
     at = np.clip(np.array(points).reshape(-1, len(counts)), 0.0, 1.0)
     cell = np.minimum((at * counts).astype(int), np.array(counts) - 1)
-    planes = list(combinations(range(len(counts)), 2)) or [(0,)]
+    every = range(len(counts))
+    planes: list[tuple[int, ...]] = [*combinations(every, 2)] or [(0,)]
     cells = hit = 0
     for plane in planes:
         cells += int(np.prod([counts[key] for key in plane]))

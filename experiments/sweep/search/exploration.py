@@ -37,6 +37,11 @@ class SearchTrial:
         """Whether the planner failed."""
         return self.judgement.failed
 
+    @property
+    def is_void(self) -> bool:
+        """Whether it says nothing about the planner."""
+        return self.judgement.robustness is None and not self.failed
+
 
 def explore(
     search: Search,
@@ -73,9 +78,7 @@ def explore(
         for point, one in zip(points, tried, strict=True):
             place = space.coordinates(point)
             number = len(trials) + 1
-            trials.append(
-                SearchTrial(number, point, place, one.run_id, one.judgement)
-            )
+            trials.append(SearchTrial(number, point, place, one.run_id, one.judgement))
         if enough is not None and sum(t.failed for t in trials) >= enough:
             break
     return trials

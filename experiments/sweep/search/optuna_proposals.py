@@ -7,7 +7,7 @@ a search that is resumed asks for the same points again and tells the recorded r
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -15,10 +15,8 @@ from experiments.errors import ConfigError
 from experiments.sweep.search.space import SearchSpace
 from planner.states import FloatArray
 
-if TYPE_CHECKING:
-    import optuna
-
 START = 10  # random points before TPE learns anything
+RANDOM_SHARE = 4  # one point in so many is random, or a valley keeps all of them
 
 
 class OptunaProposer:
@@ -30,7 +28,9 @@ class OptunaProposer:
         optuna = _optuna(method)
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         self._space = space
-        self._asked: list[optuna.Trial] = []
+        self._asked: list[Any] = []  # trials of optuna
+        self._count = 0
+        self._generator = np.random.default_rng(seed)
         self._failed_state = optuna.trial.TrialState.FAIL
         self._distributions: dict[str, Any] = {
             key: optuna.distributions.CategoricalDistribution(range(count or 1))
@@ -46,7 +46,7 @@ class OptunaProposer:
     def ask(self, count: int) -> list[FloatArray]:
         """Ask for the next points."""
         with _quietly():
-            self._asked = [self._study.ask(self._distributions) for _ in range(count)]
+            self._asked = [self._next() for _ in range(count)]
         return [self._coordinates(trial.params) for trial in self._asked]
 
     def tell(self, values: Sequence[float | None]) -> None:
@@ -57,6 +57,24 @@ class OptunaProposer:
                     self._study.tell(trial, state=self._failed_state)
                 else:
                     self._study.tell(trial, value)
+
+    def _next(self) -> Any:
+        """Ask for one trial; every `RANDOM_SHARE`th is at random."""
+        self._count += 1
+        if self._count % RANDOM_SHARE == 0:
+            shares = self._generator.random(len(self._space.keys))
+            drawn = {
+                key: int(share * (count or 1)) if choice else float(share)
+                for key, share, choice, count in zip(
+                    self._space.keys,
+                    shares,
+                    self._space.is_choice,
+                    self._space.counts,
+                    strict=True,
+                )
+            }
+            self._study.enqueue_trial(drawn)
+        return self._study.ask(self._distributions)
 
     def _coordinates(self, parameters: dict[str, Any]) -> FloatArray:
         """Return coordinates from 0 to 1: a choice lies in the middle of its part."""

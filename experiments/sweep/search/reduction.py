@@ -57,9 +57,7 @@ def reduce_failures(
         For each failure the mildest point found that fails in the same way.
     """
     found = [
-        Reduced(
-            one.point, one.coordinates.copy(), one.run_id, one.judgement.robustness
-        )
+        Reduced(one.point, one.coordinates.copy(), one.run_id, one.judgement.robustness)
         for one in worst
     ]
     goal = space.coordinates(mild)
@@ -97,9 +95,7 @@ class _Probe:
             self.wanted = None
 
 
-def _probing(
-    space: SearchSpace, kind: str, best: Reduced, goal: FloatArray
-) -> Probing:
+def _probing(space: SearchSpace, kind: str, best: Reduced, goal: FloatArray) -> Probing:
     """Yield the coordinates to try; the answers move `best`."""
     numbers = ~np.array(space.is_choice, dtype=bool)
     fixed = np.zeros(goal.size, dtype=bool)
@@ -114,7 +110,7 @@ def _probing(
             fixed[key] = True
     left = numbers & ~fixed & (np.abs(best.coordinates - goal) > CLOSE)
     yield from _halve(space, kind, best, goal, left, HALVINGS)
-    for key in np.flatnonzero(left):
+    for key in np.flatnonzero(left).tolist():
         alone = np.arange(goal.size) == key
         yield from _halve(space, kind, best, goal, alone, HALVINGS_OF_KEY)
 

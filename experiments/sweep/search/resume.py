@@ -50,17 +50,21 @@ def require_same(folder: Path, asked: dict[str, Any]) -> None:
         return
     before = read_json(path)
     for key, now in asked.items():
-        was = before.get(key) if isinstance(before, dict) else None
-        if was == now:
-            continue
-        name = key
-        if isinstance(was, dict) and isinstance(now, dict):
-            inner = next(k for k in (*was, *now) if was.get(k) != now.get(k))
-            name, was, now = f"{key}.{inner}", was.get(inner), now.get(inner)
-        raise ConfigError(
-            f"{folder}: was searched with {name} {_words(was)}, now {_words(now)}; "
-            "allowed: the same, or another --out"
-        )
+        was = before.get(key)
+        if was != now:
+            name, old, new = _difference(key, was, now)
+            raise ConfigError(
+                f"{folder}: was searched with {name} {_words(old)}, now "
+                f"{_words(new)}; allowed: the same, or another --out"
+            )
+
+
+def _difference(key: str, was: Any, now: Any) -> tuple[str, Any, Any]:
+    """Return what differs, in a section its first key, and both values."""
+    if not (isinstance(was, dict) and isinstance(now, dict)):
+        return key, was, now
+    inner = next(k for k in (*was, *now) if was.get(k) != now.get(k))
+    return f"{key}.{inner}", was.get(inner), now.get(inner)
 
 
 def note_asked(folder: Path, asked: dict[str, Any]) -> None:

@@ -104,9 +104,7 @@ class SearchRuns:
 
     def _run_new(self, new: dict[str, Point]) -> None:
         """Run points that are not known yet."""
-        planned: dict[str, PlannedRun | None] = {
-            key: self._planned(point) for key, point in new.items()
-        }
+        planned = self._planned(new)
         valid = {key: new[key] for key, run in planned.items() if run is not None}
         self._points |= valid
         there = finished(self._folder)
@@ -115,6 +113,7 @@ class SearchRuns:
         counts = self._progress.counts
         counts.there += len(ids) - len(missing)
         counts.missing -= len(new) - len(missing)
+        counts.missing = max(counts.missing, counts.done + len(missing))
         if missing:
             self._drive(list(valid.values()), len(missing))
         for key, run in planned.items():
@@ -138,13 +137,25 @@ class SearchRuns:
             if short:
                 raise LimitReachedError
 
-    def _planned(self, point: Point) -> PlannedRun | None:
-        """Return the run of a point; None if it is no valid scenario."""
-        _, plan = sweep_of_points(self._search, self._document, [point])
+    def _planned(self, new: dict[str, Point]) -> dict[str, PlannedRun | None]:
+        """Return the run of each point; None if it is no valid scenario."""
+        points = list(new.values())
         try:
-            return next(iter(plan))
+            runs: list[PlannedRun | None] = list(self._plan(points))
+        except ConfigError:  # of one of them: plan each by itself
+            runs = [self._planned_alone(point) for point in points]
+        return dict(zip(new, runs, strict=True))
+
+    def _planned_alone(self, point: Point) -> PlannedRun | None:
+        """Return the run of a point; None if it is no valid scenario."""
+        try:
+            return next(iter(self._plan([point])))
         except ConfigError:
             return None
+
+    def _plan(self, points: list[Point]) -> Plan:
+        """Return the plan of some points."""
+        return sweep_of_points(self._search, self._document, points)[1]
 
     def _read(self, run: PlannedRun) -> Tried:
         """Read and judge a finished run."""
@@ -195,4 +206,3 @@ def own_seed(search: Search) -> int:
     simulation = data.get("simulation") if isinstance(data, dict) else None
     seed = simulation.get("seed", 0) if isinstance(simulation, dict) else 0
     return seed if isinstance(seed, int) else 0
-

@@ -85,6 +85,13 @@ def value_at(one: SearchRange, share: float) -> Any:
     return min(max(rounded(exact), float(least)), float(most))
 
 
+def extremes(one: SearchRange) -> list[Any]:
+    """Return both ends of a range, or all values of a choice."""
+    if one.choice is not None:
+        return [plain(value) for value in one.choice]
+    return [value_at(one, 0.0), value_at(one, 1.0)]
+
+
 def share_of(one: SearchRange, value: Any) -> float:
     """Return the share of a range at which a value lies, the middle of its own part."""
     if one.choice is not None:

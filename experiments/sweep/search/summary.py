@@ -60,7 +60,7 @@ def as_plain(found: SearchFindings, folder: Path) -> dict[str, Any]:
         "budget": search.budget,
         "trials": [_trial(trial) for trial in found.trials],
         "failures": sum(trial.failed for trial in found.trials),
-        "invalid": sum(trial.run_id is None for trial in found.trials),
+        "invalid": sum(trial.is_void for trial in found.trials),
         "first_failure": found.first_failure,
         "mild": {"point": found.mild, "fails": found.mild_fails},
         "clusters": [
@@ -134,9 +134,9 @@ def table_lines(found: SearchFindings, folder: Path) -> list[str]:
         f"{failures} of {len(trials)} trials failed"
         + ("" if first is None else f", first trial {first}")
     ]
-    invalid = sum(trial.run_id is None for trial in trials)
+    invalid = sum(trial.is_void for trial in trials)
     if invalid:
-        lines.append(f"{invalid} trials are no valid scenario")
+        lines.append(f"{invalid} trials have no result: no valid scenario, or no value")
     if found.mild_fails:
         lines.append(f"it fails at the mild values already: {shown(found.mild)}")
     for k, cluster in enumerate(found.clusters):
@@ -145,10 +145,10 @@ def table_lines(found: SearchFindings, folder: Path) -> list[str]:
             rest = len(found.clusters) - k - 1
             lines += [f"{rest} more groups: {folder / FOUND}"] if rest else []
             break
-    cover = found.coverage
+    cover, even = found.coverage, found.coverage.discrepancy
     lines.append(
         f"coverage: {cover.pairs:.0%} of {cover.cells} cells of two keys each"
-        + ("" if cover.discrepancy is None else f", discrepancy {cover.discrepancy:.2g}")
+        + ("" if even is None else f", discrepancy {even:.2g}")
     )
     return lines
 
@@ -164,9 +164,7 @@ def _cluster_lines(
     rows = [("worst", worst.point, worst.judgement.robustness, worst.run_id)]
     if k < len(found.reduced):
         mildest = found.reduced[k]
-        rows.append(
-            ("mildest", mildest.point, mildest.robustness, mildest.run_id)
-        )
+        rows.append(("mildest", mildest.point, mildest.robustness, mildest.run_id))
     for name, point, value, run_id in rows:
         number = "" if value is None else f" ({value:.2f})"
         lines.append(f"  {name}{number}: {shown(point)}")
