@@ -87,6 +87,12 @@ def _planning_percentile(
     return computation.planning_percentile(episode.trace, percentile, clock)
 
 
+def _avoidable_until(episode: MeasuredEpisode) -> float | None:
+    """Return the time until which the first contact could be avoided [s]."""
+    found = episode.verdict
+    return None if found is None else float(episode.trace.steps["time_s"][found.step])
+
+
 _IDENTITY = (
     Metric(
         column=columns.SCENARIO,
@@ -151,6 +157,25 @@ _SAFETY = (
         kind=TEXT,
         compute=lambda e: next(iter(safety.contacts(e.trace)), None),
         formula="id of the first body touched",
+    ),
+    Metric(
+        column=columns.VERDICT,
+        label="verdict",
+        kind=TEXT,
+        compute=lambda e: None if e.verdict is None else str(e.verdict.fault),
+        formula="whose fault the first contact, or leaving the road, is: `ego at "
+        "fault`, `other at fault`, `shared`, `unavoidable` or `artefact of the "
+        "simulator`; null without one",
+    ),
+    Metric(
+        column=columns.AVOIDABLE_UNTIL,
+        label="avoidable until",
+        compute=_avoidable_until,
+        formula="time of the last step in which the ego or the other could still avoid "
+        "it: the ego by braking with 8 m/s² and swerving on its road with 4 m/s², the "
+        "other by braking with 6 m/s²; null without a contact",
+        unit="s",
+        digits=1,
     ),
     Metric(
         column=columns.IMPACT_SPEED,

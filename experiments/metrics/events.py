@@ -19,6 +19,7 @@ from experiments.metrics.moments import (
     least_time_to_collision,
 )
 from experiments.metrics.tracking import tracked, unseen
+from experiments.metrics.verdict.of_trace import verdict_of
 from experiments.trace.schema import Trace
 from planner.interface import PlanStatus
 from planner.scene import OFF_ROAD_TOLERANCE
@@ -43,6 +44,7 @@ class EventKind(StrEnum):
     """Kinds of events."""
 
     CONTACT = "contact"
+    VERDICT = "last_chance"  # to avoid a contact, and whose fault it is
     OFF_ROAD = "off_road"
     EMERGENCY = "emergency"  # the planner found no way but to brake
     FALLBACK = "fallback"  # a cycle without a fresh plan
@@ -74,6 +76,7 @@ class Gravity(StrEnum):
 _GRAVITY: Final = {
     EventKind.CONTACT: Gravity.BAD,
     EventKind.OFF_ROAD: Gravity.BAD,
+    EventKind.VERDICT: Gravity.BAD,
     EventKind.EMERGENCY: Gravity.BAD,
     EventKind.FALLBACK: Gravity.WARNING,
     EventKind.EGO_BRAKING: Gravity.WARNING,
@@ -127,6 +130,20 @@ def _contacts(trace: Trace) -> Iterator[Event]:
             if body not in seen:
                 seen.add(body)
                 yield Event(EventKind.CONTACT, step, f"touches {body}", subject=body)
+
+
+def _last_chance(trace: Trace) -> Iterator[Event]:
+    """Find the last step in which the first contact could be avoided, and by whom."""
+    found = verdict_of(trace)
+    if found is None:
+        return
+    could = [
+        name
+        for name, step in (("ego", found.last_ego), ("other", found.last_other))
+        if step == found.step
+    ]
+    chance = f"last chance of {' and '.join(could)}" if could else "no chance"
+    yield Event(EventKind.VERDICT, found.step, f"{chance}; {found.fault}: {found.why}")
 
 
 def _off_road(trace: Trace) -> Iterator[Event]:
@@ -330,6 +347,7 @@ def _stretches(trace: Trace, marks: BoolArray) -> Iterator[tuple[int, int]]:
 
 _FINDERS: Final[tuple[Callable[[Trace], Iterator[Event]], ...]] = (
     _contacts,
+    _last_chance,
     _off_road,
     _fallbacks,
     _ego_braking,

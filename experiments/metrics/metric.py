@@ -8,6 +8,8 @@ from typing import Any
 
 from experiments.metrics import without_ego
 from experiments.metrics.columns import Cell
+from experiments.metrics.verdict.of_trace import verdict_of
+from experiments.metrics.verdict.records import ContactVerdict
 from experiments.trace.content_check import LARGEST_NUMBER
 from experiments.trace.schema import Table, Trace
 from planner.vehicle import VehicleLimits
@@ -23,6 +25,11 @@ class MeasuredEpisode:
     # two more without the ego, each with other random numbers from its entry on
     placebos: tuple[Table | None, Table | None] = (None, None)
     recorded_traffic: bool = False  # the others follow a recording, and do not react
+
+    @cached_property
+    def verdict(self) -> ContactVerdict | None:
+        """Whose fault the first contact is; None without one."""
+        return verdict_of(self.trace)
 
     @cached_property
     def costs_behind(self) -> list[without_ego.Cost] | None:

@@ -32,6 +32,7 @@ from experiments.metrics.pairs import neighbours
 from experiments.metrics.plans import plans_off_the_road
 from experiments.metrics.static_bodies import least_static_time_to_collision
 from experiments.metrics.tracking import tracked
+from experiments.metrics.verdict.of_trace import verdict_of
 from experiments.trace.schema import Trace
 from planner.interface import PlanStatus
 from planner.scene import OFF_ROAD_TOLERANCE
@@ -260,6 +261,12 @@ def _at_limit(trace: Trace) -> int | None:
     return first(tracked(trace, "limited") > 0.0)
 
 
+def _avoidable(trace: Trace) -> int | None:
+    """Find the last step in which the first contact could be avoided."""
+    found = verdict_of(trace)
+    return None if found is None else found.step
+
+
 def _largest(name: str) -> Finder:
     """Return a function that finds the largest magnitude of a column of the steps."""
     return lambda trace: largest(np.ma.abs(trace.steps[name]))
@@ -281,6 +288,8 @@ _MOMENTS: Final[Mapping[str, Finder]] = {
     columns.COLLISIONS: first_contact,
     columns.FIRST_COLLISION_WITH: first_contact,
     columns.IMPACT_SPEED: first_contact,
+    columns.VERDICT: _avoidable,
+    columns.AVOIDABLE_UNTIL: _avoidable,
     columns.MIN_CLEARANCE: least_clearance,
     columns.MIN_TTC: _least_ttc,
     columns.MIN_TIME_HEADWAY: _least_headway,

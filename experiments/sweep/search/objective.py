@@ -109,7 +109,9 @@ def _kind(row: Mapping[str, Any], value: float | None, objective: Objective) -> 
     status = str(row[columns.STATUS])
     touched = row[columns.FIRST_COLLISION_WITH]
     if row[columns.COLLISIONS]:
-        return f"contact with {_NUMBER.sub(' ', str(touched)).strip() or 'a body'}"
+        body = _NUMBER.sub(" ", str(touched)).strip() or "a body"
+        verdict = row[columns.VERDICT]
+        return f"contact with {body}" + (f", {verdict}" if verdict else "")
     if status in BROKEN:
         return status.replace("_", " ")
     judged = objective.metric == CLEARANCE or objective.fails_beyond is not None

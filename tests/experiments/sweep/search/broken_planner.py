@@ -14,13 +14,13 @@ from planner.scene import Scene
 from planner.states import Trajectory
 
 POINTS = 11
-HARDEST, WEAK = 6.0, 1.5  # braking [m/s²]
+HARDEST, WEAK = 6.0, 1.0  # braking [m/s²]
 MARGIN = 4.0  # bumper to bumper, at which it wants to stop [m]
 LONG = 15.0  # length from which a vehicle is a lorry [m]
 LEFT = 1.5  # offset from which an obstacle is left [m]
-FAST = 28.0  # [m/s]
-WINDOW = (14.0, 40.0)  # gaps at which it sees nothing [m]
-LATE = 1.6  # [s]
+FAST = 26.0  # [m/s]
+WINDOW = (14.0, 42.0)  # gaps at which it sees nothing [m]
+LATE = 2.4  # [s]
 
 
 @dataclass(frozen=True, slots=True)

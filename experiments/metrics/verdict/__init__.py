@@ -1,0 +1,1 @@
+"""Who could have avoided a contact: backward reachability with stated limits."""
