@@ -17,6 +17,7 @@ from experiments.metrics.verdict.records import (
 from planner.states import FloatArray
 
 LOOK_BACK = 8.0  # before the contact [s]
+MOVES = 0.05  # in a step; its course is known from there on [m]
 CLEAR_FOR = 1.5  # after the moment of the contact [s]
 SHIFTS = (0.0, 0.5, 1.0, 2.0, 3.5)  # of a swerve, to both sides [m]
 
@@ -38,15 +39,22 @@ def last_escape_of_ego(case: ContactCase, limits: AvoidanceLimits) -> int | None
 
 
 def last_escape_of_other(case: ContactCase, limits: AvoidanceLimits) -> int | None:
-    """Return the last step in which the other could avoid by braking."""
+    """Return the last step in which the other could decide to brake and so avoid.
+
+    It brakes after its reaction time, on the course that it has: a change of lane goes
+    on.
+    """
     if case.standing:
         return None
+    reaction = round(limits.other_reaction / case.step)
     for start in _backwards(case):
         if not np.isfinite(case.other.x[start]):
             return None
         way = _way(case.other, start, limits.other_braking, 0.0, case, limits)
         if _any_clear([way], (case.ego,), start, case):
-            return start
+            decided = start - reaction
+            there = decided >= 0 and bool(np.isfinite(case.other.x[decided]))
+            return decided if there else None
     return None
 
 
@@ -91,7 +99,8 @@ def _way(
     most = limits.ego_slope * np.maximum(along - before, 0.0)
     side = np.cumsum(np.clip(steps, -most, most))
     heading = float(body.heading[start])
-    cos, sin = np.cos(heading), np.sin(heading)
+    course = _course(body, start)
+    cos, sin = np.cos(course), np.sin(course)
     slope = np.diff(side, prepend=0.0) / np.maximum(along - before, 0.1)
     return RectangleRows(
         body.x[start] + along * cos - side * sin,
@@ -100,6 +109,14 @@ def _way(
         np.asarray(body.length),
         np.asarray(body.width),
     )
+
+
+def _course(body: BodyTrack, start: int) -> float:
+    """Return the direction in which a body moves, its heading where it stands [rad]."""
+    before = max(start - 1, 0)
+    dx, dy = body.x[start] - body.x[before], body.y[start] - body.y[before]
+    moves = np.isfinite(dx + dy) and np.hypot(dx, dy) > MOVES
+    return float(np.arctan2(dy, dx) if moves else body.heading[start])
 
 
 def _eased(t: FloatArray, shift: float, acceleration: float) -> FloatArray:

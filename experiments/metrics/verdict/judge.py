@@ -1,5 +1,8 @@
 """The verdict: who could have avoided a contact, and whose it was to do so."""
 
+import math
+from typing import NamedTuple
+
 from experiments.metrics.verdict.artefact import impossible_motion
 from experiments.metrics.verdict.encroachment import (
     MOST,
@@ -33,10 +36,10 @@ def judge_contact(
     1. A vehicle that moved as none can in the second before: an artefact.
     2. Whose it was: of the one that has to yield; of the one that moved sideways into
        the other's way; of the one that drove into what was in its way.
-    3. Of the one in whose way the other came, if it had the time for it: at fault
-       alone with its reaction time and `leisure` to spare, shared with less, the other
-       one's fault alone without.
-    4. Unavoidable if the one whose it was could not avoid it either.
+    3. Unless it drove into what was ahead of it: the other one may have had the time
+       to help it. With its reaction time and `leisure` to spare it is at fault
+       instead, with its reaction time alone both share it.
+    4. Unavoidable if neither could avoid it at any time.
 
     Args:
         case: The motions up to the contact.
@@ -52,6 +55,14 @@ def judge_contact(
     return ContactVerdict(fault, max(known, default=0), why, last_ego, last_other)
 
 
+class _Obliged(NamedTuple):
+    """Who had to avoid a contact: `ego`, `other`, or nobody more than the other."""
+
+    who: str
+    why: str
+    drove_into: bool = False  # what was ahead of it: nobody else could help it
+
+
 def _fault(
     case: ContactCase,
     limits: AvoidanceLimits,
@@ -59,40 +70,49 @@ def _fault(
     last_other: int | None,
 ) -> tuple[Fault, str]:
     """Return the fault and why."""
-    motion = "" if case.standing else _artefact(case)
-    if motion:
-        return Fault.ARTEFACT, f"the other {motion}"
-    ways = ways_before(case)
     if case.standing:
         if last_ego is None:
             return Fault.UNAVOIDABLE, "the ego could not have stopped or passed"
         return Fault.EGO, "drives into what stands"
-    to_yield, why = _obliged(case, ways)
-    if to_yield == "":
-        return Fault.SHARED, why
-    # who else could have helped it, and since when the conflict could be seen
-    if to_yield == "ego":
-        own, helper = last_ego, last_other
-        seen, reaction = ways.ego_in_other_way, limits.other_reaction
-        alone, theirs = Fault.EGO, Fault.OTHER
+    motion = _artefact(case)
+    if motion:
+        return Fault.ARTEFACT, f"the other {motion}"
+    ways = ways_before(case)
+    obliged = _obliged(case, ways)
+    if not obliged.who:
+        return Fault.SHARED, obliged.why
+    if last_ego is None and last_other is None:
+        return Fault.UNAVOIDABLE, f"{obliged.why}, and neither could avoid it"
+    spare = _spare_time(case, limits, obliged.who, ways, (last_ego, last_other))
+    own, theirs = Fault.EGO, Fault.OTHER
+    if obliged.who == "other":
+        own, theirs = theirs, own
+    if obliged.drove_into or spare < 0.0:
+        return own, obliged.why
+    if spare < limits.leisure:
+        return Fault.SHARED, f"{obliged.why}, but there was time to brake"
+    return theirs, f"{obliged.why}, long before"
+
+
+def _spare_time(
+    case: ContactCase,
+    limits: AvoidanceLimits,
+    obliged: str,
+    ways: WaysBefore,
+    last: tuple[int | None, int | None],
+) -> float:
+    """Return how long the one in whose way the other came could still wait to act [s].
+
+    Its reaction time aside; minus infinity if it never saw it ahead or could do nothing.
+    """
+    if obliged == "ego":  # the other's last chance is before it reacts
+        chance, seen, reaction = last[1], ways.ego_in_other_way, 0.0
     else:
-        own, helper = last_other, last_ego
-        seen, reaction = ways.other_in_ego_way, limits.ego_reaction
-        alone, theirs = Fault.OTHER, Fault.EGO
-    if own is None and helper is None:
-        return Fault.UNAVOIDABLE, f"{why}, and neither could avoid it"
-    spare = 0.0
-    if seen is not None and helper is not None:
-        spare = (helper - seen) * case.step - reaction
-    if spare >= limits.leisure and not why.startswith(_OWN_DOING):
-        return theirs, f"{why}, long before"
-    if spare >= 0.0 and seen is not None and not why.startswith(_OWN_DOING):
-        return Fault.SHARED, f"{why}, but there was time to brake"
-    return alone, why
-
-
-_INTO = "drives into"
-_OWN_DOING = (_INTO,)
+        chance, seen = last[0], ways.other_in_ego_way
+        reaction = limits.ego_reaction
+    if seen is None or chance is None:
+        return -math.inf
+    return (chance - seen) * case.step - reaction
 
 
 def _artefact(case: ContactCase) -> str:
@@ -101,57 +121,49 @@ def _artefact(case: ContactCase) -> str:
     return impossible_motion(track, case.step)
 
 
-def _obliged(case: ContactCase, ways: WaysBefore) -> tuple[str, str]:
-    """Return who had to avoid the contact, `ego`, `other` or nobody, and why."""
+def _obliged(case: ContactCase, ways: WaysBefore) -> _Obliged:
+    """Return who had to avoid the contact, and why."""
     if case.yields:
         words = "the ego has" if case.yields == "ego" else "the other has"
-        return case.yields, f"{words} to give way"
+        return _Obliged(case.yields, f"{words} to give way")
     turned = abs(wrapped(float(case.other.heading[-1] - case.ego.heading[-1])))
-    own, others = sideways(case)
     if CROSSING < turned < OPPOSED:
         return _who_came_later(ways)
+    own, others = sideways(case)
     total = max(own, 0.0) + max(others, 0.0)
-    if total > MOVED and max(own, others) >= MOST * total:
-        if own > others:
-            return _mover("ego", "the ego moves into its way", ways)
-        return _mover("other", "the other moves into the ego's way", ways)
-    if min(own, others) > MOVED:
-        return "", "both move toward each other"
+    if total > MOVED and own >= MOST * total:
+        into = ways.other_in_ego_way is not None and ways.ego_in_other_way is None
+        if into:
+            return _Obliged("ego", "drives into what is ahead of it", drove_into=True)
+        return _Obliged("ego", "the ego moves into its way")
+    if total > MOVED and others >= MOST * total:
+        into = ways.ego_in_other_way is not None and ways.other_in_ego_way is None
+        if into:
+            return _Obliged("other", "drives into the ego", drove_into=True)
+        return _Obliged("other", "the other moves into the ego's way")
+    if min(own, others) > MOVED or (total > MOVED and turned >= OPPOSED):
+        return _Obliged("", "both move toward each other")
     if turned >= OPPOSED:
-        if total > MOVED:
-            return "", "both leave their side"
-        return "other", "the other drives against the ego's direction"
-    return _hitter(case, ways, total)
+        return _Obliged("other", "the other drives against the ego's direction")
+    return _hitter(case, ways)
 
 
-def _mover(who: str, why: str, ways: WaysBefore) -> tuple[str, str]:
-    """Return who moved sideways, unless it is the one that drives into the other."""
-    behind = ways.other_in_ego_way if who == "ego" else ways.ego_in_other_way
-    beside = ways.ego_in_other_way if who == "ego" else ways.other_in_ego_way
-    if behind is not None and beside is None:
-        return who, f"{_INTO} what is ahead of it while moving sideways"
-    return who, why
-
-
-def _hitter(case: ContactCase, ways: WaysBefore, total: float) -> tuple[str, str]:
-    """Return who drove into what was ahead of it."""
-    if ways.other_in_ego_way is not None and ways.ego_in_other_way is None:
-        return "ego", f"{_INTO} what is ahead of it"
-    if ways.ego_in_other_way is not None and ways.other_in_ego_way is None:
-        return "other", f"{_INTO} the ego from behind"
-    if total > MOVED:
-        return "", "both move toward each other"
+def _hitter(case: ContactCase, ways: WaysBefore) -> _Obliged:
+    """Return who drove into what was ahead of it; beside each other, the faster one."""
+    ahead, behind = ways.other_in_ego_way, ways.ego_in_other_way
+    if ahead is not None and behind is None:
+        return _Obliged("ego", "drives into what is ahead of it", drove_into=True)
+    if behind is not None and ahead is None:
+        return _Obliged("other", "drives into the ego from behind", drove_into=True)
     faster = float(case.ego.speed[-1]) >= float(case.other.speed[-1])
-    return ("ego" if faster else "other"), f"{_INTO} the other"
+    return _Obliged("ego" if faster else "other", "drives into it", drove_into=True)
 
 
-def _who_came_later(ways: WaysBefore) -> tuple[str, str]:
+def _who_came_later(ways: WaysBefore) -> _Obliged:
     """Return who came last into the other's way at a crossing."""
     ego, other = ways.ego_in_other_way, ways.other_in_ego_way
-    if ego is None and other is None:
-        return "", "both come to the crossing at once"
+    if ego == other:
+        return _Obliged("", "both come to the crossing at once")
     if other is None or (ego is not None and ego > other):
-        return "ego", "the ego comes into its way from the side"
-    if ego is None or other > ego:
-        return "other", "the other comes into the ego's way from the side"
-    return "", "both come to the crossing at once"
+        return _Obliged("ego", "the ego comes into its way from the side")
+    return _Obliged("other", "the other comes into the ego's way from the side")

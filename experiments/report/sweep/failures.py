@@ -1,6 +1,7 @@
 """The failures of a sweep, grouped by reason."""
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -54,15 +55,17 @@ class FailureKind:
     count: int
     by_planner: str  # how many of which
     runs: tuple[FailedRun, ...]  # the first of them
+    verdicts: str = ""  # how often whose fault; empty where nothing was judged
 
     @property
     def sentence(self) -> str:
         """What happened, as a person would write it."""
         pattern, sentence = _SENTENCES.get(self.status, (r"(.+)", r"\1."))
         found = re.fullmatch(pattern, self.words, re.DOTALL) if self.words else None
-        if found is None:
-            return f"{self.words or self.status}."
-        return found.expand(sentence).replace("..", ".")
+        words = f"{self.words or self.status}."
+        if found is not None:
+            words = found.expand(sentence).replace("..", ".")
+        return f"{words} Verdict: {self.verdicts}." if self.verdicts else words
 
 
 def failure_kinds(
@@ -149,7 +152,15 @@ def _gathered(
     )
     status = kind[0]
     words = _common_words([_reason(row, status) for row, _ in failed])
-    return FailureKind(status, words, len(failed), by_planner, runs)
+    verdicts = _verdicts([row for row, _ in failed])
+    return FailureKind(status, words, len(failed), by_planner, runs, verdicts)
+
+
+def _verdicts(failed: Sequence[Row]) -> str:
+    """Count whose fault the contacts of some runs are, the most frequent first."""
+    found = [row.get(columns.VERDICT) for row in failed]
+    counts = Counter(str(fault) for fault in found if fault)
+    return ", ".join(f"{count} {fault}" for fault, count in counts.most_common())
 
 
 def _failed(row: Row, place: str, axes: Sequence[str]) -> FailedRun:
