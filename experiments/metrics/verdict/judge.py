@@ -103,7 +103,7 @@ def _spare_time(
 ) -> float:
     """Return how long the one in whose way the other came could still wait to act [s].
 
-    Its reaction time aside; minus infinity if it never saw it ahead or could do nothing.
+    Its reaction time aside; minus infinity if it never saw it or could do nothing.
     """
     if obliged == "ego":  # the other's last chance is before it reacts
         chance, seen, reaction = last[1], ways.ego_in_other_way, 0.0
@@ -131,21 +131,25 @@ def _obliged(case: ContactCase, ways: WaysBefore) -> _Obliged:
         return _who_came_later(ways)
     own, others = sideways(case)
     total = max(own, 0.0) + max(others, 0.0)
-    if total > MOVED and own >= MOST * total:
-        into = ways.other_in_ego_way is not None and ways.ego_in_other_way is None
-        if into:
-            return _Obliged("ego", "drives into what is ahead of it", drove_into=True)
-        return _Obliged("ego", "the ego moves into its way")
-    if total > MOVED and others >= MOST * total:
-        into = ways.ego_in_other_way is not None and ways.other_in_ego_way is None
-        if into:
-            return _Obliged("other", "drives into the ego", drove_into=True)
-        return _Obliged("other", "the other moves into the ego's way")
+    if total > MOVED and max(own, others) >= MOST * total:
+        return _mover(ways, is_ego=own > others)
     if min(own, others) > MOVED or (total > MOVED and turned >= OPPOSED):
         return _Obliged("", "both move toward each other")
     if turned >= OPPOSED:
         return _Obliged("other", "the other drives against the ego's direction")
     return _hitter(case, ways)
+
+
+def _mover(ways: WaysBefore, *, is_ego: bool) -> _Obliged:
+    """Return who moved sideways, and whether into the side or what was ahead of it."""
+    ahead, behind = ways.other_in_ego_way, ways.ego_in_other_way
+    if is_ego and ahead is not None and behind is None:
+        return _Obliged("ego", "drives into what is ahead of it", drove_into=True)
+    if is_ego:
+        return _Obliged("ego", "the ego moves into its way")
+    if behind is not None and ahead is None:
+        return _Obliged("other", "drives into the ego from behind", drove_into=True)
+    return _Obliged("other", "the other moves into the ego's way")
 
 
 def _hitter(case: ContactCase, ways: WaysBefore) -> _Obliged:
