@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.config.scenario_file import schema_text
+from experiments.config.search_file import search_schema
 from experiments.config.sweep_file import sweep_schema
 from experiments.metrics import catalogue
 from experiments.trace.schema import MODEL_TABLES, TABLES
@@ -46,6 +47,11 @@ def sweep_keys() -> str:
     return schema_tables(sweep_schema())
 
 
+def search_keys() -> str:
+    """Return one table for each section of a search file."""
+    return schema_tables(search_schema())
+
+
 def metric_table() -> str:
     """Return the table of metrics."""
     return catalogue.markdown_table()
@@ -64,6 +70,7 @@ def trace_columns() -> str:
 PARTS: Mapping[str, Callable[[], str]] = {
     "scenario keys": scenario_keys,
     "sweep keys": sweep_keys,
+    "search keys": search_keys,
     "metrics": metric_table,
     "trace columns": trace_columns,
 }

@@ -11,6 +11,7 @@ import sys
 import pytest
 
 from experiments.config.scenario_file import schema_text
+from experiments.config.search_file import search_schema
 from experiments.config.sweep_file import sweep_schema
 from experiments.metrics.catalogue import ALL_COLUMNS
 from tests.docs.documents import ROOT, TEXTS
@@ -40,6 +41,7 @@ def test_every_metric_is_defined(gen_pages):
     [
         ("scenario_files", json.loads(schema_text())),
         ("sweep_files", sweep_schema()),
+        ("search", search_schema()),
     ],
 )
 def test_every_key_has_a_row(gen_pages, page, schema):
