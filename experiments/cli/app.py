@@ -205,7 +205,7 @@ def run(
 
 @app.command("list")
 def list_() -> None:
-    """List scenarios, networks, sweeps and planners.
+    """List scenarios, networks, sweeps, searches and planners.
 
     Example: rearview list
 
@@ -213,6 +213,7 @@ def list_() -> None:
     """
     with report_user_errors():
         from experiments.config.scenario_file import load_scenario, scenario_names
+        from experiments.config.search_file import load_search, search_names
         from experiments.config.sweep_file import load_sweep, sweep_names
         from experiments.planners.registry import PLANNERS
         from sumo_nets.catalogue import networks
@@ -222,6 +223,7 @@ def list_() -> None:
         )
         _print_list("networks", {n: r.description for n, r in networks().items()})
         _print_list("sweeps", {n: load_sweep(n)[0].purpose for n in sweep_names()})
+        _print_list("searches", {n: load_search(n)[0].purpose for n in search_names()})
         _print_list("planners", {n: known.purpose for n, known in PLANNERS.items()})
 
 

@@ -69,7 +69,7 @@ class SearchRange(Strict):
             raise mismatch("mild", f"is {self.mild}; allowed: {listed}")
 
 
-class Objective(Strict):
+class SearchObjective(Strict):
     """What is made as bad as it gets, and from where on that is a failure."""
 
     metric: str = Field(
@@ -134,9 +134,11 @@ class Search(Strict):
         Field(min_length=1, max_length=64),
     ] = Field(description="scenario key: [least, most], or a section")
     objective: Annotated[
-        Objective,
-        BeforeValidator(as_section("metric"), json_schema_input_type=str | Objective),
-    ] = Objective()
+        SearchObjective,
+        BeforeValidator(
+            as_section("metric"), json_schema_input_type=str | SearchObjective
+        ),
+    ] = SearchObjective()
     method: Method = Field(
         default="random",
         description="tpe and cma_es need the extra `search`",

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from experiments.config.scenario_file import load_scenario, scenario_names
+from experiments.config.search_file import search_names
 from experiments.config.sweep_file import load_sweep, sweep_names
 from experiments.planners.registry import PLANNERS
 from sumo_nets.build import net_path
@@ -58,7 +59,8 @@ def test_commands_parse(command):
         return
     given = parse(arguments).params
     if "file" in given and given["file"] not in OWN_SWEEPS:
-        assert given["file"] in sweep_names()
+        names = search_names() if arguments[0] == "search" else sweep_names()
+        assert given["file"] in names
     if "scenario" not in given or given["scenario"] in OWN_SCENARIOS:
         return
     assert given["planner"] in (None, OWN_PLANNER, PEER, *PLANNERS)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from experiments.config.axes import Point
 from experiments.config.search import Method, Search
-from experiments.sweep.search.objective import Judgement
+from experiments.sweep.search.objective import TrialJudgement
 from experiments.sweep.search.proposals import make_proposer
 from experiments.sweep.search.space import SearchSpace
 from planner.states import FloatArray
@@ -16,7 +16,7 @@ class Tried:
     """A point that was run."""
 
     run_id: str | None  # None of a point that is no valid scenario
-    judgement: Judgement
+    judgement: TrialJudgement
 
 
 RunPoints = Callable[[Sequence[Point]], list[Tried]]
@@ -30,7 +30,7 @@ class SearchTrial:
     point: Point
     coordinates: FloatArray  # of the point as it was run, (n_keys,)
     run_id: str | None
-    judgement: Judgement
+    judgement: TrialJudgement
 
     @property
     def failed(self) -> bool:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.config.search import CLEARANCE, Objective
+from experiments.config.search import CLEARANCE, SearchObjective
 from experiments.config.validation_errors import unknown_name
 from experiments.config.yaml_reader import Document
 from experiments.cosim.records import EpisodeStatus
@@ -29,7 +29,7 @@ _NUMBER = re.compile(r"[\d_.#:-]+")
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class TrialJudgement:
     """What a run says about its point.
 
     `robustness` is None where the run has no value; `kind` is empty unless it failed.
@@ -45,8 +45,8 @@ class Judgement:
 
 
 def judge(
-    objective: Objective, row: Mapping[str, Any], failure: str | None = None
-) -> Judgement:
+    objective: SearchObjective, row: Mapping[str, Any], failure: str | None = None
+) -> TrialJudgement:
     """Judge a run by its row of the results.
 
     Args:
@@ -59,12 +59,12 @@ def judge(
         machine) is no failure of the planner, and has no value.
     """
     if failure in IMPOSSIBLE:
-        return Judgement(None)
+        return TrialJudgement(None)
     value = robustness(objective, row)
-    return Judgement(value, _kind(row, value, objective))
+    return TrialJudgement(value, _kind(row, value, objective))
 
 
-def robustness(objective: Objective, row: Mapping[str, Any]) -> float | None:
+def robustness(objective: SearchObjective, row: Mapping[str, Any]) -> float | None:
     """Return the value that is made small; None where the row has none.
 
     Clearance goes on below zero as the impact speed [m/s] after a contact, so that a
@@ -83,7 +83,7 @@ def robustness(objective: Objective, row: Mapping[str, Any]) -> float | None:
     return sign * (float(value) - beyond)
 
 
-def check_objective(objective: Objective, document: Document) -> None:
+def check_objective(objective: SearchObjective, document: Document) -> None:
     """Reject an objective that is no metric with numbers; raises ConfigError."""
     name = objective.metric
     allowed = [CLEARANCE, *_numeric()]
@@ -104,7 +104,9 @@ def _numeric() -> list[str]:
     ]
 
 
-def _kind(row: Mapping[str, Any], value: float | None, objective: Objective) -> str:
+def _kind(
+    row: Mapping[str, Any], value: float | None, objective: SearchObjective
+) -> str:
     """Name the kind of a failure: how it ended, and what was touched."""
     status = str(row[columns.STATUS])
     touched = row[columns.FIRST_COLLISION_WITH]

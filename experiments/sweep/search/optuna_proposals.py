@@ -4,6 +4,7 @@ Bergstra et al., NeurIPS 24 (2011); Hansen, arXiv 1604.00772. The study lives in
 a search that is resumed asks for the same points again and tells the recorded results.
 """
 
+import math
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -17,6 +18,31 @@ from planner.states import FloatArray
 
 START = 10  # random points before TPE learns anything
 RANDOM_SHARE = 4  # one point in so many is random, or a valley keeps all of them
+PATIENCE = 48  # trials without a better one, after which the sampler begins anew
+BETTER = 0.01  # of the spread of all values, by which a trial has to be better
+
+
+class Valley:
+    """Notices when a sampler stays where it finds nothing better any more."""
+
+    def __init__(self) -> None:
+        self._least, self._most = math.inf, -math.inf  # of all trials
+        self._best = math.inf  # of this study
+        self._waited = 0
+
+    def is_explored(self, values: Sequence[float | None]) -> bool:
+        """Take the values of a batch; return whether it is time to begin anew."""
+        known = [value for value in values if value is not None]
+        self._least = min([self._least, *known])
+        self._most = max([self._most, *known])
+        goal = self._best - BETTER * max(self._most - self._least, 0.0)
+        self._waited += len(values)
+        if known and (min(known) < goal or math.isinf(self._best)):
+            self._best, self._waited = min(known), 0
+        if self._waited < PATIENCE:
+            return False
+        self._best, self._waited = math.inf, 0
+        return True
 
 
 class OptunaProposer:
@@ -27,7 +53,9 @@ class OptunaProposer:
     ) -> None:
         optuna = _optuna(method)
         optuna.logging.set_verbosity(optuna.logging.ERROR)
+        self._optuna, self._method, self._seed = optuna, method, seed
         self._space = space
+        self._valley = Valley()
         self._asked: list[Any] = []  # trials of optuna
         self._count = 0
         self._generator = np.random.default_rng(seed)
@@ -40,8 +68,14 @@ class OptunaProposer:
                 space.keys, space.is_choice, space.counts, strict=True
             )
         }
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin a study that knows nothing yet; the next one has the next seed."""
         with _quietly():
-            self._study = optuna.create_study(sampler=_sampler(optuna, method, seed))
+            sampler = _sampler(self._optuna, self._method, self._seed)
+            self._study = self._optuna.create_study(sampler=sampler)
+        self._seed += 1
 
     def ask(self, count: int) -> list[FloatArray]:
         """Ask for the next points."""
@@ -57,6 +91,8 @@ class OptunaProposer:
                     self._study.tell(trial, state=self._failed_state)
                 else:
                     self._study.tell(trial, value)
+        if self._valley.is_explored(values):
+            self._begin()
 
     def _next(self) -> Any:
         """Ask for one trial; every `RANDOM_SHARE`th is at random."""

@@ -19,9 +19,9 @@ from experiments.sweep.plan import Plan, PlannedRun
 from experiments.sweep.progress import SweepProgress
 from experiments.sweep.schedule import drive_missing, survey
 from experiments.sweep.search.exploration import Tried
-from experiments.sweep.search.objective import Judgement, judge
+from experiments.sweep.search.objective import TrialJudgement, judge
 
-NO_POINT = Judgement(None)
+NO_POINT = TrialJudgement(None)
 
 
 class LimitReachedError(Exception):

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.config.scenario_file import schema_text
-from experiments.config.search import Objective, Search, SearchRange
+from experiments.config.search import Search, SearchObjective, SearchRange
 from experiments.config.search_file import (
     SEARCH_FOLDER,
     SEARCH_SCHEMA_FILE,
@@ -23,7 +23,7 @@ from experiments.metrics.row import row_without_episode
 from experiments.sweep.search.clusters import cluster_failures
 from experiments.sweep.search.coverage import space_coverage
 from experiments.sweep.search.exploration import Tried, explore
-from experiments.sweep.search.objective import Judgement, judge
+from experiments.sweep.search.objective import TrialJudgement, judge
 from experiments.sweep.search.reduction import reduce_failures
 from experiments.sweep.search.space import SearchSpace, share_of, value_at
 
@@ -50,7 +50,7 @@ def fails_near(corner, radius, kind="contact"):
             apart = [point[key] - corner[key] for key in corner]
             away = np.linalg.norm(apart) - radius
             failed = kind if away < 0.0 else ""
-            found.append(Tried(json.dumps(point), Judgement(float(away), failed)))
+            found.append(Tried(json.dumps(point), TrialJudgement(float(away), failed)))
         return found
 
     return run
@@ -93,7 +93,7 @@ def row(**values):
 
 
 def test_clearance_goes_on_below_zero_as_impact_speed():
-    objective = Objective(margin_m=0.5)
+    objective = SearchObjective(margin_m=0.5)
     near = judge(objective, row(min_clearance_m=0.3))
     assert near.robustness == pytest.approx(-0.2)
     assert near.kind == "too close"
@@ -111,19 +111,19 @@ def test_clearance_goes_on_below_zero_as_impact_speed():
 
 
 def test_a_column_has_a_direction_and_maybe_a_threshold():
-    least = Objective(metric="min_ttc_s", direction="minimise", fails_beyond=1.0)
+    least = SearchObjective(metric="min_ttc_s", direction="minimise", fails_beyond=1.0)
     assert judge(least, row(min_ttc_s=0.8)).failed
     assert not judge(least, row(min_ttc_s=1.2)).failed
     assert judge(least, row(min_ttc_s=None)).robustness is None
-    most = Objective(metric="max_drac_mps2", direction="maximise")
+    most = SearchObjective(metric="max_drac_mps2", direction="maximise")
     assert judge(most, row(max_drac_mps2=9.0)).robustness == -9.0
     assert not judge(most, row(max_drac_mps2=9.0)).failed
 
 
 def test_a_run_that_could_not_be_made_is_no_failure():
-    lost = judge(Objective(), row(status="crashed"), "invalid_configuration")
-    assert lost == Judgement(None)
-    assert judge(Objective(), row(status="crashed"), "process_died").failed
+    lost = judge(SearchObjective(), row(status="crashed"), "invalid_configuration")
+    assert lost == TrialJudgement(None)
+    assert judge(SearchObjective(), row(status="crashed"), "process_died").failed
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -144,7 +144,7 @@ def test_choices_and_whole_numbers_can_be_searched(method):
 
     def run(points):
         return [
-            Tried("r", Judgement(None if p["side"] == "both" else float(p["x"])))
+            Tried("r", TrialJudgement(None if p["side"] == "both" else float(p["x"])))
             for p in points
         ]
 
@@ -168,15 +168,38 @@ def test_a_method_that_learns_finds_a_rare_failure_sooner(method):
     assert needed[method] <= 0.5 * needed["random"]  # a ball of 0.1 % of the space
 
 
+@pytest.mark.parametrize("method", ["tpe", "cma_es"])
+def test_a_method_that_learns_leaves_a_valley_without_failures(method):
+    """A wide valley at small x holds no failure; a narrow one at large x does."""
+    space = SearchSpace({"x": FLOAT, "y": FLOAT})
+    failure = fails_near({"x": 8.6, "y": 5.0}, 0.15)
+
+    def run(points):
+        found = []
+        for point, one in zip(points, failure(points), strict=True):
+            valley = abs(point["x"] - 2.0) + 0.1
+            value = min(one.judgement.robustness, valley)
+            kind = "contact" if one.judgement.robustness < 0.0 else ""
+            found.append(Tried("r", TrialJudgement(value, kind)))
+        return found
+
+    needed = []
+    for seed in range(3):
+        keys = {"method": method, "seed": seed, "stop_after_failures": 1}
+        search = search_of(space.ranges, budget=2000, **keys)
+        needed.append(len(explore(search, space, run)))
+    assert np.median(needed) < 0.5 * 64.0 / (np.pi * 0.15**2)  # of chance
+
+
 def test_failures_are_grouped_by_kind_and_place():
     space = SearchSpace({"x": FLOAT, "side": CHOICE})
     search = search_of(space.ranges, budget=64, method="sobol")
 
     def run(points):
         return [
-            Tried("r", Judgement(-1.0, "contact"))
+            Tried("r", TrialJudgement(-1.0, "contact"))
             if p["x"] < 2.0 or p["x"] > 8.0
-            else Tried("r", Judgement(1.0))
+            else Tried("r", TrialJudgement(1.0))
             for p in points
         ]
 
@@ -197,7 +220,7 @@ def test_a_failure_is_reduced_to_the_edge_of_what_fails():
     def run(points):
         asked.extend(points)
         return [
-            Tried("r", Judgement(5.0 - p["x"], "contact" if p["x"] > 5.0 else ""))
+            Tried("r", TrialJudgement(5.0 - p["x"], "contact" if p["x"] > 5.0 else ""))
             for p in points
         ]
 
