@@ -1,6 +1,7 @@
 """The parts of a search by themselves: space, objective, methods, groups, reduction."""
 
 import json
+import sys
 
 import jsonschema
 import numpy as np
@@ -18,12 +19,14 @@ from experiments.config.search_file import (
     search_names,
     search_schema,
 )
+from experiments.errors import ConfigError
 from experiments.metrics import columns
 from experiments.metrics.row import row_without_episode
 from experiments.sweep.search.clusters import cluster_failures
 from experiments.sweep.search.coverage import space_coverage
 from experiments.sweep.search.exploration import Tried, explore
 from experiments.sweep.search.objective import TrialJudgement, judge
+from experiments.sweep.search.proposals import make_proposer
 from experiments.sweep.search.reduction import reduce_failures
 from experiments.sweep.search.space import SearchSpace, share_of, value_at
 
@@ -189,6 +192,15 @@ def test_a_method_that_learns_leaves_a_valley_without_failures(method):
         search = search_of(space.ranges, budget=2000, **keys)
         needed.append(len(explore(search, space, run)))
     assert np.median(needed) < 0.5 * 64.0 / (np.pi * 0.15**2)  # of chance
+
+
+@pytest.mark.parametrize(
+    ("method", "package"), [("tpe", "optuna"), ("cma_es", "cmaes")]
+)
+def test_a_missing_package_is_named(method, package, monkeypatch):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(ConfigError, match=f"method: {method} needs {package}: pip"):
+        make_proposer(method, SearchSpace({"x": FLOAT}), 0, 10)
 
 
 def test_failures_are_grouped_by_kind_and_place():
