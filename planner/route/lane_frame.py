@@ -170,7 +170,11 @@ def in_frame(frame: LaneFrame, trajectory: Trajectory) -> Trajectory:
 
 
 def corridor(
-    scene: Scene, frame: LaneFrame, kind: LaneCorridor, origin: int | None
+    scene: Scene,
+    frame: LaneFrame,
+    kind: LaneCorridor,
+    origin: int | None,
+    until: float = np.inf,
 ) -> RoadBounds:
     """Return the bounds of what may be used.
 
@@ -182,6 +186,7 @@ def corridor(
         frame: Of the lane that is followed.
         kind: What may be used.
         origin: Lane that is left, for `CHANGE`.
+        until: Where it must be left, on the reference path [m].
     """
     if kind is LaneCorridor.ROAD:
         return frame.road
@@ -190,7 +195,10 @@ def corridor(
     left, right = _edges(lanes, frame.lane, at)
     if kind is LaneCorridor.CHANGE and origin is not None:
         other_left, other_right = _edges(lanes, origin, at)
-        left, right = np.fmax(left, other_left), np.fmin(right, other_right)
+        # nan, without a line on that side, stays: the road's edge is the bound there
+        both = np.maximum(left, other_left), np.minimum(right, other_right)
+        left = np.where(at < until, both[0], left)
+        right = np.where(at < until, both[1], right)
     moved = np.interp(at, frame.at, frame.offset)
     need = np.interp(at, frame.at, frame.need)
     left = np.minimum(road.left, np.maximum(left - moved, need))
