@@ -1,20 +1,23 @@
 """The trajectory of a cycle that finds none: fallbacks in order.
 
-The last plan shifted by one step; a full stop within the limits on its path; emergency
-braking on the path, both with the pedal moved at a finite rate; an evasion within the
-lane. If none of them is free, the one with the least impact.
+The last plan shifted by one step, unless that gives up the last stop; a full stop
+within the limits on its path; emergency braking on the path, both with the pedal moved
+at a finite rate; an evasion within the lane. If none of them is free, the one with the
+least impact.
 """
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from planner.contact_check import Contact
+from planner.errors import OutsidePathDomainError
 from planner.interface import PlanStatus
 from planner.numerics import polynomials
-from planner.reference_path.frenet import frenet_trajectory
+from planner.reference_path.frenet import cartesian_to_frenet_one, frenet_trajectory
 from planner.scene import Scene
 from planner.states import CartesianState, FloatArray, FrenetStates, Trajectory
 
@@ -62,7 +65,11 @@ def fallback(
     """
     if last is not None:
         shifted = shifted_plan(scene, last)
-        if shifted is not None and blocker(shifted) is None:
+        if (
+            shifted is not None
+            and blocker(shifted) is None
+            and not _gives_up_a_stop(scene, shifted, blocker, horizon)
+        ):
             return PlanStatus.LAST_PLAN_SHIFTED, shifted
     limits = scene.vehicle.limits
     for offset in _stopping_offsets(scene, last):
@@ -112,6 +119,55 @@ def _least_harm(
         return (0.0, 0.0) if hit is None else (hit.closing_speed, -hit.time)
 
     return min(ways, key=harm)
+
+
+def _gives_up_a_stop(
+    scene: Scene, shifted: Trajectory, blocker: Blocker, horizon: float
+) -> bool:
+    """Check whether one more step of a plan costs a stop that is free now.
+
+    A plan is free as far as it reaches: at its end the ego may be too near and too
+    fast for what stands beyond.
+
+    Args:
+        scene: Of this cycle.
+        shifted: The plan, from now on.
+        blocker: As in `fallback`.
+        horizon: Length of the stops [s].
+    """
+    if len(shifted.t) < 2 or scene.ego.speed < STANDING:
+        return False
+    limits = scene.vehicle.limits
+    later = _one_step_later(scene, shifted)
+    for deceleration in (limits.max_deceleration, limits.emergency_deceleration):
+        now = stopping_trajectory(scene, scene.ego_frenet.l, deceleration, horizon)
+        if now is None or now.speed[-1] > STANDING or blocker(now) is not None:
+            continue
+        then = later and stopping_trajectory(
+            later, later.ego_frenet.l, deceleration, horizon
+        )
+        return not then or blocker(_after_a_step(shifted, then, scene.step)) is not None
+    return False
+
+
+def _one_step_later(scene: Scene, plan: Trajectory) -> Scene | None:
+    """Return the scene with the ego where the plan has it; None off the frame."""
+    ego = plan.at(scene.step)
+    near = float(np.interp(scene.step, plan.t, plan.s))
+    try:
+        frenet = cartesian_to_frenet_one(scene.path, ego, near)
+    except OutsidePathDomainError:
+        return None
+    return replace(scene, ego=ego, ego_frenet=frenet)
+
+
+def _after_a_step(plan: Trajectory, then: Trajectory, step: float) -> Trajectory:
+    """Return the start of a plan, followed by another trajectory a step later."""
+    columns = [
+        np.insert(getattr(then, name), 0, getattr(plan, name)[0])
+        for name in STATE_COLUMNS
+    ]
+    return Trajectory(np.insert(then.t + step, 0, plan.t[0]), *columns)
 
 
 def shifted_plan(scene: Scene, last: Trajectory) -> Trajectory | None:

@@ -66,18 +66,27 @@ def max_abs_lateral_acceleration(trace: Trace) -> float | None:
 
 def lateral_discomfort(trace: Trace) -> float | None:
     """Return the share of steps with |kappa v²| above `COMFORTABLE_SIDEWAYS`."""
-    sideways = np.abs(lateral_acceleration(trace.steps))
-    if not sideways.size:
-        return None
-    return float(np.mean(sideways > COMFORTABLE_SIDEWAYS + ROUNDING))
+    found = uncomfortable_sideways(trace)
+    return float(np.mean(found)) if found.size else None
 
 
 def braking_discomfort(trace: Trace) -> float | None:
     """Return the share of steps that brake harder than `COMFORTABLE_BRAKING`."""
-    along = np.ma.compressed(trace.steps["acceleration_mps2"])
-    if not along.size:
-        return None
-    return float(np.mean(along < -COMFORTABLE_BRAKING - ROUNDING))
+    found = np.ma.compressed(uncomfortable_braking(trace))
+    return float(np.mean(found)) if found.size else None
+
+
+def uncomfortable_sideways(trace: Trace) -> Column:
+    """Mark the steps with |kappa v²| above `COMFORTABLE_SIDEWAYS`, (n_steps,)."""
+    sideways = np.abs(lateral_acceleration(trace.steps))
+    return np.ma.asarray(sideways > COMFORTABLE_SIDEWAYS + ROUNDING)
+
+
+def uncomfortable_braking(trace: Trace) -> Column:
+    """Mark the steps that brake harder than `COMFORTABLE_BRAKING`, (n_steps,)."""
+    return np.ma.asarray(
+        trace.steps["acceleration_mps2"] < -COMFORTABLE_BRAKING - ROUNDING
+    )
 
 
 def max_lateral_jerk(trace: Trace) -> float | None:
@@ -108,12 +117,27 @@ def _largest_mean_jerk(trace: Trace, acceleration: Column) -> float | None:
 
     None for an episode that is shorter.
     """
-    step = float(trace.fact("step_s"))
-    apart = max(round(JERK_WINDOW / step), 1)
+    change = changes_in_window(trace, acceleration)
+    if change is None:
+        return None
+    return _largest(change / (_window(trace) * float(trace.fact("step_s"))))
+
+
+def changes_in_window(trace: Trace, acceleration: Column) -> Column | None:
+    """Return by how much a value changes over the `JERK_WINDOW` after each step.
+
+    Shape (n_steps - steps of the window,); None for an episode that is shorter.
+    """
+    apart = _window(trace)
     if len(acceleration) <= apart:
         return None
-    change = acceleration[apart:] - acceleration[:-apart]
-    return _largest(change / (apart * step))
+    change: Column = acceleration[apart:] - acceleration[:-apart]
+    return change
+
+
+def _window(trace: Trace) -> int:
+    """Return how many steps `JERK_WINDOW` takes, at least one."""
+    return max(round(JERK_WINDOW / float(trace.fact("step_s"))), 1)
 
 
 def max_abs_curvature(trace: Trace) -> float | None:

@@ -21,26 +21,31 @@ from experiments.metrics.followers import followings
 from experiments.metrics.lane_change import blockage, first_change
 from experiments.metrics.limits import over_limits
 from experiments.metrics.metric import MeasuredEpisode
+from experiments.metrics.moments_of_means import (
+    MOMENTS_OF_MEANS,
+    Finder,
+    first,
+    largest,
+    without_first_cycle,
+)
 from experiments.metrics.pairs import neighbours
 from experiments.metrics.plans import plans_off_the_road
 from experiments.metrics.static_bodies import least_static_time_to_collision
 from experiments.metrics.tracking import tracked
-from experiments.trace.schema import Column, Trace
+from experiments.trace.schema import Trace
 from planner.interface import PlanStatus
 from planner.scene import OFF_ROAD_TOLERANCE
-from planner.states import FloatArray
 
 ROUNDING = 1e-6  # of times [s]
 _BRAKING = ("added_deceleration", "braked_at")  # of a cost: its size and its time
-_Finder = Callable[[Trace], int | None]  # row of the steps
 
 
 def moments(trace: Trace) -> dict[str, int]:
     """Find the moments of all metrics that have one in the trace.
 
     Returns:
-        Column of the results row -> row of the steps. Metrics over a whole episode,
-        such as means, and those that do not apply have none.
+        Column of the results row -> row of the steps. Those that do not apply have
+        none, nor has the distance.
     """
     if len(trace.steps["index"]) == 0:
         return {}
@@ -61,6 +66,7 @@ def moments_beside_the_trace(episode: MeasuredEpisode) -> dict[str, int]:
     found = {}
     for column, costs, size, at in (
         (columns.BEHIND_DELAY_MAX, episode.costs_behind, "delay", "delayed_at"),
+        (columns.BEHIND_DELAY_MEAN, episode.costs_behind, "delay", "delayed_at"),
         (columns.BEHIND_SPEED_LOSS, episode.costs_behind, "speed_loss", "lost_at"),
         (columns.BEHIND_DECELERATION, episode.costs_behind, *_BRAKING),
         (columns.AHEAD_SPEED_LOSS, episode.costs_ahead, "speed_loss", "lost_at"),
@@ -78,13 +84,13 @@ def moments_beside_the_trace(episode: MeasuredEpisode) -> dict[str, int]:
 
 def first_contact(trace: Trace) -> int | None:
     """Find the first step in which the ego touched a body."""
-    return _first([bool(json.loads(cell)) for cell in trace.steps["contacts"]])
+    return first([bool(json.loads(cell)) for cell in trace.steps["contacts"]])
 
 
 def least_clearance(trace: Trace) -> int | None:
     """Find the step of `min_clearance_m`: the first contact if there was one."""
     contact = first_contact(trace)
-    return _extreme(trace.steps["clearance_m"], -1.0) if contact is None else contact
+    return largest(-trace.steps["clearance_m"]) if contact is None else contact
 
 
 def least_time_to_collision(trace: Trace) -> tuple[int, str, float] | None:
@@ -133,7 +139,7 @@ def _least_headway(trace: Trace) -> int | None:
 def _off_road(trace: Trace) -> int | None:
     """Find the first step off the road."""
     beyond = np.ma.filled(trace.steps["off_road_m"], 0.0)
-    return _first(beyond > OFF_ROAD_TOLERANCE)
+    return first(beyond > OFF_ROAD_TOLERANCE)
 
 
 def _arrival(trace: Trace) -> int | None:
@@ -153,33 +159,22 @@ def _speeding(trace: Trace) -> int | None:
 def _fallback(trace: Trace) -> int | None:
     """Find the first planning cycle without a fresh plan."""
     statuses = np.ma.filled(trace.steps["plan_status"], PlanStatus.OK)
-    return _first(statuses != PlanStatus.OK)
+    return first(statuses != PlanStatus.OK)
 
 
-def _slowest_cycle(clock: computation.PlanningClock) -> _Finder:
+def _slowest_cycle(clock: computation.PlanningClock) -> Finder:
     """Return a function that finds the slowest cycle but the first."""
 
     def find(trace: Trace) -> int | None:
-        times = _without_first_cycle(trace, clock)
-        return None if np.isnan(times).all() else int(np.nanargmax(times))
+        return largest(without_first_cycle(trace, clock))
 
     return find
 
 
 def _deadline_miss(trace: Trace) -> int | None:
     """Find the first cycle, from the second on, that took longer than the step."""
-    times = _without_first_cycle(trace, computation.PlanningClock.WALL)
-    return _first(times > computation.TO_MS * float(trace.fact("step_s")))
-
-
-def _without_first_cycle(
-    trace: Trace, clock: computation.PlanningClock
-) -> NDArray[np.float64]:
-    """Return the planning times, NaN in the first cycle and without one, (n_steps,)."""
-    times: FloatArray = np.ma.filled(trace.timing[clock].astype(np.float64), np.nan)
-    there = np.flatnonzero(np.isfinite(times))
-    times[there[:1]] = np.nan
-    return times
+    times = without_first_cycle(trace, computation.PlanningClock.WALL)
+    return first(times > computation.TO_MS * float(trace.fact("step_s")))
 
 
 def _at_blockage(trace: Trace) -> int | None:
@@ -189,10 +184,10 @@ def _at_blockage(trace: Trace) -> int | None:
         return None
     half = float(trace.fact("length_m")) / 2.0
     front = np.ma.filled(trace.steps["centre_s_m"], np.nan) + half
-    return _first(front >= wall)
+    return first(front >= wall)
 
 
-def _change(end: int) -> _Finder:
+def _change(end: int) -> Finder:
     """Return a function that finds begin (0) or end (1) of the first lane change."""
 
     def find(trace: Trace) -> int | None:
@@ -202,7 +197,7 @@ def _change(end: int) -> _Finder:
     return find
 
 
-def _at(find: Callable[[Trace], tuple[float, int] | None]) -> _Finder:
+def _at(find: Callable[[Trace], tuple[float, int] | None]) -> Finder:
     """Return a function that finds the step whose index stands beside a value."""
 
     def row(trace: Trace) -> int | None:
@@ -212,7 +207,7 @@ def _at(find: Callable[[Trace], tuple[float, int] | None]) -> _Finder:
     return row
 
 
-def _first_of(find: Callable[[Trace], NDArray[np.int64] | None]) -> _Finder:
+def _first_of(find: Callable[[Trace], NDArray[np.int64] | None]) -> Finder:
     """Return a function that finds the first of the steps whose indices are listed."""
 
     def row(trace: Trace) -> int | None:
@@ -234,7 +229,7 @@ def _hindered(trace: Trace) -> int | None:
 
 def _gave_way(trace: Trace) -> int | None:
     """Find the step in which the ego first stood to give way."""
-    return _first(right_of_way.gives_way(trace))
+    return first(right_of_way.gives_way(trace))
 
 
 def _junction_passage(trace: Trace) -> int | None:
@@ -255,31 +250,19 @@ def _begun_anew(trace: Trace) -> int | None:
     return _row_of(trace, trace.starts["index"][anew[0]]) if anew.size else None
 
 
-def _largest_tracked(key: str) -> _Finder:
+def _largest_tracked(key: str) -> Finder:
     """Return a function that finds the largest magnitude of a tracking error."""
-    return lambda trace: _extreme(np.abs(tracked(trace, key)), 1.0)
+    return lambda trace: largest(np.abs(tracked(trace, key)))
 
 
 def _at_limit(trace: Trace) -> int | None:
     """Find the first step at a limit of steering, drive or grip."""
-    return _first(tracked(trace, "limited") > 0.0)
+    return first(tracked(trace, "limited") > 0.0)
 
 
-def _largest(name: str) -> _Finder:
+def _largest(name: str) -> Finder:
     """Return a function that finds the largest magnitude of a column of the steps."""
-    return lambda trace: _extreme(np.ma.abs(trace.steps[name]), 1.0)
-
-
-def _extreme(values: Column, sign: float) -> int | None:
-    """Return the row of the largest (1) or least (-1) value; None without any."""
-    numbers = sign * np.ma.filled(values.astype(np.float64), np.nan)
-    return None if np.isnan(numbers).all() else int(np.nanargmax(numbers))
-
-
-def _first(marks: object) -> int | None:
-    """Return the first marked row."""
-    found = np.flatnonzero(np.asarray(marks))
-    return int(found[0]) if found.size else None
+    return lambda trace: largest(np.ma.abs(trace.steps[name]))
 
 
 def _row_of(trace: Trace, index: int) -> int:
@@ -293,7 +276,8 @@ def _least_ttc(trace: Trace) -> int | None:
     return None if found is None else found[0]
 
 
-_MOMENTS: Final[Mapping[str, _Finder]] = {
+_MOMENTS: Final[Mapping[str, Finder]] = {
+    **MOMENTS_OF_MEANS,
     columns.COLLISIONS: first_contact,
     columns.FIRST_COLLISION_WITH: first_contact,
     columns.MIN_CLEARANCE: least_clearance,
@@ -312,8 +296,8 @@ _MOMENTS: Final[Mapping[str, _Finder]] = {
     columns.GAVE_WAY: _gave_way,
     columns.JUNCTION_PET: _junction_passage,
     columns.MAX_ACCELERATION: _largest("acceleration_mps2"),
-    columns.MAX_LATERAL_ACCELERATION: lambda trace: _extreme(
-        np.abs(lateral_acceleration(trace.steps)), 1.0
+    columns.MAX_LATERAL_ACCELERATION: lambda trace: largest(
+        np.abs(lateral_acceleration(trace.steps))
     ),
     columns.MAX_CURVATURE: _largest("curvature_1pm"),
     columns.MAX_HEADING: _largest("heading_error_rad"),

@@ -48,6 +48,7 @@ def closed_loop_231():
         creep_speeds=(),
         stop_times=(),
         follow_times=(),
+        drive_fractions=(),
         edge_offsets=False,
         horizon=5.0,
     )

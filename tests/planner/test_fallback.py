@@ -93,6 +93,30 @@ def test_the_second_rung_is_a_full_stop(refused):
     assert math.isclose(stopped, stopping_way(10.0, limit, STOP_JERK), rel_tol=1e-6)
 
 
+@pytest.mark.parametrize("speed", [6.0, 10.0, 16.0])
+def test_a_plan_that_ends_too_near_does_not_cost_the_last_stop(speed):
+    # it is free as far as it reaches, and never slower: what stands is just behind
+    path = straight()
+    last = plan_along(path, 20.0, speed)
+    wall = float(last.s[-1]) + 0.5
+
+    def blocker(trajectory):
+        return "wall" if trajectory.s[-1] > wall else None
+
+    scene, statuses = scene_after(path, last), []
+    for _ in range(120):
+        status, last = fallback(scene, last, blocker, HORIZON)
+        statuses.append(status)
+        scene = scene_after(path, last)
+    assert scene.ego.speed < 0.01
+    assert scene.ego_frenet.s <= wall + 1e-6
+    assert statuses[0] is PlanStatus.LAST_PLAN_SHIFTED, "as long as it may wait"
+    assert PlanStatus.EMERGENCY_BRAKING not in statuses
+    stop = stopping_way(speed, scene.vehicle.limits.max_deceleration, STOP_JERK)
+    begun = statuses.index(PlanStatus.FULL_STOP)
+    assert wall - stop - (20.0 + speed * STEP * (begun + 1)) < 1.01 * speed * STEP
+
+
 def test_without_a_last_plan_the_ladder_begins_with_the_stop():
     path = straight()
     status, _ = fallback(make_scene(path, ego_on(path, 50.0)), None, free, HORIZON)

@@ -56,20 +56,28 @@ class SpeedTables:
     no_upper: FloatArray
 
 
-@lru_cache(maxsize=16)
 def speed_tables(settings: SpeedSettings) -> SpeedTables:
-    """Make the tables of one setting."""
-    n = round(settings.duration / settings.step) + 1
+    """Return the tables of one setting."""
     weights = (
         settings.distance_weight,
         settings.speed_weight,
         settings.acceleration_weight,
     )
+    # a few numbers are looked up faster than the whole setting
+    return _tables(settings.duration, settings.step, settings.front_headway, weights)
+
+
+@lru_cache(maxsize=16)
+def _tables(
+    duration: float, step: float, headway: float, weights: tuple[float, float, float]
+) -> SpeedTables:
+    """Make the tables of one setting."""
+    n = round(duration / step) + 1
     row = np.zeros((n, 1, 3))
-    row[:, 0] = 1.0, settings.front_headway, 0.0
+    row[:, 0] = 1.0, headway, 0.0
     return SpeedTables(
-        freeze(settings.step * np.arange(n, dtype=np.float64)),
-        freeze(np.full(n - 1, settings.step)),
+        freeze(step * np.arange(n, dtype=np.float64)),
+        freeze(np.full(n - 1, step)),
         freeze(np.tile(weights, (n, 1))),
         freeze(row),
         freeze(np.full((n, 4), -np.inf)),

@@ -11,8 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.lane_change.speed.st_projection import (
+    COS,
+    SIN,
     OwnRectangle,
-    PathColumns,
+    X,
+    Y,
     predicted_poses,
     project,
 )
@@ -135,6 +138,10 @@ def st_graph(
     )
 
 
-def path_table(path: Path) -> PathColumns:
-    """Return the points of a path as compiled code takes them."""
-    return PathColumns(path.x, path.y, np.cos(path.heading), np.sin(path.heading))
+def path_table(path: Path) -> FloatArray:
+    """Return the points of a path as compiled code takes them, (4, n_points)."""
+    table = np.empty((4, path.x.size))
+    table[X], table[Y] = path.x, path.y
+    np.cos(path.heading, out=table[COS])
+    np.sin(path.heading, out=table[SIN])
+    return table

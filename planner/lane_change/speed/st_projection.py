@@ -8,19 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.numerics.compiled import compiled
+from planner.numerics.compiled import compiled, inlined
 from planner.states import BoolArray, FloatArray, IntArray
 
 BISECTIONS = 5  # of a path step: 3 cm of 1 m
-
-
-class PathColumns(NamedTuple):
-    """The points of a path; arrays are (n_points,)."""
-
-    x: FloatArray  # [m]
-    y: FloatArray  # [m]
-    cos: FloatArray  # of the heading
-    sin: FloatArray
+# Rows of a path, (4, n_points): places [m], and the direction of the heading. One
+# array, not a record of four: the references of each would be counted at every call.
+X, Y, COS, SIN = range(4)
 
 
 class Pose(NamedTuple):
@@ -94,7 +88,7 @@ def predicted_poses(
 @compiled
 def project(
     distance: FloatArray,
-    path: PathColumns,
+    path: FloatArray,
     poses: FloatArray,
     considered: BoolArray,
     half_length: FloatArray,
@@ -119,8 +113,7 @@ def project(
         reach = own_reach + math.hypot(half.length, half.width)
         near, there = -1, False
         for k in range(n_knots):
-            x, y, cos, sin = poses[v, k]
-            pose = Pose(x, y, cos, sin)
+            pose = Pose(poses[v, k, 0], poses[v, k, 1], poses[v, k, 2], poses[v, k, 3])
             if _is_outside(box, pose, reach):
                 near = -1
                 continue
@@ -147,12 +140,12 @@ def project(
 
 
 @compiled
-def _box(path: PathColumns) -> BoundingBox:
+def _box(path: FloatArray) -> BoundingBox:
     """Compute the bounding box of a path."""
-    return BoundingBox(path.x.min(), path.x.max(), path.y.min(), path.y.max())
+    return BoundingBox(path[X].min(), path[X].max(), path[Y].min(), path[Y].max())
 
 
-@compiled
+@inlined
 def _is_outside(box: BoundingBox, pose: Pose, reach: float) -> bool:
     """Check whether a vehicle is farther than `reach` from all of a path's box."""
     return (
@@ -163,7 +156,7 @@ def _is_outside(box: BoundingBox, pose: Pose, reach: float) -> bool:
     )
 
 
-@compiled
+@inlined
 def _overlap(
     apart: tuple[float, float],
     own_direction: tuple[float, float],
@@ -202,9 +195,9 @@ def _overlap(
     )
 
 
-@compiled
+@inlined
 def _out_of_reach(
-    path: PathColumns,
+    path: FloatArray,
     pose: Pose,
     centre_offset: float,
     reach: float,
@@ -213,20 +206,20 @@ def _out_of_reach(
 ) -> int:
     """Find the first point from `near` on, one way, from which nothing touches."""
     i = near
-    while 0 <= i < path.x.size:
-        dx, dy = pose.x - path.x[i], pose.y - path.y[i]
+    while 0 <= i < path.shape[1]:
+        dx, dy = pose.x - path[X, i], pose.y - path[Y, i]
         if dx * dx + dy * dy > reach * reach:
-            dx -= centre_offset * path.cos[i]
-            dy -= centre_offset * path.sin[i]
+            dx -= centre_offset * path[COS, i]
+            dy -= centre_offset * path[SIN, i]
             if dx * dx + dy * dy > reach * reach:
                 break
         i += way
     return i
 
 
-@compiled
+@inlined
 def _first_touching(
-    path: PathColumns,
+    path: FloatArray,
     pose: Pose,
     half: HalfExtents,
     own: OwnRectangle,
@@ -237,18 +230,18 @@ def _first_touching(
     """Find the first point where the ego would touch, going one way; -1 if none."""
     x, y, cos, sin = pose
     for i in range(begin, end, way):
-        dx = x - path.x[i] - own.centre_offset * path.cos[i]
-        dy = y - path.y[i] - own.centre_offset * path.sin[i]
-        turned = path.cos[i], path.sin[i]
+        dx = x - path[X, i] - own.centre_offset * path[COS, i]
+        dy = y - path[Y, i] - own.centre_offset * path[SIN, i]
+        turned = path[COS, i], path[SIN, i]
         if _overlap((dx, dy), turned, own, (cos, sin), half):
             return i
     return -1
 
 
-@compiled
+@inlined
 def _contact(
     distance: FloatArray,
-    path: PathColumns,
+    path: FloatArray,
     inside: int,
     beyond: int,
     pose: Pose,
@@ -266,10 +259,10 @@ def _contact(
     for _ in range(BISECTIONS):
         middle = 0.5 * (free + touching)
         rest = 1.0 - middle
-        c = rest * path.cos[inside] + middle * path.cos[beyond]
-        w = rest * path.sin[inside] + middle * path.sin[beyond]
-        dx = x - rest * path.x[inside] - middle * path.x[beyond]
-        dy = y - rest * path.y[inside] - middle * path.y[beyond]
+        c = rest * path[COS, inside] + middle * path[COS, beyond]
+        w = rest * path[SIN, inside] + middle * path[SIN, beyond]
+        dx = x - rest * path[X, inside] - middle * path[X, beyond]
+        dy = y - rest * path[Y, inside] - middle * path[Y, beyond]
         dx -= own.centre_offset * c
         dy -= own.centre_offset * w
         if _overlap((dx, dy), (c, w), own, (cos, sin), half):
@@ -280,28 +273,28 @@ def _contact(
 
 
 @compiled
-def _nearest(path: PathColumns, x: float, y: float) -> int:
+def _nearest(path: FloatArray, x: float, y: float) -> int:
     """Find the point nearest to (x, y) among all."""
     best, least = 0, np.inf
-    for i in range(path.x.size):
-        square = (path.x[i] - x) ** 2 + (path.y[i] - y) ** 2
+    for i in range(path.shape[1]):
+        square = (path[X, i] - x) ** 2 + (path[Y, i] - y) ** 2
         if square < least:
             best, least = i, square
     return best
 
 
-@compiled
-def _downhill(path: PathColumns, x: float, y: float, guess: int) -> int:
+@inlined
+def _downhill(path: FloatArray, x: float, y: float, guess: int) -> int:
     """Find the point nearest to (x, y), going downhill from `guess`."""
-    n = path.x.size
-    here = (path.x[guess] - x) ** 2 + (path.y[guess] - y) ** 2
+    n = path.shape[1]
+    here = (path[X, guess] - x) ** 2 + (path[Y, guess] - y) ** 2
     moved = True
     while moved:
         moved = False
         for step in (1, -1):
             other = guess + step
             if 0 <= other < n:
-                square = (path.x[other] - x) ** 2 + (path.y[other] - y) ** 2
+                square = (path[X, other] - x) ** 2 + (path[Y, other] - y) ** 2
                 if square < here:
                     guess, here, moved = other, square, True
                     break

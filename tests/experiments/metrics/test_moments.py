@@ -7,11 +7,12 @@ import pytest
 
 from experiments.cosim.records import PlanStart, PlanStartKind
 from experiments.metrics import columns
+from experiments.metrics.comfort import JERK_COST, OFFSET_COST
 from experiments.metrics.metric import MeasuredEpisode
 from experiments.metrics.moments import moments, moments_beside_the_trace
 from experiments.metrics.row import metric_row
 from experiments.trace.recording import vehicle_table
-from planner.interface import PlanStats
+from planner.interface import PlanStats, PlanStatus
 from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.states import CartesianState
 from planner.vehicle import VehicleLimits
@@ -72,6 +73,41 @@ def test_tracking():
     assert row[columns.TRACKING_LATERAL_MAX] == pytest.approx(errors.max())
     assert found[columns.PLANS_ANEW] == 7
     assert found[columns.LIMITED_SHARE] == 1
+
+
+def test_means_shares_and_percentiles():
+    # 10 m/s, but slow in steps 30 to 34; a bend to one side, then to the other;
+    # braking hard in step 50; planning takes 1 + k ms
+    def ego(k):
+        speed = 2.0 if 30 <= k < 35 else 10.0
+        bend = {10: 0.01, 11: 0.03, 12: -0.01}.get(k, 0.0)
+        return CartesianState(5 + k, 0, 0, bend, speed, -4.0 if k == 50 else 0.0)
+
+    def planned(k):
+        costs = {JERK_COST: 5.0 if k == 20 else 1.0, OFFSET_COST: float("nan")}
+        status = PlanStatus.EMERGENCY_BRAKING if k in (40, 41) else PlanStatus.OK
+        stats = PlanStats(candidates=9 - (k == 25), costs=costs)
+        return replace(plan_from(ego(k), stats), status=status)
+
+    records = [record(k, ego(k), plan=planned(k)) for k in range(60)]
+    trace = trace_of(records)
+    found, row = moments(trace), metric_row(trace)
+    assert found[columns.MEAN_SPEED] == 30
+    assert found[columns.LATERAL_DISCOMFORT] == 11
+    assert found[columns.LATERAL_REVERSALS] == 12
+    assert found[columns.BRAKING_DISCOMFORT] == 50
+    assert found[columns.RMS_JERK] in (49, 50)
+    assert found[columns.MEAN_J_JERK] == 20
+    assert columns.MEAN_J_OFFSET not in found, "never a number"
+    assert found[columns.EMERGENCY_CYCLES] == 40
+    assert found[columns.CANDIDATES_MEAN] == 25
+    assert found[columns.PLANNING_P50] == 30, "of cycles 1 to 59"
+    assert 57 <= found[columns.PLANNING_P99] <= 59
+    change = np.abs(row[columns.MAX_TANGENTIAL_JERK] * 0.5)
+    assert change == pytest.approx(4.0)
+    assert found[columns.MAX_TANGENTIAL_JERK] in (45, 50)
+    for column in found:
+        assert row[column] is not None
 
 
 def test_losses_against_the_run_without_the_ego():
