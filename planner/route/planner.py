@@ -14,6 +14,7 @@ from planner.lane_change.phases.memory import (
     about_to_enter,
     reaches_over,
 )
+from planner.lane_change.surroundings import in_lane
 from planner.route.gaps import gap_beside, seeking_speed
 from planner.route.lane_frame import (
     LaneCorridor,
@@ -183,7 +184,8 @@ class RoutePlanner:
         assert lane is not None  # noqa: S101 - a change has a target
         result = self._along(look, last, manoeuvre, lane, speed)
         if manoeuvre.phase is Phase.CHANGE and not _goes_over(look, result, lane):
-            back = replace(manoeuvre, phase=Phase.SEEK)
+            beside = _name(look.scene, _ahead_in(look, lane))
+            back = replace(manoeuvre, phase=Phase.SEEK, beside=beside)
             return self._along(look, last, back, back.lane, speed)
         return result
 
@@ -301,6 +303,14 @@ def _has_room(look: _Look, own: int, target: int) -> bool:
     """Check that both lanes go on for as long as a change takes."""
     need = max(CHANGE_ROOM, CHANGE_TIME * look.scene.ego.speed)
     return bool(min(look.ends[own], look.ends[target]) - look.front >= need)
+
+
+def _ahead_in(look: _Look, lane: int) -> int:
+    """Return the row of the nearest body ahead in a lane; -1 without one."""
+    bodies = look.bodies
+    s = np.where(in_lane(look.scene, bodies, lane), bodies.s, np.inf)
+    s = np.where(s > look.scene.ego_frenet.s, s, np.inf)
+    return int(np.argmin(s)) if s.size and np.isfinite(s.min()) else -1
 
 
 def _goes_over(look: _Look, result: PlanResult, target: int) -> bool:
