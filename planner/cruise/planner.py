@@ -8,11 +8,11 @@ from planner.bodies import touched_by
 from planner.cruise import costs
 from planner.cruise.candidate_motion import S
 from planner.cruise.costs import DEAD_END, JERK, OFFSET, SPEED
-from planner.cruise.cycle import STANDING, Cycle, disc_cover
+from planner.cruise.cycle import Cycle, disc_cover
 from planner.cruise.drawn_candidates import alternatives_of
 from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
-from planner.cruise.sampling.longitudinal import front_limit
+from planner.cruise.sampling.longitudinal import STANDING, front_limit
 from planner.cruise.selection import Pricing
 from planner.cruise.settings import CruiseSettings
 from planner.fallback import fallback
@@ -102,10 +102,11 @@ class CruisePlanner:
             The cheapest of all that gets on and its cycle; those given without one.
         """
         best, least = (cycle, found), math.inf
+        scale = cycle.scale
         if found.choice.best >= 0:
             least = float(found.choice.terms.sum())
         for length in self.settings.starting_lengths:
-            longer = cycle.with_length(length)
+            longer = cycle.with_length(scale * length)
             tried = self._evaluate(longer, exhaustive=exhaustive)
             total = float(tried.choice.terms.sum())
             if _moves(tried) and total < least:
