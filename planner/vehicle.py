@@ -8,7 +8,6 @@ import numpy as np
 from planner.errors import InvalidInputError
 from planner.states import CartesianState, FloatArray, store_floats
 
-
 CAR_LENGTH = 5.0  # of a body for which lengths in settings of planners are made [m]
 
 

@@ -56,7 +56,7 @@ from planner.cruise.costs import (
 from planner.cruise.feasibility import (
     CandidateLimits,
     Check,
-    lateral_at,
+    lateral_over_distance,
     lateral_quintic,
     squared_jerk,
 )
@@ -459,12 +459,12 @@ def _price_dead_end(
     kappa = rows[0, KAPPA, last]
     for q in (around.front_reach, 0.0, -around.rear_overhang):
         done = max(near - q - start, driven)
-        l, slope, _, _ = lateral_at(
-            False, onward.back, onward.length, onward.here, done, 0.0, 0.0, 0.0
-        )
-        unit, unit_slope, _, _ = lateral_at(
-            False, onward.unit, onward.length, 1.0, done, 0.0, 0.0, 0.0
-        )
+        l, slope, unit, unit_slope = onward.here, 0.0, 1.0, 0.0
+        if done <= onward.length:
+            l, slope, _, _ = lateral_over_distance(onward.back, done, 0.0, 0.0, 0.0)
+            unit, unit_slope, _, _ = lateral_over_distance(
+                onward.unit, done, 0.0, 0.0, 0.0
+            )
         apart = around.l[b, last] - l - q * slope + 0.5 * kappa * q * q
         moved = unit + q * unit_slope
         for o in range(delta_l.size):
