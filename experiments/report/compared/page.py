@@ -197,7 +197,7 @@ def _metric_rows(runs: Sequence[ComparedRun]) -> list[dict[str, Any]]:
                         "text": metric.text(value),
                         "best": number in best,
                         "change": _change(metric, values[0], value) if number else "",
-                        "time": times[number].get(column),
+                        "time": None if value is None else times[number].get(column),
                     }
                     for number, value in enumerate(values)
                 ],

@@ -187,6 +187,19 @@ def test_metrics_are_marked_and_lead_to_their_moment(runs, tmp_path):
     assert '<strong class="good">' in text
 
 
+def test_a_metric_that_does_not_apply_leads_nowhere(runs, tmp_path):
+    self_driven = tmp_path / "self"
+    shutil.copytree(runs[1], self_driven)
+    file = self_driven / "metrics.json"
+    row = json.loads(file.read_text())
+    file.write_text(json.dumps({**row, "rms_jerk_mps3": None}))
+    page, _ = save_comparison([runs[0], self_driven], tmp_path / "page.html")
+    text = page.read_text()
+    line = text[text.index('title="rms_jerk_mps3"') :].partition("</tr>")[0]
+    assert line.count("</a>") == 1
+    assert "<td>-</td>" in line
+
+
 def test_hostile_names_stay_text(tmp_path):
     folders = [
         write_run(
