@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.contact_check import Contact
-from planner.errors import OutsidePathDomainError
 from planner.interface import PlanStatus
 from planner.numerics import polynomials
-from planner.reference_path.frenet import cartesian_to_frenet_one, frenet_trajectory
+from planner.reference_path.frenet import frenet_trajectory
 from planner.scene import Scene
 from planner.states import CartesianState, FloatArray, FrenetStates, Trajectory
 
@@ -65,12 +64,9 @@ def fallback(
     """
     if last is not None:
         shifted = shifted_plan(scene, last)
-        if (
-            shifted is not None
-            and blocker(shifted) is None
-            and not _gives_up_a_stop(scene, shifted, blocker, horizon)
-        ):
-            return PlanStatus.LAST_PLAN_SHIFTED, shifted
+        if shifted is not None and blocker(shifted) is None:
+            chance = last_stop(scene, shifted, blocker, horizon)
+            return (PlanStatus.LAST_PLAN_SHIFTED, shifted) if chance is None else chance
     limits = scene.vehicle.limits
     for offset in _stopping_offsets(scene, last):
         stop = stopping_trajectory(scene, offset, limits.max_deceleration, horizon)
@@ -121,44 +117,74 @@ def _least_harm(
     return min(ways, key=harm)
 
 
-def _gives_up_a_stop(
+def last_stop(
     scene: Scene, shifted: Trajectory, blocker: Blocker, horizon: float
-) -> bool:
-    """Check whether one more step of a plan costs a stop that is free now.
+) -> tuple[PlanStatus, Trajectory] | None:
+    """Return a stop on the line of a plan that one more step of it would cost.
 
     A plan is free as far as it reaches: at its end the ego may be too near and too
-    fast for what stands beyond.
+    fast for what is beyond.
 
     Args:
         scene: Of this cycle.
         shifted: The plan, from now on.
         blocker: As in `fallback`.
-        horizon: Length of the stops [s].
+        horizon: Length of the stop [s].
+
+    Returns:
+        Its status and trajectory; None where the next cycle can still stop, or where
+        not even this one can.
     """
-    if len(shifted.t) < 2 or scene.ego.speed < STANDING:
-        return False
     limits = scene.vehicle.limits
-    later = _one_step_later(scene, shifted)
-    for deceleration in (limits.max_deceleration, limits.emergency_deceleration):
-        now = stopping_trajectory(scene, scene.ego_frenet.l, deceleration, horizon)
-        if now is None or now.speed[-1] > STANDING or blocker(now) is not None:
+    later = shifted_plan(replace(scene, ego=shifted.at(scene.step)), shifted)
+    for status, deceleration, jerk in (
+        (PlanStatus.FULL_STOP, limits.max_deceleration, STOP_JERK),
+        (
+            PlanStatus.EMERGENCY_BRAKING,
+            limits.emergency_deceleration,
+            EMERGENCY_JERK,
+        ),
+    ):
+        stop = braking_on_line(shifted, deceleration, jerk, scene.step, horizon)
+        if stop is None or blocker(stop) is not None:
             continue
-        then = later and stopping_trajectory(
-            later, later.ego_frenet.l, deceleration, horizon
-        )
-        return not then or blocker(_after_a_step(shifted, then, scene.step)) is not None
-    return False
+        then = later and braking_on_line(later, deceleration, jerk, scene.step, horizon)
+        if then and blocker(_after_a_step(shifted, then, scene.step)) is None:
+            return None
+        return status, stop
+    return None
 
 
-def _one_step_later(scene: Scene, plan: Trajectory) -> Scene | None:
-    """Return the scene with the ego where the plan has it; None off the frame."""
-    ego = plan.at(scene.step)
-    near = float(np.interp(scene.step, plan.t, plan.s))
-    try:
-        frenet = cartesian_to_frenet_one(scene.path, ego, near)
-    except OutsidePathDomainError:
+def braking_on_line(
+    plan: Trajectory, deceleration: float, jerk: float, step: float, horizon: float
+) -> Trajectory | None:
+    """Brake to a stand on the line of a plan; None if the line is too short for it.
+
+    Args:
+        plan: From now on.
+        deceleration: Along the line [m/s²].
+        jerk: With which it begins [m/s³].
+        step: Between the points [s].
+        horizon: Of the trajectory [s].
+    """
+    along = np.append(0.0, np.cumsum(np.hypot(np.diff(plan.x), np.diff(plan.y))))
+    brake = Brake(float(plan.acceleration[0]), deceleration, jerk)
+    t = step * np.arange(round(horizon / step) + 1, dtype=np.float64)
+    driven, speed, acceleration = brake_down(float(plan.speed[0]), brake, t)
+    if speed[-1] > NO_SPEED or driven[-1] > along[-1] + SAME_PLACE:
         return None
-    return replace(scene, ego=ego, ego_frenet=frenet)
+    x, y, heading, curvature, s, l = (
+        np.interp(driven, along, column)
+        for column in (
+            plan.x,
+            plan.y,
+            np.unwrap(plan.heading),
+            plan.curvature,
+            plan.s,
+            plan.l,
+        )
+    )
+    return Trajectory(t, x, y, heading, curvature, speed, acceleration, s, l)
 
 
 def _after_a_step(plan: Trajectory, then: Trajectory, step: float) -> Trajectory:

@@ -8,6 +8,8 @@ import numpy as np
 from planner.errors import InvalidInputError
 from planner.states import CartesianState, FloatArray, store_floats
 
+CAR_LENGTH = 5.0  # of a body for which lengths in settings of planners are made [m]
+
 
 class VehicleError(InvalidInputError):
     """Numbers that do not make a vehicle; `field` is the one that is not allowed."""
@@ -139,6 +141,15 @@ class Vehicle:
             self.centre_offset,
             self.centre_offset + third,
         )
+
+
+def body_scale(vehicle: Vehicle) -> float:
+    """Return how much more room than a car a body needs to pull out, at least 1.
+
+    Its front swings out ahead of its rear axle, which is what follows a planned path,
+    and its side comes after: a motion to the side has to be longer with the body.
+    """
+    return max(vehicle.length / CAR_LENGTH, 1.0)
 
 
 def centre_from_rear_axle(ego: CartesianState, vehicle: Vehicle) -> tuple[float, float]:

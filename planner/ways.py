@@ -19,7 +19,6 @@ from planner.scene import Prediction, RoadUsers
 from planner.states import FloatArray, IntArray, freeze
 
 NO_WAY = -1
-CHORD = 2.0  # to both sides of a place, for the heading there [m]
 FADE = 3.0  # in which a vehicle comes to the centre of its lane [s]
 TURNING = 5.5  # lateral acceleration with which vehicles turn at most [m/s²]
 SLOWING = 3.0  # with which they slow down for it [m/s²]
@@ -99,11 +98,16 @@ def along_ways(
     for v in known.tolist():
         line = ways.lines[ways.way[v]]
         distance = _stopped(driven[v], float(vehicles.speed[v]), ways.stop[v], times)
-        now = vehicles.x[v], vehicles.y[v], vehicles.lateral_speed[v]
         follow_line(
             path.table,
             line,
-            (float(now[0]), float(now[1]), float(now[2])),
+            (
+                float(vehicles.x[v]),
+                float(vehicles.y[v]),
+                float(vehicles.heading[v]),
+                float(vehicles.lateral_speed[v]),
+                float(vehicles.length[v]),
+            ),
             distance,
             times,
             out[:, v],
@@ -127,12 +131,15 @@ def _stopped(
 def follow_line(
     path: PathTable,
     line: FloatArray,
-    now: tuple[float, float, float],
+    now: tuple[float, float, float, float, float],
     distance: FloatArray,
     times: FloatArray,
     out: FloatArray,
 ) -> None:
     """Drive one vehicle along a polyline.
+
+    Both its ends stay on the line, as SUMO moves it: the middle of a long one cuts the
+    corner. Where it is off this now fades.
 
     One that changes its lane goes on doing so up to the centre of that lane: of its
     own one if it comes nearer to it, else of the next one.
@@ -140,33 +147,35 @@ def follow_line(
     Args:
         path: Tables of the ego's reference path.
         line: Arc length, x, y of the corners, (3, m) [m].
-        now: x, y of the vehicle's centre [m], and its speed to the left [m/s].
+        now: x, y of the vehicle's centre [m], its heading [rad], its speed to the left
+            [m/s] and its length [m].
         distance: Driven, (n_steps,) [m].
         times: (n_steps,) [s].
         out: x, y, heading, s, l as in `Prediction`, (5, n_steps). Left as it is if the
             vehicle is not on the line.
     """
-    begin, offset = nearest_on(line, (now[0], now[1]))
+    x, y, heading, sideways, length = now
+    front = x + 0.5 * length * np.cos(heading), y + 0.5 * length * np.sin(heading)
+    begin, offset = nearest_on(line, front)
     if abs(offset) > LARGEST_OFFSET:
         return
-    sideways = now[2]
     moves_over = abs(sideways) > MOVING_OVER
     leaves = moves_over and offset * sideways >= 0.0
     aim = np.copysign(NEXT_LANE, sideways) if leaves else 0.0
     driven = slowed_in_turns(line, begin, distance, times)
+    off_x, off_y = 0.0, 0.0  # of its place now from that on its way
     for i in range(distance.size):
-        at = begin + driven[i]
-        x, y = point_on(line, at)
-        back_x, back_y = point_on(line, at - CHORD)
-        on_x, on_y = point_on(line, at + CHORD)
-        heading = np.arctan2(on_y - back_y, on_x - back_x)
+        fades = max(1.0 - times[i] / FADE, 0.0)
         if moves_over:
             missing = max(abs(aim - offset) - abs(sideways) * times[i], 0.0)
             l = aim + np.copysign(missing, offset - aim)
         else:
-            l = offset * max(1.0 - times[i] / FADE, 0.0)
-        x -= l * np.sin(heading)
-        y += l * np.cos(heading)
+            l = offset * fades
+        on_x, on_y, heading = body_on(line, begin + driven[i], length, l)
+        if i == 0:
+            off_x, off_y = x - on_x, y - on_y
+        x = on_x + off_x * fades
+        y = on_y + off_y * fades
         s, own_l = foot(
             path.knots, path.bins, path.blocks, x, y, EVERYWHERE, NO_DIRECTION
         )
@@ -177,6 +186,26 @@ def follow_line(
         out[2, i] = heading
         out[3, i] = s
         out[4, i] = own_l
+
+
+@compiled
+def body_on(
+    line: FloatArray, at: float, length: float, l: float
+) -> tuple[float, float, float]:
+    """Return centre (x, y) [m] and heading [rad] of a body with both ends on a line.
+
+    Args:
+        line: Arc length, x, y of the corners, (3, m) [m].
+        at: Arc length of its front [m].
+        length: Of the body [m].
+        l: Its offset to the left [m].
+    """
+    x, y = point_on(line, at)
+    rear_x, rear_y = point_on(line, at - length)
+    heading = np.arctan2(y - rear_y, x - rear_x)
+    cos, sin = np.cos(heading), np.sin(heading)
+    half = 0.5 * length
+    return x - half * cos - l * sin, y - half * sin + l * cos, heading
 
 
 @compiled

@@ -64,6 +64,32 @@ def choose_lanes(net: Net, route: Sequence[str], wanted: int) -> tuple[LaneUse, 
     return (*uses, LaneUse(last, last, None))
 
 
+def replaced_start(net: Net, route: Sequence[str], wanted: int) -> str | None:
+    """Say why a route does not begin in the wanted lane; None if it does.
+
+    Args:
+        net: The network.
+        route: Edge ids, checked.
+        wanted: Lane of the first edge, 0 is the rightmost.
+
+    Raises:
+        NetworkError: As `choose_lanes`.
+    """
+    taken = choose_lanes(net, route, wanted)[0].entered.index
+    if taken == wanted:
+        return None
+    first = net.edges[route[0]]
+    onward = first.links_to(net.edges[route[1]])
+    if any(link.source.index == wanted for link in onward):
+        why = f'from "{route[1]}" on, it asks for more changes of lanes'
+    else:
+        why = f'it does not lead on to "{route[1]}"'
+    return (
+        f'{net.file}: the ego begins in lane {taken} of edge "{first.id}", '
+        f"not in lane {wanted}: {why}"
+    )
+
+
 def _cross(
     links: Sequence[Link], best: dict[NetLane, _Best], wanted: int
 ) -> dict[NetLane, _Best]:

@@ -286,15 +286,18 @@ def _episode(scenario: "Scenario", out: Path, *, gui: bool, as_json: bool) -> in
     with report_user_errors():
         from experiments.cli.compile_notice import compilation_announced
         from experiments.cli.episode_progress import progress
+        from experiments.cli.shown_log import shown_log
         from experiments.episode.drive import run_scenario
         from experiments.episode.run_folder import OutputOptions
         from experiments.interrupts import interrupts_between_steps
+        from experiments.world_setup import road
 
         with (
             compilation_announced(
                 [choice.name for _, choice in scenario.planner_choices()]
             ),
             _stdout_to_stderr(),
+            shown_log(road.log),
             interrupts_between_steps() as check_interrupt,
             progress(scenario) as show,
         ):

@@ -42,8 +42,9 @@ def compile_(
     with report_user_errors():
         import numba
 
-        from experiments.cli.compile_notice import cache_complaints_shown, compile_all
+        from experiments.cli.compile_notice import compile_all
         from experiments.cli.kernel_list import kernel_list, missing
+        from experiments.cli.shown_log import shown_log
         from experiments.config.validation_errors import unknown_name
         from planner.numerics import kernel_cache
 
@@ -55,7 +56,7 @@ def compile_(
             if name not in kernel_list():
                 known = unknown_name(name, list(kernel_list()))
                 raise ConfigError(f"there is no planner family {name!r}; {known}")
-        with cache_complaints_shown():
+        with shown_log(kernel_cache.log):
             if not kernel_cache.is_writable():
                 sys.stderr.write("rearview: no folder for compiled loops is writable\n")
                 raise typer.Exit(BAD_INPUT)

@@ -4,7 +4,6 @@ What is compiled stays in a cache, function by function: another planner, or a s
 with something new in it, may need loops that none before it needed.
 """
 
-import logging
 import multiprocessing
 import os
 import signal
@@ -17,6 +16,7 @@ from contextlib import contextmanager
 from numba.core.event import Event, Listener, install_listener
 
 from experiments.cli.kernel_list import Signature, compile_one, family_of, missing
+from experiments.cli.shown_log import shown_log
 from experiments.storage.provenance import PACKAGES
 from planner.numerics import kernel_cache
 
@@ -56,7 +56,7 @@ def compilation_announced(planners: Sequence[str] = ()) -> Iterator[None]:
     """
     announcer = _Announcer()
     families = sorted({name for name in map(family_of, planners) if name})
-    with cache_complaints_shown(), install_listener("numba:compile", announcer):
+    with shown_log(kernel_cache.log), install_listener("numba:compile", announcer):
         lacking = missing(families) if kernel_cache.is_writable() else []
         if len(lacking) > FEW:
             announcer.say()
@@ -102,23 +102,6 @@ def _show(done: int, of: int) -> None:
     if sys.stderr.isatty():
         sys.stderr.write(f"\rcompiled {done} of {of} functions")
         sys.stderr.flush()
-
-
-@contextmanager
-def cache_complaints_shown() -> Iterator[None]:
-    """Write what is wrong with the cache to stderr, one line for each thing."""
-    handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("rearview: %(message)s"))
-    log = kernel_cache.log
-    kept = log.level, log.propagate
-    log.setLevel(logging.WARNING)
-    log.propagate = False
-    log.addHandler(handler)
-    try:
-        yield
-    finally:
-        log.removeHandler(handler)
-        log.level, log.propagate = kept
 
 
 def _is_ours(module: str) -> bool:

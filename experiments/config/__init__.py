@@ -8,7 +8,7 @@ same classes.
 from experiments.config.conflict import Conflict
 from experiments.config.ego import Ego
 from experiments.config.obstacles import Obstacle, ObstacleField, RandomObstacles
-from experiments.config.scenario import DEFAULT_PLANNER, Scenario
+from experiments.config.scenario import DEFAULT_PLANNER, Scenario, default_planner
 from experiments.config.traffic import SumoTraffic, Traffic
 
 __all__ = [
@@ -21,4 +21,5 @@ __all__ = [
     "Scenario",
     "SumoTraffic",
     "Traffic",
+    "default_planner",
 ]

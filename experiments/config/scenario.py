@@ -1,5 +1,6 @@
 """The whole scenario: its sections, and what must agree between them."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -42,11 +43,25 @@ from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
 
 DEFAULT_PLANNER = "cruise"
+NETWORK_PLANNER = "route"  # the default on networks of users
 
 AnyTraffic = Annotated[
     Annotated[Traffic, Tag("flows")] | Annotated[SumoTraffic, Tag("files")],
     Discriminator(traffic_kind),
 ]
+
+
+def default_planner(data: Mapping[str, Any]) -> str:
+    """Return the planner of a scenario that names none.
+
+    Args:
+        data: The scenario as it is written.
+    """
+    network, world = data.get("network"), data.get("world", "sumo")
+    of_user = isinstance(network, Mapping) and network.get("file") is not None
+    if world == "sumo" and of_user and data.get("egos") is None:
+        return NETWORK_PLANNER
+    return DEFAULT_PLANNER
 
 
 class Simulation(Strict):
@@ -173,7 +188,11 @@ class Scenario(Strict):
     planner: Annotated[
         PlannerChoice,
         BeforeValidator(as_section("name"), json_schema_input_type=str | PlannerChoice),
-    ] = PlannerChoice(name=DEFAULT_PLANNER)
+    ] = Field(
+        default=PlannerChoice(name=DEFAULT_PLANNER),
+        description=f"default: {NETWORK_PLANNER} on the network of a file, else "
+        f"{DEFAULT_PLANNER}",
+    )
     simulation: Simulation = Simulation()
 
     @property
@@ -187,6 +206,14 @@ class Scenario(Strict):
             problem = "is missing: this is for one ego; allowed: ego instead of egos"
             raise self.error(("ego",), problem, ("egos",))
         return self.single_ego
+
+    @model_validator(mode="before")
+    @classmethod
+    def _planner_of_the_network(cls, data: Any) -> Any:
+        """Choose the planner where none is named."""
+        if isinstance(data, Mapping) and "planner" not in data:
+            return {**data, "planner": default_planner(data)}
+        return data
 
     @model_validator(mode="after")
     def _one_or_many(self) -> Self:

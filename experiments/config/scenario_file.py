@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
-from experiments.config import DEFAULT_PLANNER, Scenario
+from experiments.config import Scenario, default_planner
 from experiments.config.commonroad_scenario import (
     commonroad_document,
     complete,
@@ -288,7 +288,7 @@ def _step_into(node: Any, part: str | int, following: str | int, option: str) ->
         raise ConfigError(f"{option}: there is nothing at {part!r}")
     inner = node.get(part)
     if part == "planner" and inner is None:
-        inner = DEFAULT_PLANNER
+        inner = default_planner(node)
     if part in SHORT_FORMS and isinstance(inner, str):
         inner = {SHORT_FORMS[part]: inner}
     if inner is None or isinstance(inner, str | bool | int | float):

@@ -182,8 +182,11 @@ class BlockageDetector:
         if stats.reason:
             return stats.reason
         if stats.blocker:
-            return f"{stats.blocker} is in the way"
+            said = f"; {stats.explanation}" if stats.explanation else ""
+            return f"{stats.blocker} is in the way{said}"
         ahead = self._ahead(place, traffic)
+        if stats.explanation:
+            return f"the planner says: {stats.explanation}{ahead}"
         return f"the planner gives no reason{ahead or NOTHING_AHEAD}"
 
     def _ahead(self, place: FrenetState, traffic: TrafficState) -> str:

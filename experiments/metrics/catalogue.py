@@ -358,8 +358,9 @@ _RULES = (
         label="hindered others",
         compute=lambda e: right_of_way.encroachments(e.trace),
         formula="vehicles with the right of way that brake by 2 m/s² more than their "
-        "own turn asks for before a conflict zone, while the ego is over its line and "
-        "not out of the zone; null without a junction",
+        "own turn asks for before a conflict zone, so near that 2 m/s² would not stop "
+        "them after 1 s, while the ego is over its line and not out of the zone; null "
+        "without a junction",
         unit="",
         digits=0,
         better=LOWER,

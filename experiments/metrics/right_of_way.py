@@ -1,6 +1,7 @@
 """Metrics of the rules at junctions and signals."""
 
 import json
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from planner.states import BoolArray, FloatArray
 
 OVERSHOOT = 0.35  # a bumper that stops this far over a line has stopped at it [m]
 HARD = 2.0  # a driver with the right of way who brakes harder is hindered [m/s²]
+REACTION = 1.0  # nobody brakes earlier than after so long for a zone [s]
 STANDING = 0.1  # slower is standing [m/s]
 NEVER = np.inf
 
@@ -33,7 +35,9 @@ def encroachments(trace: Trace) -> int | None:
     """Count the vehicles with the right of way that had to brake for the ego.
 
     One counts if, before the conflict zone, it brakes by `HARD` more than its own turn
-    asks for while the ego is over its line and has not left the zone. None without a
+    asks for while the ego is over its line and has not left the zone. One that is
+    farther from the zone than it takes to stop before it with `HARD` brakes for
+    somebody else, and an ego that stands before the zone waits. None without a
     junction.
     """
     found = hindered(trace)
@@ -45,25 +49,39 @@ def hindered(trace: Trace) -> dict[str, int] | None:
     if not trace.junctions["index"].size:
         return None
     table, braking = trace.foes, _accelerations(trace)
-    index = table["index"]
+    index, step = table["index"], float(trace.fact("step_s"))
     front, rear = _fronts(trace)[index], _rears(trace)[index]
     line = _lines_of_foes(trace)
     inside = (front > line) & (rear < table["end_m"]) & (table["entry_m"] > 0.0)
     first = (table["goes_first"] == 1) & (table["gives_way"] == 0)
-    met = inside & first & (table["held"] == 0)
-    slower = table["speed_mps"] ** 2 - table["turn_speed_mps"] ** 2
-    turning = np.maximum(slower, 0.0) / (2.0 * np.maximum(table["to_line_m"], 1.0))
-    rows = zip(
-        index[met].tolist(),
-        table["vehicle"][met].tolist(),
-        turning[met].tolist(),
-        strict=True,
-    )
+    stands = np.abs(np.ma.filled(trace.steps["speed_mps"], 0.0))[index] < STANDING
+    waits = stands & (front < table["begin_m"])
+    met = inside & first & ~waits & (table["held"] == 0)
     found: dict[str, int] = {}
-    for k, name, own in rows:
-        if braking.get((k, name), 0.0) < -HARD - own:
+    for row in np.flatnonzero(met).tolist():
+        k, name = int(index[row]), str(table["vehicle"][row])
+        acceleration = braking.get((k, name), 0.0)
+        before = float(table["speed_mps"][row]) - acceleration * step
+        if acceleration < -HARD - _own_braking(table, row, before):
             found.setdefault(name, k)
     return found
+
+
+def _own_braking(table: Mapping[str, FloatArray], row: int, speed: float) -> float:
+    """Return how hard a vehicle brakes for another reason than the ego [m/s²].
+
+    Args:
+        table: Of foes.
+        row: In it.
+        speed: Before it braked in this step [m/s].
+
+    Returns:
+        What its turn asks for; inf if it is too far from the zone.
+    """
+    if table["entry_m"][row] > speed**2 / (2.0 * HARD) + speed * REACTION:
+        return np.inf
+    slower = max(speed**2 - float(table["turn_speed_mps"][row]) ** 2, 0.0)
+    return slower / (2.0 * max(float(table["to_line_m"][row]), 1.0))
 
 
 def gave_way_time(trace: Trace) -> float | None:

@@ -30,6 +30,7 @@ from planner.vehicle import Vehicle
 from sumo_nets import catalogue
 from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
+from sumo_nets.lane_choice import replaced_start
 from sumo_nets.map_files import is_map, missing_parts, network_of_map
 from sumo_nets.net_reader import Net, check_route, read_net
 from sumo_nets.route_path import LaneSpan, RoutePath, StopLine, route_path
@@ -120,10 +121,17 @@ def _network_file(file: Path) -> Path:
 
 
 def _of_route(net: Net, route: Sequence[str], lane: int | None) -> Network:
-    """Return a network with a route; without a lane from the first one for cars."""
-    check_route(net, route)
+    """Return a network with a route; without a lane from the first one for cars.
+
+    Where the route begins in another lane than the one asked for, the log says why.
+    """
+    check_route(net, route, lane)
     if lane is None:
         lane = net.edges[route[0]].drivable_lanes[0].index
+    else:
+        replaced = replaced_start(net, route, lane)
+        if replaced is not None:
+            log.warning("%s", replaced)
     return Network.from_file(net.file, route, lane)
 
 

@@ -18,7 +18,11 @@ from planner.cruise.sampling.lateral import (
     lateral_room,
     terminal_offsets,
 )
-from planner.cruise.sampling.longitudinal import EMPTY, longitudinal_profiles
+from planner.cruise.sampling.longitudinal import (
+    EMPTY,
+    STANDING,
+    longitudinal_profiles,
+)
 from planner.cruise.sampling.reference_speed import reference_speed
 from planner.cruise.settings import ComfortLimits, CruiseSettings, LateralMotion
 from planner.cruise.workspace import FollowingRules, Surroundings
@@ -27,6 +31,7 @@ from planner.reference_path.linear_curvature import curvature_at
 from planner.scene import Scene
 from planner.shapes.disc_clearance import gaps_to
 from planner.states import CartesianState, FloatArray, IntArray, Trajectory
+from planner.vehicle import body_scale
 
 QUEUE_GAP = 1.0  # from the line behind a waiting vehicle to its rear [m]
 DISC_EXCESS = 0.3  # by which the discs may reach beyond the sides of a long body [m]
@@ -36,7 +41,6 @@ TOUCH_TOLERANCE = 2e-3  # by which a gap below the margin may still shrink [m]
 # A vehicle that stands can turn its wheels before it starts: its motions need not
 # begin with the curvature that it stopped with, which may leave none within the limits.
 WHEELS_TURN_FREELY = 0.02  # [m/s]
-STANDING = 0.5  # a slower vehicle is one to steer round [m/s]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +49,7 @@ class Cycle:
 
     bodies: Bodies
     tables: CycleTables
+    scale: float  # of lengths, against those of a car [-]
     off_road: int  # candidates left out because the road is narrower than the grid
     last: Trajectory | None
 
@@ -75,7 +80,7 @@ class Cycle:
             (ego.l, first, second),
             offsets,
             settings.min_manoeuvre_length,
-            settings.min_manoeuvre_speed,
+            settings.min_manoeuvre_speed * body_scale(scene.vehicle),
             settings.step,
         )
         table, road = scene.path.table, scene.road
@@ -100,6 +105,7 @@ class Cycle:
                 profiles.speed_term,
                 lane_term(scene, offsets),
             ),
+            body_scale(scene.vehicle),
             profiles.speed_term.size * max(full_grid_size(settings) - offsets.size, 0),
             last,
         )
@@ -275,8 +281,8 @@ def _surroundings(
     )
     turn_gap = _turn_gaps(
         table,
-        settings.obstacle_gap,
-        settings.standstill_gap,
+        settings.obstacle_gap * body_scale(vehicle),
+        settings.standstill_gap * body_scale(vehicle),
         (scene.ego_frenet.s, max(scene.stop_lines, default=-np.inf)),
     )
     rules = FollowingRules(

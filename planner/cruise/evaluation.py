@@ -56,6 +56,7 @@ from planner.cruise.costs import (
 from planner.cruise.feasibility import (
     CandidateLimits,
     Check,
+    lateral_over_distance,
     lateral_quintic,
     squared_jerk,
 )
@@ -304,7 +305,8 @@ def _price(
     if worth.size == 0:
         return 0
     sample_road(rows, 0, count, cycle.road)
-    _price_end(count, rows, basis, delta_l, cycle.around, priced.own)
+    onward = _onward(p, rows, cycle.tracks, cycle.lateral)
+    _price_end(count, rows, basis, delta_l, onward, cycle.around, priced.own)
     if least.passed < np.inf:
         bound_safety(count, rows, basis, delta_l, worth, cycle.around, priced)
     return _gather(priced, factor, least, members)
@@ -373,12 +375,38 @@ def _price_motion(
         own[JERK, o] = sideways + tracks.jerk[p]
 
 
+class Onward(NamedTuple):
+    """How the offset of a profile goes on after its end, until it is reached."""
+
+    back: tuple[float, float, float, float, float, float]  # quintic to the same offset
+    unit: tuple[float, float, float, float, float, float]  # of a change of 1 m
+    length: float  # after which the offset is reached [m]
+    here: float  # offset that `back` leads to [m]
+
+
+@inlined
+def _onward(p: int, rows: FloatArray, tracks: Tracks, lateral: Lateral) -> Onward:
+    """Return how the offsets of profile `p` go on; its rows stand under the number 0.
+
+    A motion over time is taken to stay where it ends.
+    """
+    here = lateral.start[0]
+    length = lateral_length(rows, 0, tracks.duration[p], lateral)
+    return Onward(
+        lateral_quintic(lateral.start, here, length),
+        lateral_quintic((0.0, 0.0, 0.0), 1.0, length),
+        0.0 if lateral.over_time else length,
+        here,
+    )
+
+
 @inlined
 def _price_end(
     count: int,
     rows: FloatArray,
     basis: FloatArray,
     delta_l: FloatArray,
+    onward: Onward,
     around: Surroundings,
     own: FloatArray,
 ) -> None:
@@ -403,11 +431,42 @@ def _price_end(
         beyond = around.s[b, last] - s
         if around.turn_gap[b] == 0.0 or not beyond > 0.0:
             continue
-        reach = around.corridor + around.extents[b, 1] + around.extents[b, 2]
         gap = beyond - around.extents[b, 0] - around.extents[b, 2] - around.front_reach
         needed = around.turn_gap[b] + 0.5 * speed * speed / around.deceleration
         lack = 1.0 - max(gap, 0.0) / needed
-        apart = around.l[b, last] - l
+        _price_dead_end(b, rows, last, delta_l, onward, around, own[DEAD_END], lack)
+
+
+@inlined
+def _price_dead_end(
+    b: int,
+    rows: FloatArray,
+    last: int,
+    delta_l: FloatArray,
+    onward: Onward,
+    around: Surroundings,
+    dead_end: FloatArray,
+    lack: float,
+) -> None:
+    """Raise the dead end of those that come to body `b`, as they go on, to the lack.
+
+    A long body goes to the side over more metres than a slow plan covers: what counts
+    is whether its front, its axle and its rear pass beside the body, driven on.
+    """
+    reach = around.corridor + around.extents[b, 1] + around.extents[b, 2]
+    near = around.s[b, last] - around.extents[b, 0] - around.extents[b, 2]
+    start, driven = rows[0, S, 0], rows[0, S, last] - rows[0, S, 0]
+    kappa = rows[0, KAPPA, last]
+    for q in (around.front_reach, 0.0, -around.rear_overhang):
+        done = max(near - q - start, driven)
+        l, slope, unit, unit_slope = onward.here, 0.0, 1.0, 0.0
+        if done <= onward.length:
+            l, slope, _, _ = lateral_over_distance(onward.back, done, 0.0, 0.0, 0.0)
+            unit, unit_slope, _, _ = lateral_over_distance(
+                onward.unit, done, 0.0, 0.0, 0.0
+            )
+        apart = around.l[b, last] - l - q * slope + 0.5 * kappa * q * q
+        moved = unit + q * unit_slope
         for o in range(delta_l.size):
-            if abs(apart - delta_l[o] * unit) <= reach:
-                own[DEAD_END, o] = max(own[DEAD_END, o], lack)
+            if abs(apart - delta_l[o] * moved) <= reach:
+                dead_end[o] = max(dead_end[o], lack)

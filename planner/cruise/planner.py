@@ -8,11 +8,12 @@ from planner.bodies import touched_by
 from planner.cruise import costs
 from planner.cruise.candidate_motion import S
 from planner.cruise.costs import DEAD_END, JERK, OFFSET, SPEED
-from planner.cruise.cycle import STANDING, Cycle, disc_cover
+from planner.cruise.cycle import Cycle, disc_cover
 from planner.cruise.drawn_candidates import alternatives_of
 from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
-from planner.cruise.sampling.longitudinal import front_limit
+from planner.cruise.no_way_on import room_beside
+from planner.cruise.sampling.longitudinal import STANDING, front_limit
 from planner.cruise.selection import Pricing
 from planner.cruise.settings import CruiseSettings
 from planner.fallback import fallback
@@ -26,6 +27,7 @@ CHECK_NAMES = {
 }
 
 
+AT_REST = 0.1  # slower, the ego stands [m/s]
 SLOW = 3.0  # slower, the ego may be about to stop where it cannot start [m/s]
 FAR_TOO_SLOW = 1.3  # price of the speed of a plan that does not get on; 2 stands [-]
 LEAST_DRIVEN = 5.0  # a plan that drives less does not get on [m]
@@ -65,6 +67,8 @@ class CruisePlanner:
         exhaustive = scene.full_statistics or not self._separable
         cycle, found = self._search(scene, cycle, exhaustive=exhaustive)
         stats = _statistics(cycle, found)
+        if abs(scene.ego.speed) < AT_REST and not _moves(found):
+            stats = replace(stats, explanation=self._why_it_stands(scene, cycle))
         looked_at = partial(self._alternatives, cycle, found)
         if found.choice.best < 0:
             instead = _fall_back(scene, self.settings, cycle, stats)
@@ -102,15 +106,21 @@ class CruisePlanner:
             The cheapest of all that gets on and its cycle; those given without one.
         """
         best, least = (cycle, found), math.inf
+        scale = cycle.scale
         if found.choice.best >= 0:
             least = float(found.choice.terms.sum())
         for length in self.settings.starting_lengths:
-            longer = cycle.with_length(length)
+            longer = cycle.with_length(scale * length)
             tried = self._evaluate(longer, exhaustive=exhaustive)
             total = float(tried.choice.terms.sum())
             if _moves(tried) and total < least:
                 best, least = (longer, tried), total
         return best
+
+    def _why_it_stands(self, scene: Scene, cycle: Cycle) -> str:
+        """Say what a body that stands in the way leaves free, and what is needed."""
+        aside = 2.0 * (cycle.tables.around.disc_radius + self.settings.margin)
+        return room_beside(scene, cycle.bodies, aside)
 
     def _evaluate(self, cycle: Cycle, *, exhaustive: bool) -> Evaluation:
         """Evaluate the candidates of a cycle, all of them if exhaustive."""

@@ -20,9 +20,8 @@ from planner.numerics.polynomials import quintic_coefficients
 from planner.reference_path.frenet_lines import line_in_plane
 from planner.reference_path.path import ReferencePath
 from planner.states import FloatArray, FrenetState, Path
-from planner.vehicle import Vehicle
+from planner.vehicle import Vehicle, body_scale
 
-CAR_LENGTH = 5.0  # of a body for which lengths in the settings are made [m]
 SETTLING_SHARES = (1.0, 0.7, 0.5, 0.35)  # of the usual length, tried in turn
 PARALLEL = 0.05  # a lane that shifts by less is parallel to the reference path [m]
 SMOOTHED = 4.0  # to either side, over which a shifting lane is smoothed [m]
@@ -30,11 +29,6 @@ SHARES = np.linspace(-1.0, 1.0, 9)
 WINDOW = (1.0 - np.abs(SHARES)) / (1.0 - np.abs(SHARES)).sum()
 CENTRED = 0.1  # within as much of a lane's centre the body is in the lane [m]
 MAX_SWING = 0.3  # beyond where a path begins and ends [m]
-
-
-def body_scale(vehicle: Vehicle) -> float:
-    """Return how much more room than a car a body needs to pull out, at least 1."""
-    return max(vehicle.length / CAR_LENGTH, 1.0)
 
 
 class KeptLane(NamedTuple):

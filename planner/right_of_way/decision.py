@@ -21,6 +21,7 @@ OVERSHOOT = 0.3  # a bumper stopped this far over the line still waits there [m]
 BEFORE_ZONE = 0.7  # from the front bumper to the zone, where the ego stops inside [m]
 DEADLOCK = 5.0  # standing before others that stand, after this the ego goes [s]
 FOES_STOOD = 3.0  # ... if they have stood for so long [s]
+LETS_PASS = 1.0  # one that gives way inside the junction has stood for so long [s]
 LOOK_AHEAD = 1.5  # gentle braking before a line: nobody decides earlier [m/s²]
 REACTION = 1.0  # [s]
 ROOM = 5.0  # [m]
@@ -87,11 +88,24 @@ def _blocks(
     """Check whether the ego has to wait for another vehicle."""
     if ego.front > foe.begin_s or ego.rear > foe.end_s:
         return False  # in the zone: out of it, not back
+    if not _at_line(ego, junction) and _lets_pass(foe):
+        return False
     if junction.rule is Rule.ALL_WAY_STOP and foe.to_line > -OVERSHOOT:
         return _comes_before(foe, memory)
     if not counts(foe):
         return False
     return not is_open(ego, junction, foe, KEPT_GAP if memory.goes else GAP)
+
+
+def _lets_pass(foe: Foe) -> bool:
+    """Check whether the other waits inside the junction for the ego to go by.
+
+    It reaches into the zone of its whole way, but the ego meets a body that stands:
+    whether there is room beside it is a matter of the clearance of plans. Two that both
+    wait there for the other would stand for ever.
+    """
+    inside = foe.entry <= 0.0 < foe.exit
+    return inside and foe.gives_way and foe.stood >= LETS_PASS
 
 
 def _comes_before(foe: Foe, memory: Waiting) -> bool:

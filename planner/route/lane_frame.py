@@ -33,6 +33,7 @@ SPARE = 0.15  # beside a body in a bend [m]
 SHARP = 0.6  # share of the ego's curvature from which the inner side is kept free
 INNER_SPARE = 0.4  # beside the body there [m]
 EASING = 0.02  # by which this grows with each metre before the bend [-]
+SHORT = 0.1  # over which a bound steps [m]
 ANYWHERE = 100.0  # half the width of a road that is not narrowed [m]
 
 
@@ -170,7 +171,11 @@ def in_frame(frame: LaneFrame, trajectory: Trajectory) -> Trajectory:
 
 
 def corridor(
-    scene: Scene, frame: LaneFrame, kind: LaneCorridor, origin: int | None
+    scene: Scene,
+    frame: LaneFrame,
+    kind: LaneCorridor,
+    origin: int | None,
+    until: float = np.inf,
 ) -> RoadBounds:
     """Return the bounds of what may be used.
 
@@ -182,15 +187,19 @@ def corridor(
         frame: Of the lane that is followed.
         kind: What may be used.
         origin: Lane that is left, for `CHANGE`.
+        until: Where it must be left, on the reference path [m].
     """
     if kind is LaneCorridor.ROAD:
         return frame.road
-    lanes, road = scene.lanes, frame.road
+    lanes, road = scene.lanes, _refined(frame, scene.lanes, until)
     at = frame.to_reference(road.s)
     left, right = _edges(lanes, frame.lane, at)
     if kind is LaneCorridor.CHANGE and origin is not None:
         other_left, other_right = _edges(lanes, origin, at)
-        left, right = np.fmax(left, other_left), np.fmin(right, other_right)
+        # nan, without a line on that side, stays: the road's edge is the bound there
+        both = np.maximum(left, other_left), np.minimum(right, other_right)
+        left = np.where(at < until, both[0], left)
+        right = np.where(at < until, both[1], right)
     moved = np.interp(at, frame.at, frame.offset)
     need = np.interp(at, frame.at, frame.need)
     left = np.minimum(road.left, np.maximum(left - moved, need))
@@ -201,6 +210,21 @@ def corridor(
     left = np.minimum(left, np.interp(at, frame.at, frame.inner[0]))
     right = np.maximum(right, -np.interp(at, frame.at, frame.inner[1]))
     return RoadBounds(road.s, left, right)
+
+
+def _refined(frame: LaneFrame, lanes: Lanes, until: float) -> RoadBounds:
+    """Return a frame's road with knots where lanes, or a change, begin and end.
+
+    Between knots bounds are straight: over a coarse road a line that goes on for less
+    than the distance of two knots would be none.
+    """
+    road = frame.road
+    bend = np.array([until - SHORT, until]) if np.isfinite(until) else np.empty(0)
+    more = frame.to_s(np.concatenate([lanes.s, bend]))
+    inside = (more > road.s[0]) & (more < road.s[-1])
+    s = np.union1d(road.s, more[inside])
+    left, right = np.interp(s, road.s, road.left), np.interp(s, road.s, road.right)
+    return RoadBounds(s, left, right)
 
 
 def _edges(lanes: Lanes, lane: int, at: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -25,6 +25,7 @@ class LaneManoeuvre:
     phase: Phase = Phase.KEEP
     target: int | None = None
     why: str = ""  # the reason for another lane
+    beside: str = ""  # the body that leaves no gap there, while one is looked for
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,12 @@ from planner.cruise.planner import CruiseMemory
 from planner.dense import proposed as dense_proposed
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_at
-from planner.lane_change.phases.memory import Phase, about_to_enter
+from planner.lane_change.phases.memory import (
+    Phase,
+    about_to_enter,
+    reaches_over,
+)
+from planner.lane_change.surroundings import in_lane
 from planner.route.gaps import gap_beside, seeking_speed
 from planner.route.lane_frame import (
     LaneCorridor,
@@ -40,6 +45,8 @@ NEARLY = 0.4  # as near to its lane's centre a change is over [m]
 ALONG = 0.06  # and as parallel to it, dl/ds [-]
 CHANGE_TIME = 2.5  # a change needs so much way before its lanes end [s]
 CHANGE_ROOM = 9.0  # ... and at least so much [m]
+OVER_TIME = 3.5  # after so much way a change has left its lane [s]
+OVER_ROOM = 12.0  # ... and at least so much [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,6 +58,11 @@ class _Look:
     ends: FloatArray  # of the lanes [m]
     stood: float  # for how long the ego has stood [s]
     round_until: float  # see RouteMemory
+
+    @property
+    def front(self) -> float:
+        """Where the front bumper is [m]."""
+        return self.scene.ego_frenet.s + self.scene.vehicle.front_reach
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,40 +139,35 @@ class RoutePlanner:
         if wanted is None:
             return LaneManoeuvre(now.lane), scene.target_speed
         gap = gap_beside(scene, look.bodies, wanted.lane, self.settings.manoeuvre)
-        pushes = wanted.forced and look.stood >= self.settings.push_after
-        room = _has_room(look, now.lane, wanted.lane)
-        if pushes or (gap.is_safe and room):
+        if gap.is_safe and _has_room(look, now.lane, wanted.lane):
             begun = LaneManoeuvre(now.lane, Phase.CHANGE, wanted.lane, wanted.why)
             return begun, scene.target_speed
         speed = scene.target_speed
         if wanted.forced:
             speed = seeking_speed(scene, look.bodies, gap)
-        return LaneManoeuvre(now.lane, Phase.SEEK, wanted.lane, wanted.why), speed
+        beside = _name(scene, gap.because_of)
+        seeks = LaneManoeuvre(now.lane, Phase.SEEK, wanted.lane, wanted.why, beside)
+        return seeks, speed
 
     def _go_on(
         self, look: _Look, now: LaneManoeuvre, target: int
     ) -> LaneManoeuvre | None:
-        """Continue a change; None where it is given up."""
+        """Continue a change; None where it is given up.
+
+        It binds while the body reaches over the line; one that came back behind the
+        line, because the lane beside filled up, needs a gap again.
+        """
         scene = look.scene
         if look.ends[target] < scene.ego_frenet.s:
             return None
         if _is_over(scene, target):
             return LaneManoeuvre(target)
-        if now.phase is Phase.COMMITTED or about_to_enter(
-            scene, now.lane, target, scene.step
-        ):
-            if now.phase is not Phase.COMMITTED and not self._may_enter(look, target):
+        enters = about_to_enter(scene, now.lane, target, scene.step)
+        if not (enters and now.phase is Phase.COMMITTED):
+            gap = gap_beside(scene, look.bodies, target, self.settings.manoeuvre)
+            if not gap.is_safe:
                 return None
-            return replace(now, phase=Phase.COMMITTED)
-        return now if self._may_enter(look, target) else None
-
-    def _may_enter(self, look: _Look, target: int) -> bool:
-        """Check whether the gap is still one that the ego may take."""
-        if look.stood >= self.settings.push_after:
-            return True
-        return gap_beside(
-            look.scene, look.bodies, target, self.settings.manoeuvre
-        ).is_safe
+        return replace(now, phase=Phase.COMMITTED if enters else Phase.CHANGE)
 
     # driving
 
@@ -176,8 +183,9 @@ class RoutePlanner:
         lane = manoeuvre.target if changes else manoeuvre.lane
         assert lane is not None  # noqa: S101 - a change has a target
         result = self._along(look, last, manoeuvre, lane, speed)
-        if manoeuvre.phase is Phase.CHANGE and result.status is not PlanStatus.OK:
-            back = replace(manoeuvre, phase=Phase.SEEK)
+        if manoeuvre.phase is Phase.CHANGE and not _goes_over(look, result, lane):
+            beside = _name(look.scene, _ahead_in(look, lane))
+            back = replace(manoeuvre, phase=Phase.SEEK, beside=beside)
             return self._along(look, last, back, back.lane, speed)
         return result
 
@@ -197,7 +205,8 @@ class RoutePlanner:
         if _is_open(look, frame):
             kind = LaneCorridor.ROAD
         lines = (*scene.stop_lines, *self._lane_end(look, lane))
-        road = corridor(scene, frame, kind, origin)
+        until = look.front + max(OVER_ROOM, OVER_TIME * scene.ego.speed)
+        road = corridor(scene, frame, kind, origin, until)
         seen = seen_from(scene, frame, road, tuple(sorted(lines)))
         if seen is None:
             frame = reference_frame(scene, lane)
@@ -214,9 +223,7 @@ class RoutePlanner:
         end = look.ends[lane]
         if not np.isfinite(end) or end >= look.ends.max():
             return ()
-        scene = look.scene
-        front = scene.ego_frenet.s + scene.vehicle.front_reach
-        stop = front + max(scene.ego.speed, 0.0) ** 2 / (2.0 * FIRM)
+        stop = look.front + max(look.scene.ego.speed, 0.0) ** 2 / (2.0 * FIRM)
         return (float(max(end - self.settings.end_room, min(stop, end - 1.0))),)
 
     def _without_lanes(self, look: _Look, last: RouteMemory | None) -> PlanResult:
@@ -271,18 +278,54 @@ def _kept(look: _Look, last: RouteMemory | None) -> LaneManoeuvre:
 
 
 def _is_over(scene: Scene, target: int) -> bool:
-    """Check whether a change is over: the ego drives along in its new lane."""
+    """Check whether a change is over: the ego drives along in its new lane.
+
+    One that stands there, to wait for the next change, need not be in its middle.
+    """
     ego, lanes = scene.ego_frenet, scene.lanes
     centre = float(np.interp(ego.s, lanes.s, lanes.centre[target]))
+    if scene.ego.speed < STANDING:
+        half = 0.5 * float(np.interp(ego.s, lanes.s, lanes.width[target]))
+        return all(
+            reaches_over(scene.vehicle, ego.l, ego.l_prime, centre + side * half, side)
+            < 0.0
+            for side in (-1, 1)
+        )
     return abs(ego.l - centre) < NEARLY and abs(ego.l_prime) < ALONG
+
+
+def _name(scene: Scene, body: int) -> str:
+    """Return the id of a body of the table, obstacles first; empty for none."""
+    return (*scene.obstacles.ids, *scene.vehicles.ids)[body] if body >= 0 else ""
 
 
 def _has_room(look: _Look, own: int, target: int) -> bool:
     """Check that both lanes go on for as long as a change takes."""
-    scene = look.scene
-    front = scene.ego_frenet.s + scene.vehicle.front_reach
-    need = max(CHANGE_ROOM, CHANGE_TIME * scene.ego.speed)
-    return bool(min(look.ends[own], look.ends[target]) - front >= need)
+    need = max(CHANGE_ROOM, CHANGE_TIME * look.scene.ego.speed)
+    return bool(min(look.ends[own], look.ends[target]) - look.front >= need)
+
+
+def _ahead_in(look: _Look, lane: int) -> int:
+    """Return the row of the nearest body ahead in a lane; -1 without one."""
+    bodies = look.bodies
+    s = np.where(in_lane(look.scene, bodies, lane), bodies.s, np.inf)
+    s = np.where(s > look.scene.ego_frenet.s, s, np.inf)
+    return int(np.argmin(s)) if s.size and np.isfinite(s.min()) else -1
+
+
+def _goes_over(look: _Look, result: PlanResult, target: int) -> bool:
+    """Check whether a plan ends in the lane to which it is to change.
+
+    One that would rather slow down in its lane, behind which it comes too close to the
+    end to change at all, is no change.
+    """
+    way = result.trajectory
+    if result.status is not PlanStatus.OK or way is None:
+        return False
+    lanes = look.scene.lanes
+    centre = np.interp(way.s[-1], lanes.s, lanes.centre[target])
+    half = 0.5 * np.interp(way.s[-1], lanes.s, lanes.width[target])
+    return bool(abs(way.l[-1] - centre) < half)
 
 
 def _obstacles_ahead(look: _Look) -> bool:
@@ -348,8 +391,11 @@ def _told(
     if manoeuvre.target is not None:
         words.append(f"to {manoeuvre.target}: {manoeuvre.why}")
     if manoeuvre.phase is Phase.SEEK:
-        words.append("no gap yet")
+        beside = f", {manoeuvre.beside} is beside" if manoeuvre.beside else ""
+        words.append("no gap yet" + beside)
     if kind is LaneCorridor.ROAD:
         words.append("round what stands")
     stats = replace(result.stats, explanation=", ".join(words))
+    if look.stood > 0.0 and manoeuvre.beside and stats.blocker is None:
+        stats = replace(stats, blocker=manoeuvre.beside)  # it waits for a gap
     return replace(result, trajectory=trajectory, memory=memory, stats=stats)

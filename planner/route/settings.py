@@ -22,7 +22,6 @@ class RouteSettings:
     gain: float = 3.0  # of mean speed, that is worth a change [m/s]
     quiet: float = 120.0  # before lines and junctions, without changes for speed [m]
     patience: float = 12.0  # standing before what stands, then round it [s]
-    push_after: float = 15.0  # standing at a lane's end, then any free gap will do [s]
     stuck_after: float = 2.0  # standing before obstacles, then dense drives [s]
 
     def __post_init__(self) -> None:

@@ -98,7 +98,8 @@ def test_a_plan_that_ends_too_near_does_not_cost_the_last_stop(speed):
     # it is free as far as it reaches, and never slower: what stands is just behind
     path = straight()
     last = plan_along(path, 20.0, speed)
-    wall = float(last.s[-1]) + 0.5
+    end = float(last.s[-1])
+    wall = end + 0.5
 
     def blocker(trajectory):
         return "wall" if trajectory.s[-1] > wall else None
@@ -114,7 +115,23 @@ def test_a_plan_that_ends_too_near_does_not_cost_the_last_stop(speed):
     assert PlanStatus.EMERGENCY_BRAKING not in statuses
     stop = stopping_way(speed, scene.vehicle.limits.max_deceleration, STOP_JERK)
     begun = statuses.index(PlanStatus.FULL_STOP)
-    assert wall - stop - (20.0 + speed * STEP * (begun + 1)) < 1.01 * speed * STEP
+    assert end - stop - (20.0 + speed * STEP * (begun + 1)) < 1.01 * speed * STEP
+
+
+def test_a_plan_that_winds_past_bodies_is_driven_as_far_as_a_stop_fits_on_it():
+    # stops settle on an offset, and would hit what the plan itself goes round
+    path = winding()
+    last = plan_along(path, 10.0, 8.0, l=1.5)
+
+    def blocker(trajectory):
+        near = np.abs(trajectory.l - 1.5).max() < 1e-6
+        return None if near else "beside"
+
+    scene = scene_after(path, last)
+    for k in range(30):
+        status, last = fallback(scene, last, blocker, HORIZON)
+        assert status is PlanStatus.LAST_PLAN_SHIFTED, k
+        scene = scene_after(path, last)
 
 
 def test_without_a_last_plan_the_ladder_begins_with_the_stop():

@@ -10,6 +10,7 @@ from planner.prediction import constant_speed
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import line
 from planner.ways import (
+    FADE,
     NEXT_LANE,
     NO_WAY,
     SLOWING,
@@ -54,11 +55,24 @@ def test_a_turn_is_driven_along_its_arc():
     users, ways = one(x=0.0, y=0.0, heading=0.0, speed=6.0, lines=[arc(20.0)])
     plain, turned = predicted(users, ways)
     angle = 6.0 * TIMES / 20.0
-    assert turned.x[0] == pytest.approx(20.0 * np.sin(angle), abs=2e-2)
-    assert turned.y[0] == pytest.approx(20.0 * (1.0 - np.cos(angle)), abs=2e-2)
+    # its middle is inside of the arc by 4²/(8 * 20) = 0.1 m
+    assert turned.x[0] == pytest.approx(20.0 * np.sin(angle), abs=0.12)
+    assert turned.y[0] == pytest.approx(20.0 * (1.0 - np.cos(angle)), abs=0.12)
     assert turned.heading[0][5:] == pytest.approx(angle[5:], abs=2e-2)
     assert np.abs(plain.y[0]).max() < 1e-9
     assert turned.l[0] == pytest.approx(turned.y[0], abs=1e-6)  # the path lies on y = 0
+
+
+def test_a_long_vehicle_cuts_the_corner_with_both_ends_on_its_way():
+    users, ways = one(x=0.0, y=0.0, heading=0.0, speed=6.0, lines=[arc(20.0)])
+    lorry = replace(users, length=np.array([12.0]))
+    _, turned = predicted(lorry, ways)
+    assert (turned.x[0][0], turned.y[0][0]) == pytest.approx((0.0, 0.0), abs=1e-9)
+    later = TIMES > FADE
+    x, y, heading = turned.x[0][later], turned.y[0][later], turned.heading[0][later]
+    for along in (-6.0, 6.0):
+        end = x + along * np.cos(heading), y + along * np.sin(heading)
+        assert np.hypot(end[0], end[1] - 20.0) == pytest.approx(20.0, abs=0.08)
 
 
 def test_without_a_way_nothing_changes():

@@ -9,7 +9,13 @@ import pytest
 
 from sumo_nets.catalogue import Network, network, networks
 from sumo_nets.errors import NetworkError
-from sumo_nets.lane_choice import CHANGE, COMFORTABLE_CHANGE, OFF_WANTED, choose_lanes
+from sumo_nets.lane_choice import (
+    CHANGE,
+    COMFORTABLE_CHANGE,
+    OFF_WANTED,
+    choose_lanes,
+    replaced_start,
+)
 from sumo_nets.net_reader import read_net
 from sumo_nets.route_path import SPACING, route_path
 
@@ -157,6 +163,15 @@ def test_lane_closed_to_cars_is_no_lane_for_the_ego(tmp_path):
         NetworkError, match=r'"a" has no lane 0 for cars, only \[1, 2\]'
     ):
         route_path(small_net(tmp_path), ["a", "b", "c"], 0)
+
+
+def test_a_start_lane_that_is_not_taken_is_said_with_the_reason(tmp_path):
+    net = read_net(small_net(tmp_path))
+    assert replaced_start(net, ["a", "b"], 1) is None
+    assert replaced_start(net, ["a", "b"], 2) == (
+        f'{net.file}: the ego begins in lane 1 of edge "a", not in lane 2: '
+        'it does not lead on to "b"'
+    )
 
 
 def cheapest(net, route, wanted):

@@ -17,7 +17,9 @@ from planner.numerics.compiled import compiled, inlined
 from planner.numerics.interpolation import interpolate
 from planner.scene import Scene
 from planner.states import FloatArray, freeze
+from planner.vehicle import body_scale
 
+STANDING = 0.5  # a slower vehicle is one to steer round [m/s]
 SLOW = 3.0  # below it the ego may also creep [m/s]
 REVERSE_TOLERANCE = 0.02  # rounding of profiles that end in a stand [m/s]
 SPEED_EXCESS = 0.5  # over the largest speed that a profile may have [m/s]
@@ -84,7 +86,7 @@ def longitudinal_profiles(
             _row(settings.follow_times),
             NO_LEADER if leader is None else leader.s,
             NO_LEADER if leader is None else leader.speed,
-            settings.standstill_gap,
+            settings.standstill_gap * _gap_scale(scene, leader),
             settings.time_headway,
             vehicle.front_reach,
         ),
@@ -101,6 +103,16 @@ def longitudinal_profiles(
             front_limit(scene) - vehicle.front_reach,
         ),
     )
+
+
+def _gap_scale(scene: Scene, leader: Leader | None) -> float:
+    """Return the scale of the gap to a leader: a long body needs more to steer round.
+
+    What will drive on, or waits at a closed line, is not steered round.
+    """
+    if leader is None or scene.stop_lines or leader.speed.max() > STANDING:
+        return 1.0
+    return body_scale(scene.vehicle)
 
 
 @lru_cache(maxsize=64)

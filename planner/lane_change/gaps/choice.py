@@ -15,7 +15,6 @@ from planner.lane_change.gaps.rollout import (
     best_entry,
     lane_traffic,
 )
-from planner.lane_change.path import body_scale
 from planner.lane_change.phases.cycle_view import (
     Situation,
     blockage_ahead,
@@ -23,6 +22,7 @@ from planner.lane_change.phases.cycle_view import (
 )
 from planner.lane_change.settings import GapSettings, LaneChangeSettings
 from planner.states import BoolArray, FloatArray
+from planner.vehicle import body_scale
 
 QUEUE_GAP = 2.5  # between vehicles that wait at a blockage [m]
 LEAST_ROOM = 5.0  # of a car, in which it may come past a blockage [m]

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from planner.lane_change.path import body_scale, lane_keeping_path
+from planner.lane_change.path import lane_keeping_path
 from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.cycle_view import (
     STANDSTILL_ROOM,
@@ -34,6 +34,7 @@ from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.plan import plan_speed
 from planner.lane_change.surroundings import in_lane
 from planner.states import BoolArray, Path
+from planner.vehicle import body_scale
 
 
 def go_on(

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_worths
-from planner.lane_change.path import body_scale
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.program import SpeedTask, knot_times
 from planner.lane_change.speed.st_graph import UsersInTime, in_time
 from planner.lane_change.surroundings import behind_ego
 from planner.scene import Scene
 from planner.states import BoolArray, FloatArray, SpeedProfile
+from planner.vehicle import body_scale
 
 BESIDE_THE_WAY = 60.0  # added to the path that the fastest drive needs [m]
 STANDSTILL_ROOM = 0.005  # a program needs some room, also to stand still [m]

@@ -349,6 +349,20 @@ def test_unknown_scenarios_suggest_a_close_one():
         load_scenario("none.yaml")
 
 
+def test_the_default_planner_of_a_network_file_drives_routes(tmp_path):
+    file = tmp_path / "mine.yaml"
+    text = "name: mine\nego: {goal_m: 9}\nnetwork: {file: a.net.xml}\n"
+    file.write_text(text)
+    (tmp_path / "a.net.xml").write_text("<net/>")
+    assert load_scenario(str(file)).planner.name == "route"
+    set_so = load_scenario(str(file), overrides=["planner.settings.gain=2.0"])
+    assert (set_so.planner.name, set_so.planner.settings) == ("route", {"gain": 2.0})
+    file.write_text(text + "planner: cruise\n")
+    assert load_scenario(str(file)).planner.name == "cruise"
+    file.write_text(text.replace("{file: a.net.xml}", "straight"))
+    assert load_scenario(str(file)).planner.name == "cruise"
+
+
 def test_network_files_are_relative_to_the_scenario(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(

@@ -55,6 +55,19 @@ def test_without_a_reason_the_ego_may_give_way_for_longer():
     assert first_blocked(at) == 15.0
 
 
+def test_what_the_planner_explains_is_said():
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none())
+    place = FrenetState(10.0, *(0.0,) * 7)
+    ego = CartesianState(10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    detector.update(place, ego, traffic(2.0), (), PlanStats())
+    told = [
+        detector.standing(place, traffic(3.0), PlanStats(blocker=name, explanation="x"))
+        for name in (None, "a")
+    ]
+    assert told[0].endswith("the planner says: x")
+    assert told[1].endswith("a is in the way; x")
+
+
 def test_the_reason_says_since_when():
     detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none())
     place = FrenetState(10.0, *(0.0,) * 7)

@@ -50,8 +50,10 @@ def test_a_closed_line_that_is_driven_over_is_counted_once():
     assert right_of_way.line_violations(beyond) == 0
 
 
-def braking_foe(acceleration, **changes):
-    foe = FOE._replace(begin_s=22.0, end_s=28.0, entry=30.0, to_line=27.0, **changes)
+def braking_foe(acceleration, entry=30.0, **changes):
+    foe = FOE._replace(
+        begin_s=22.0, end_s=28.0, entry=entry, to_line=entry - 3.0, **changes
+    )
     return drive(
         foes=lambda _: [foe],
         cars=lambda _: [("foe", 50.0, 30.0, -1.57, 10.0, acceleration)],
@@ -68,6 +70,8 @@ def test_only_those_with_the_right_of_way_are_hindered():
     # from 13.9 to 5 m/s within 27 m: 3.1 m/s² are its own
     assert right_of_way.encroachments(braking_foe(-4.5, turn_speed=5.0)) == 0
     assert right_of_way.encroachments(braking_foe(-5.5, turn_speed=5.0)) == 1
+    # one that could stop before the zone with 2 m/s² much later brakes for another
+    assert right_of_way.encroachments(braking_foe(-4.5, entry=100.0)) == 0
 
 
 def test_waiting_counts_while_the_ego_stands():

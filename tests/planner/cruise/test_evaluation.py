@@ -6,6 +6,7 @@ cost term is done again in plain numpy, candidate by candidate.
 
 import math
 from dataclasses import dataclass, fields, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -32,7 +33,7 @@ from planner.interface import PlanStatus
 from planner.reference_path.frenet import frenet_to_cartesian
 from planner.scene import Lanes
 from planner.states import FrenetStates
-from planner.vehicle import Vehicle
+from planner.vehicle import Vehicle, body_scale
 from tests.planner.scenes import STEP, Car, Disc, bend, ego_on, make_scene, straight
 
 TOLERANCE = 1e-6  # of limits
@@ -101,7 +102,8 @@ def lateral(settings, scene, motion, duration, offset):
     else:
         end = min(round(duration / settings.step), s.size - 1)
         slow = max(
-            settings.min_manoeuvre_length, settings.min_manoeuvre_speed * duration
+            settings.min_manoeuvre_length,
+            settings.min_manoeuvre_speed * duration * body_scale(scene.vehicle),
         )
         done, length = s - s[0], max(s[end] - s[0], slow)
         start = (ego.l, ego.l_prime, ego.l_second)
@@ -287,7 +289,12 @@ class SlowPlanner:
                 "offset": float(np.mean(l**2)),
                 "heading": math.sin(error[-1]) ** 2,
                 "headway": self._headway(s, s_dot, l),
-                "dead_end": self._dead_end(s, s_dot, l),
+                "dead_end": self._dead_end(
+                    s,
+                    s_dot,
+                    partial(self._onward, polynomial, length, offset),
+                    float(road.curvature[-1]),
+                ),
                 "lane": self._lane(offset),
             }
         found = Candidate(p, verdict or "passed", terms, s, l, plane.x, plane.y)
@@ -370,7 +377,15 @@ class SlowPlanner:
                     total += (1.0 - max(gap, 0.0) / needed) ** 2
         return total * STRIDE / self.tracks.rows.shape[2]
 
-    def _dead_end(self, s, s_dot, l):
+    def _onward(self, polynomial, length, offset, done):
+        """Offset and slope of the motion, driven on beyond the plan."""
+        over_time = self.settings.lateral_motion is LateralMotion.TIME
+        if over_time or done > length + 1e-9:
+            return offset, 0.0
+        u = done / length
+        return polynomial(u), polynomial.deriv(1)(u) / length
+
+    def _dead_end(self, s, s_dot, onward, kappa):
         settings, bodies, vehicle = self.settings, self.bodies, self.scene.vehicle
         stopping = s_dot[-1] ** 2 / (2.0 * vehicle.limits.max_deceleration)
         worst, i = 0.0, s.size - 1
@@ -378,11 +393,18 @@ class SlowPlanner:
             ~bodies.table.follower & (bodies.table.speed <= STANDING)
         ):
             beyond = bodies.table.s[b, i] - s[-1]
-            if beyond <= 0.0 or abs(bodies.table.l[b, i] - l[-1]) > self._corridor(b):
-                continue
             half_length, _, radius = bodies.table.extents[b]
+            near = bodies.table.s[b, i] - half_length - radius
+            apart = math.inf
+            for q in (vehicle.front_reach, 0.0, -vehicle.rear_overhang):
+                l, slope = onward(max(near - q, s[-1]) - s[0])
+                place = l + q * slope - 0.5 * kappa * q * q
+                apart = min(apart, abs(bodies.table.l[b, i] - place))
+            if beyond <= 0.0 or apart > self._corridor(b):
+                continue
             gap = max(beyond - half_length - radius - vehicle.front_reach, 0.0)
-            worst = max(worst, 1.0 - gap / (settings.obstacle_gap + stopping))
+            room = settings.obstacle_gap * body_scale(vehicle)
+            worst = max(worst, 1.0 - gap / (room + stopping))
         return worst
 
     def _bodies(self, found, plane):

@@ -11,7 +11,6 @@ from planner.lane_change import proposed
 from planner.lane_change.path import (
     ChangeTarget,
     best_change,
-    body_scale,
     lane_keeping_path,
 )
 from planner.lane_change.road_edges import (
@@ -22,7 +21,7 @@ from planner.lane_change.road_edges import (
 from planner.lane_change.settings import PathSettings
 from planner.scene import OFF_ROAD_TOLERANCE
 from planner.states import Path
-from planner.vehicle import Vehicle
+from planner.vehicle import Vehicle, body_scale
 from tests.planner.lane_change.roads import on_lanes
 from tests.planner.lane_change.test_planner import wall
 from tests.planner.scenes import winding

@@ -119,3 +119,20 @@ def test_nobody_decides_from_far_away(speed, front):
     way = 100.0 - front
     braking = speed**2 / 3.0
     assert is_near(ego, junction(Rule.MINOR)) == (way <= braking + speed + 5.0)
+
+
+def test_one_that_waits_inside_for_the_ego_is_passed():
+    inside = AtJunction(101.0, 96.0, 1.0, 13.9, 3.0, 8.0)
+    waits = FOE._replace(
+        entry=-1.9, exit=12.4, to_line=-4.2, speed=0.0, stood=1.5,
+        goes_first=False, gives_way=True,
+    )  # fmt: skip
+    assert lines(Rule.MINOR, inside, [waits]).stop_s is None
+    # not from before the line, not past one that moves or has the right of way
+    assert lines(Rule.MINOR, WAITING, [waits]).stop_s == 100.0
+    for other in (
+        waits._replace(stood=0.5),
+        waits._replace(stood=0.0, speed=1.0),
+        waits._replace(goes_first=True, gives_way=False),
+    ):
+        assert lines(Rule.MINOR, inside, [other]).because_of == "foe"

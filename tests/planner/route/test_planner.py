@@ -21,7 +21,8 @@ from planner.route.lane_frame import (
     seen_from,
 )
 from planner.route.lane_need import lane_ends, lanes_to_follow
-from planner.scene import Lanes
+from planner.route.memory import LaneManoeuvre
+from planner.scene import Lanes, RoadBounds
 from tests.planner.scenes import Car, bend, ego_on, make_scene, road, straight
 
 WIDTH = 3.5
@@ -81,7 +82,7 @@ def test_it_waits_before_the_end_while_the_lane_beside_is_full():
     path = straight(500.0)
     beside = [Car(20.0 + 9.0 * k, 0.0, speed=8.0) for k in range(40)]
     scene = scene_on(path, ego_on(path, 180.0, -WIDTH, speed=8.0), beside, end=END)
-    plans = rollout(scene, proposed(RouteSettings(push_after=1e9)), 120, beside)
+    plans = rollout(scene, proposed(), 120, beside)
     fronts = [s.ego_frenet.s + s.vehicle.front_reach for s, _ in plans]
     assert max(fronts) < END
     assert all(p.memory.manoeuvre.phase is Phase.SEEK for _, p in plans[5:])
@@ -183,3 +184,61 @@ def test_a_plan_depends_on_scene_and_memory_alone():
     other = proposed().plan(scene, second.memory)
     assert np.array_equal(again.trajectory.x, other.trajectory.x)
     assert again.stats.explanation == other.stats.explanation
+
+
+def test_it_waits_at_a_lane_s_end_for_a_gap_however_long_it_takes():
+    path = straight(500.0)
+    front = END - 3.8
+    # slow cars, bumper to bumper beside the ego: no room for its body
+    beside = [Car(front - 60.0 + 8.0 * k, 0.0, speed=0.0) for k in range(20)]
+    scene = scene_on(path, ego_on(path, END - 20.0, -WIDTH, speed=0.0), beside, end=END)
+    plans = rollout(scene, proposed(), 250, beside)
+    assert all(p.memory.manoeuvre.phase is Phase.SEEK for _, p in plans[1:])
+    last = plans[-1][1].stats
+    assert last.blocker in scene.vehicles.ids
+    assert f"no gap yet, {last.blocker} is beside" in last.explanation
+
+
+def memory_of(plan, phase, lane=0, target=1):
+    manoeuvre = LaneManoeuvre(lane, phase, target, "lane 0 ends")
+    return replace(plan.memory, manoeuvre=manoeuvre)
+
+
+def test_a_change_binds_only_while_the_body_is_over_the_line():
+    path = straight(500.0)
+    full = [Car(150.0 + 8.0 * k, 0.0, speed=0.0) for k in range(20)]
+    for l, phase in ((-WIDTH, Phase.SEEK), (-WIDTH + 1.2, Phase.COMMITTED)):
+        scene = scene_on(path, ego_on(path, 200.0, l, speed=0.0), full, end=END)
+        plan = proposed().plan(scene, None)
+        plan = proposed().plan(scene, memory_of(plan, Phase.COMMITTED))
+        assert plan.memory.manoeuvre.phase is phase
+
+
+def test_who_stands_inside_the_new_lane_has_changed():
+    path = straight(500.0)
+    scene = scene_on(path, ego_on(path, 200.0, -0.6, speed=0.0), end=END)
+    plan = proposed().plan(scene, None)
+    plan = proposed().plan(scene, memory_of(plan, Phase.COMMITTED))
+    assert (plan.memory.manoeuvre.lane, plan.memory.manoeuvre.target) == (1, None)
+
+
+@pytest.mark.parametrize(("target", "origin"), [(1, 0), (0, 1)])
+def test_a_change_has_both_lanes_up_to_where_the_old_one_must_be_left(target, origin):
+    path = straight(400.0)
+    scene = scene_on(path, ego_on(path, 100.0, -WIDTH * (1 - origin)))
+    grid = np.arange(0.0, 400.0)
+    scene = replace(
+        scene,
+        road=RoadBounds(grid, np.full(400, WIDTH / 2), np.full(400, -1.5 * WIDTH)),
+    )
+    frame = lane_frame(scene, target)
+    bounds = corridor(scene, frame, LaneCorridor.CHANGE, origin, 150.0)
+    own = -WIDTH * (1 - target)
+    for s, others in ((120.0, True), (160.0, False)):
+        left, right = bounds.at(np.array([s]))
+        assert left[0] + own == pytest.approx(
+            WIDTH / 2 if target or others else -WIDTH / 2, abs=0.01
+        )
+        assert right[0] + own == pytest.approx(
+            -1.5 * WIDTH if others or not target else -WIDTH / 2, abs=0.01
+        )
