@@ -188,7 +188,7 @@ class BlockageDetector:
         bodies = BodiesAlongPath.of(
             self._path, self._obstacles, traffic.vehicles, STANDING
         )
-        refused = _refused(stats)
+        refused = _refused(stats) + _planned(stats)
         if stats.blocker:
             room = ""
             if stats.blocker in bodies.ids:
@@ -199,7 +199,9 @@ class BlockageDetector:
             return f"{ahead}{refused}"
         if ahead:
             return f"the planner gives no reason; {ahead}"
-        return f"the planner gives no reason{NOTHING_AHEAD}{refused}"
+        if refused:
+            return f"nothing stands ahead, yet its plans do not move off{refused}"
+        return f"the planner gives no reason{NOTHING_AHEAD}"
 
     def _ahead(self, place: FrenetState, bodies: BodiesAlongPath) -> str:
         """Describe the nearest body that stands before the ego; empty without one."""
@@ -248,3 +250,8 @@ def _refused(stats: PlanStats) -> str:
         for name, count in sorted(stats.removed.items(), key=lambda item: -item[1])
     )
     return f"; motions refused: {checks}"
+
+
+def _planned(stats: PlanStats) -> str:
+    """Say what the planner is about; empty if it does not tell."""
+    return f"; its plan: {stats.explanation}" if stats.explanation else ""

@@ -187,7 +187,8 @@ def test_what_a_named_body_leaves_free_and_what_refused_the_motions_is_said():
     detector = BlockageDetector(5.0, Vehicle(), PATH, wall, BOUNDS)
     place = FrenetState(10.0, *(0.0,) * 7)
     for blocker in ("wall", None):
-        stats = PlanStats(blocker=blocker, removed={"road": 4, "lateral_jerk": 7})
+        removed = {"road": 4, "lateral_jerk": 7}
+        stats = PlanStats(blocker=blocker, removed=removed, explanation="no gap yet")
         said = None
         for k in range(11):
             ego = CartesianState(10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -197,7 +198,18 @@ def test_what_a_named_body_leaves_free_and_what_refused_the_motions_is_said():
         assert said.endswith(
             f": wall {which}, with 3.5 m free on its left and 2.5 m on its right "
             "for a body 1.9 m wide; motions refused: lateral jerk 7, road 4"
+            "; its plan: no gap yet"
         )
+
+
+def test_what_refused_the_motions_is_said_also_with_nothing_ahead():
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none(), BOUNDS)
+    ego, place = CartesianState(*(0.0,) * 6), FrenetState(*(0.0,) * 8)
+    stats = PlanStats(removed={"curvature": 3})
+    detector.update(place, ego, traffic(0.0), (), stats)
+    said = detector.standing(place, traffic(1.0), stats)
+    assert said is not None
+    assert said.endswith("plans do not move off; motions refused: curvature 3")
 
 
 def test_an_ego_that_stands_when_the_time_is_up_says_since_when():
