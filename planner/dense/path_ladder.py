@@ -24,6 +24,7 @@ from planner.dense.lattice_methods import LatticeStatus, plan_adaptive, plan_uni
 from planner.dense.settings import DenseSettings, PathMethod
 from planner.dense.sides.sequences import SideSearch, search_sides, side_task
 from planner.dense.tube.corridor import PathGuess
+from planner.dense.turning import Momentum, Turning
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray
 
@@ -51,6 +52,9 @@ class PathTask:
     start: PathStart
     s_end: float
     max_curvature: float  # [1/m]
+    momentum: Momentum
+    turnings: tuple[Turning, ...]  # what may be taken, the gentlest first
+    turning: Turning | None = None  # what is taken, None: only the sharpest counts
 
 
 def choose_path(
@@ -65,14 +69,32 @@ def choose_path(
     """
     if settings.method is not PathMethod.SIDE_SEQUENCES:
         return _by_lattice(task, settings)
+    *gentler, hardest = [replace(task, turning=each) for each in task.turnings]
+    for gentle in gentler:
+        found = _by_sides(gentle, last, settings.margins[0], settings)
+        if found is not None:
+            return found
+    for one in (hardest, replace(task, turning=None)):
+        found = _widest(one, last, settings)
+        if found is None:
+            found = _as_far_as_possible(one, last, settings)
+        if found is not None:
+            return found
+    return None
+
+
+def _widest(
+    task: PathTask, last: Mapping[str, float], settings: DenseSettings
+) -> ChosenPath | None:
+    """Find the path with the widest margin that has one."""
     widest, *narrower = settings.margins
     found = _by_sides(task, last, widest, settings)
     if found is not None or not narrower:
-        return found or _as_far_as_possible(task, last, settings)
+        return found
     # What has no path with the least margin has none with more.
     tight = _by_sides(task, last, narrower[-1], settings)
     if tight is None:
-        return _as_far_as_possible(task, last, settings)
+        return None
     for margin in narrower[:-1]:
         found = _by_sides(task, last, margin, settings)
         if found is not None:
@@ -90,7 +112,8 @@ def _by_sides(
     limits = replace(
         settings.sides, margin=margin, max_curvature=task.max_curvature, alternatives=0
     )
-    sides = side_task(task.field, task.cover, task.start, task.s_end, limits)
+    turning = None if task.turning is None else (task.momentum, task.turning)
+    sides = side_task(task.field, task.cover, task.start, task.s_end, limits, turning)
     given = np.array([last.get(name, 0.0) for name in task.field.ids])
     if not np.any(given != 0.0):
         return _chosen(task, search_sides(sides), margin, 0)

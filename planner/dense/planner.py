@@ -12,6 +12,7 @@ from planner.dense.path_ladder import ChosenPath, PathTask, choose_path
 from planner.dense.settings import DenseSettings
 from planner.dense.speed import DrivablePath, knot_times, plan_drive
 from planner.dense.vehicles_ahead import bound_by_vehicles
+from planner.dense.turning import Momentum, Turning
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.path_velocity import trajectory_on
@@ -19,6 +20,7 @@ from planner.reference_path.frenet_lines import line_in_plane
 from planner.scene import Scene
 from planner.scene_checks import invalid
 from planner.states import Path, SpeedProfile, Trajectory
+from planner.vehicle import VehicleLimits
 
 HARD_GAP = 0.02  # least distance to a body that a fallback may leave [m]
 AT_THE_END = 1.0  # within it of the bound, a vehicle is what holds the ego up [m]
@@ -74,6 +76,8 @@ class DensePlanner:
             PathStart(ego.s, ego.l, ego.l_prime, ego.l_second),
             ego.s + horizon,
             settings.curvature_share * vehicle.limits.max_curvature,
+            Momentum(scene.ego.speed, scene.ego.curvature),
+            turnings_of(settings, vehicle.limits),
         )
 
     def _in_plane(self, scene: Scene, chosen: ChosenPath) -> Path | None:
@@ -94,6 +98,17 @@ class DensePlanner:
             path, scene, times, self.settings.drive.vehicle_gap
         )
         return DrivablePath(path, end, bound), blockers
+
+
+def turnings_of(settings: DenseSettings, limits: VehicleLimits) -> tuple[Turning, ...]:
+    """Return what a path may take: comfortable, and firm."""
+    drive, share = settings.drive, settings.firm_share
+    comfortable = drive.lateral_share * limits.max_lateral_acceleration
+    firm = share * limits.max_lateral_acceleration
+    return (
+        Turning(comfortable, drive.braking),
+        Turning(firm, share * limits.max_deceleration),
+    )
 
 
 def _holding(

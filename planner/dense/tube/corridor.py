@@ -162,7 +162,7 @@ def sides_of(
 
 @compiled
 def second_bounds(
-    path: PathGuess, road: RoadAlong, max_curvature: float
+    path: PathGuess, road: RoadAlong, max_curvature: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Compute bounds of l'' that keep the curvature in its own; eq. 3.45 about a path.
 
@@ -171,7 +171,7 @@ def second_bounds(
     Args:
         path: (n,).
         road: At its knots.
-        max_curvature: [1/m].
+        max_curvature: At the knots, (n,) [1/m].
 
     Returns:
         (lowest, highest) l'', (n,) each [1/m].
@@ -182,6 +182,6 @@ def second_bounds(
         curvature, rate = road.curvature[k], road.rate[k]
         rho = max(1.0 - curvature * l[k], MIN_STRETCH)
         bend = (rate * l[k] + curvature * slope[k]) * slope[k] / rho
-        low[k] = (-max_curvature * rho - curvature) * rho - bend
-        high[k] = (max_curvature * rho - curvature) * rho - bend
+        low[k] = (-max_curvature[k] * rho - curvature) * rho - bend
+        high[k] = (max_curvature[k] * rho - curvature) * rho - bend
     return low, high

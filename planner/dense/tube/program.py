@@ -72,7 +72,7 @@ def tube_about(
     field: FrenetObstacles,
     cover: Cover,
     margin: float,
-    max_curvature: float,
+    max_curvature: float | FloatArray,
     inset: float = 0.0,
 ) -> Tube:
     """Compute the room about a guess.
@@ -82,7 +82,7 @@ def tube_about(
         field: Obstacles and road.
         cover: Of the ego.
         margin: Kept beyond the discs [m].
-        max_curvature: Of the path [1/m].
+        max_curvature: Of the path, everywhere or at each knot [1/m].
         inset: Kept from the road's edges [m].
     """
     discs = cover.discs(margin)
@@ -94,7 +94,8 @@ def tube_about(
     high -= inset
     low[0], high[0] = -np.inf, np.inf
     passages.window[:, 0] = np.maximum(passages.window[:, 0], 1)
-    bounds = second_bounds(guess, road, CURVATURE_SHARE * max_curvature)
+    sharpest = np.full(guess.s.size, CURVATURE_SHARE) * max_curvature
+    bounds = second_bounds(guess, road, sharpest)
     direct = discs.offset.size == 1 and discs.offset[0] == 0.0
     return Tube(guess, gain, low, high, passages, *bounds, direct)
 
