@@ -163,6 +163,7 @@ class SideSettings:
     slope_weight: float = 100.0  # of l'²
     bend_weight: float = 100.0  # of l''² [m²]
     jerk_weight: float = 100.0  # of l'''² [m⁴]
+    in_plane: bool = False  # l'' and l''' with the road's own curvature
     max_curvature: float = 0.5  # k_max [1/m]
     turn_margin: float = 0.02  # covers what linearising the turning body leaves [m]
     margin: float = 0.0  # room kept beyond the discs [m]
@@ -200,7 +201,11 @@ def smooth_sides() -> SideSettings:
     change paths by little: what is near binds them.
     """
     return SideSettings(
-        offset_weight=1.0, bend_weight=3e4, jerk_weight=1e6, max_programs=80
+        offset_weight=1.0,
+        bend_weight=3e4,
+        jerk_weight=1e6,
+        in_plane=True,
+        max_programs=80,
     )
 
 
@@ -226,15 +231,16 @@ class DriveSettings:
     acceleration: float = 1.5  # of the reference [m/s²]
     braking: float = 1.5  # of the reference, towards bends and the end [m/s²]
     lateral_share: float = 0.5  # of the vehicle's limit, of the reference
+    lateral_jerk: float = 4.0  # of the reference, inf for any [m/s³]
     headway: float = 0.8  # to a vehicle ahead [s]
     vehicle_gap: float = 2.5  # kept to it along the path [m]
-    attempts: int = 4  # with a slower reference each, where bends are taken too fast
+    attempts: int = 4  # with lower caps each, where bends are taken too fast
 
     def __post_init__(self) -> None:
         """Refuse what is no program."""
         store_floats(self)
         positive = ("duration", "time_step", "jerk_weight", "max_jerk", "attempts")
-        rates = ("acceleration", "braking", "lateral_share")
+        rates = ("acceleration", "braking", "lateral_share", "lateral_jerk")
         weights = ("distance_weight", "speed_weight", "acceleration_weight")
         _require(self, (*positive, *rates), (*weights, "headway", "vehicle_gap"))
         _within(self, {"duration": (1.0, 30.0), "time_step": (0.05, 0.5)})

@@ -138,7 +138,8 @@ def side_task(
         sharpest = curvature_bounds(s - start[0], *turning, settings.max_curvature)
     along_road = PathGuess(s, np.zeros(s.size), np.zeros(s.size))
     margin = _margin(field, cover, settings)
-    tube = tube_about(along_road, field, cover, margin, sharpest)
+    plane = settings.in_plane
+    tube = tube_about(along_road, field, cover, margin, sharpest, plane=plane)
     weights = PathWeights(
         settings.offset_weight,
         settings.slope_weight,
@@ -171,7 +172,7 @@ def search_sides(
     for cost, chosen, state in zip(*leaves, strict=True):
         if not math.isfinite(cost):
             break
-        path = FrenetPath(s, *state.T)
+        path = FrenetPath(s, *(state - task.tube.turn).T)
         check = check_path(path, task.field, task.cover)
         refined = _refined(SideSequence(chosen, float(cost), path, check), task)
         if refined is not None:
@@ -212,7 +213,8 @@ def _refined(sequence: SideSequence, task: SideTask) -> SideSequence | None:
         inset += max(-check.road_room, 0.0)
         path = sequence.path
         guess = PathGuess(path.s, path.l, path.slope)
-        tube = tube_about(guess, field, cover, margin, task.sharpest, inset)
+        keep = margin, task.sharpest, inset, settings.in_plane
+        tube = tube_about(guess, field, cover, *keep)
         low, high = tube.between(sequence.sides)
         if np.any(low > high):
             return None
@@ -220,7 +222,7 @@ def _refined(sequence: SideSequence, task: SideTask) -> SideSequence | None:
         solution = solve(problem, solver=settings.solver)
         if solution.status is not QpStatus.SOLVED:
             return None
-        path = FrenetPath(path.s, *solution.state.T)
+        path = FrenetPath(path.s, *(solution.state - tube.turn).T)
         check = check_path(path, field, cover)
         sequence = SideSequence(sequence.sides, solution.objective, path, check)
     return sequence if passes_check(sequence.check, settings) else None
