@@ -224,13 +224,29 @@ def pieces(
 
 
 @inlined
+def squared_chord(along: float, curvature: float) -> float:
+    """Square of the chord over a piece of a circle [m²].
+
+    (2 sin(k ds / 2) / k)² with the sine to third order, 5e-4 short at k ds = 1. The
+    series falls beyond k² ds² = 6, and below zero from 12 on: what is more than that
+    far around a bend would be at the ego's place. It is held up there.
+
+    Args:
+        along: ds, of either sign [m].
+        curvature: k [1/m].
+    """
+    turned = curvature * along
+    return float(along * along * (1.0 - min(turned * turned, 6.0) / 12.0))
+
+
+@inlined
 def squared_distance(
     s: float, l: float, other_s: float, other_l: float, curvature: float
 ) -> float:
     """Square of the distance in the plane between two Frenet points [m²].
 
     On a circle of curvature k it is (l1 - l2)² + rho1 rho2 (2 sin(k ds / 2) / k)² with
-    rho = 1 - k l; the sine to third order is 5e-4 short at k ds = 1.
+    rho = 1 - k l; see `squared_chord`.
 
     Args:
         s: Of one point [m].
@@ -241,8 +257,7 @@ def squared_distance(
     """
     along, across = s - other_s, l - other_l
     stretch = (1.0 - curvature * l) * (1.0 - curvature * other_l)
-    turned = curvature * along
-    chord2 = along * along * (1.0 - turned * turned / 12.0)
+    chord2 = squared_chord(along, curvature)
     return float(across * across + max(stretch, 0.0) * chord2)
 
 

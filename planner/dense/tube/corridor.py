@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.dense.field import Discs, ObstacleColumns, disc_centre
+from planner.dense.field import Discs, ObstacleColumns, disc_centre, squared_chord
 from planner.dense.lattice.edge_check import MIN_STRETCH, RoadAlong
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray, IntArray
@@ -96,8 +96,7 @@ def obstacle_rows(
                 around = obstacles.radius[i] + discs.radius
                 around += chord * chord / (8.0 * around)
                 stretch = (1.0 - between * at_l) * (1.0 - between * other_l)
-                turned = between * (at_s - other_s)
-                along2 = (at_s - other_s) ** 2 * (1.0 - turned * turned / 12.0)
+                along2 = squared_chord(at_s - other_s, between)
                 room2 = around * around - max(stretch, 0.0) * along2
                 if room2 <= 0.0:
                     continue
