@@ -17,6 +17,7 @@ from planner.states import BoolArray, FloatArray, freeze
 from planner.vehicle import Vehicle
 
 SAMPLE_STEP = 1.0  # between road samples taken from a scene [m]
+DISC_EXCESS = 0.3  # by which the discs may reach beyond the sides of a long body [m]
 MAX_PIECES = 40  # that one rectangle is cut into
 
 
@@ -137,9 +138,16 @@ class Cover:
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> "Cover":
-        """Make the three discs that cover the vehicle's rectangle."""
-        piece = vehicle.length / 6.0, vehicle.width / 2.0
-        return cls(vehicle.disc_offsets, vehicle.disc_radius, *piece)
+        """Cover the vehicle's rectangle: by three discs, by more if it is long."""
+        half_width = 0.5 * vehicle.width
+        if vehicle.disc_radius - half_width <= DISC_EXCESS:
+            half_length = vehicle.length / 6.0
+            return cls(
+                vehicle.disc_offsets, vehicle.disc_radius, half_length, half_width
+            )
+        centres, radius = vehicle.disc_cover(DISC_EXCESS)
+        half_length = 0.5 * vehicle.length / centres.size
+        return cls(tuple(centres.tolist()), radius, half_length, half_width)
 
     def discs(self, margin: float = 0.0) -> Discs:
         """Return the discs, grown by a margin [m]."""
@@ -263,18 +271,21 @@ def squared_distance(
 
 @inlined
 def disc_centre(
-    s: float, l: float, slope: float, offset: float, curvature: float
+    s: float, l: float, slope: float, offset: float, curvature: float, turn: float
 ) -> tuple[float, float]:
     """Frenet place of a disc `offset` ahead of the ego's point, along its heading.
 
-    Exact on a straight, to second order in offset * curvature on a circle.
+    Exact on a straight, to second order in offset * curvature on a circle, and where
+    circles meet: the front of a long body is in a bend before its rear axle is.
 
     Args:
         s: Of the ego's point [m].
         l: Of the ego's point [m].
         slope: dl/ds of the path there [-].
         offset: Along the heading [m].
-        curvature: Of the reference path [1/m].
+        curvature: Of the reference path at the ego's point [1/m].
+        turn: The curvature of the circle on which the path would be as far aside at
+            the disc as it is, see `RoadAlong` [1/m].
 
     Returns:
         (s, l) of the disc's centre [m].
@@ -282,9 +293,9 @@ def disc_centre(
     rho = 1.0 - curvature * l
     norm = np.sqrt(rho * rho + slope * slope)
     along, across = offset * rho / norm, offset * slope / norm
-    ahead = along / (rho - curvature * across)
-    ahead *= 1.0 - (curvature * ahead) ** 2 / 3.0
-    return s + ahead, l + across - 0.5 * curvature * along * along / rho
+    ahead = along / (rho - turn * across)
+    ahead *= 1.0 - (turn * ahead) ** 2 / 3.0
+    return s + ahead, l + across - 0.5 * turn * along * along / rho
 
 
 @inlined

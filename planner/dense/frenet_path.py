@@ -124,7 +124,8 @@ def worst_of(
         need = (half_length * abs(slope[j]) + half_width * rho) / norm
         need += 0.5 * abs(curvature) * half_length**2  # only the road bends
         for d in range(discs.offset.size):
-            at_s, at_l = disc_centre(s[j], l[j], slope[j], discs.offset[d], curvature)
+            offset, turn = discs.offset[d], road.turn[d, j]
+            at_s, at_l = disc_centre(s[j], l[j], slope[j], offset, curvature, turn)
             room = min(room, road.left[d, j] - at_l - need)
             room = min(room, at_l - need - road.right[d, j])
             for i in range(obstacles.s.size):

@@ -162,11 +162,12 @@ def touched_body(scene: Scene, bodies: Bodies, trajectory: Trajectory) -> str | 
 
     Followers do not count: it is for them to keep clear.
     """
+    cover = Cover.of(scene.vehicle)
     return touched_by(
         trajectory,
         bodies,
         bodies.table.follower,
-        scene.vehicle.disc_offsets,
-        scene.vehicle.disc_radius,
+        cover.offsets,
+        cover.radius,
         HARD_GAP,
     )

@@ -18,6 +18,7 @@ from planner.states import FloatArray, IntArray
 
 MIN_STRETCH = 0.05  # 1 - kappa_r l, below which the frame is too close to its pole
 TOUCH = 1e-9  # outermost waypoints lie on the bound itself [m]
+NEAR, FAR, NEAR_SHARE = 0.15505, 0.64495, 0.75281  # Gauss-Jacobi, for 2 ∫ (1 - u) du
 RATE_STEP = 0.5  # over which the road's curvature is differentiated [m]
 
 
@@ -44,6 +45,8 @@ class RoadAlong(NamedTuple):
     rate: FloatArray  # of the curvature, (n,) [1/m²]
     left: FloatArray  # beside each disc, (n_discs, n) [m]
     right: FloatArray  # as `left`
+    turn: FloatArray  # of the circle that leads as far aside at each disc as the road
+    # does: 2/d² of its curvature's double integral, (n_discs, n) [1/m]
 
 
 class EdgePoints(NamedTuple):
@@ -96,7 +99,15 @@ def road_along(s: FloatArray, road: RoadColumns, offset: FloatArray) -> RoadAlon
     for d in range(n_discs):
         interpolate(s, offset[d], road.s, road.left, left[d])
         interpolate(s, offset[d], road.s, road.right, right[d])
-    return RoadAlong(curvature, rate, left, right)
+    turn = np.empty((n_discs, s.size))
+    turn[:] = curvature
+    if np.any(rate != 0.0) or np.any(curvature != 0.0):
+        near, far = np.empty(s.size), np.empty(s.size)
+        for d in range(n_discs):
+            interpolate(s, NEAR * offset[d], road.s, road.curvature, near)
+            interpolate(s, FAR * offset[d], road.s, road.curvature, far)
+            turn[d] = NEAR_SHARE * near + (1.0 - NEAR_SHARE) * far
+    return RoadAlong(curvature, rate, left, right, turn)
 
 
 @inlined
@@ -227,13 +238,13 @@ def place_discs(
     for d in range(n_discs):
         offset = discs.offset[d]
         for j in range(n):
-            curvature = road.curvature[j]
+            curvature, turn = road.curvature[j], road.turn[d, j]
             rho = 1.0 - curvature * shape[0, j]
             cos, sin = rho * inverse[j], shape[1, j] * inverse[j]
             along, across = offset * cos, offset * sin
-            at_l = shape[0, j] + across - 0.5 * curvature * along * along / rho
-            ahead = along / (rho - curvature * across)
-            edge.disc_s[d, j] = s[j] + ahead * (1.0 - (curvature * ahead) ** 2 / 3.0)
+            at_l = shape[0, j] + across - 0.5 * turn * along * along / rho
+            ahead = along / (rho - turn * across)
+            edge.disc_s[d, j] = s[j] + ahead * (1.0 - (turn * ahead) ** 2 / 3.0)
             edge.disc_l[d, j] = at_l
             need = half_length * abs(sin) + half_width * cos - TOUCH
             need += 0.5 * abs(curvature) * half_length**2  # only the road bends

@@ -49,7 +49,8 @@ def road_rows(
         need += 0.5 * abs(curvature) * discs.half_length**2  # only the road bends
         for d in range(n_discs):
             offset = discs.offset[d]
-            _, at_l = disc_centre(s[k], l[k], slope[k], offset, curvature)
+            turn = road.turn[d, k]
+            _, at_l = disc_centre(s[k], l[k], slope[k], offset, curvature, turn)
             gain[k, d] = offset * cos * cos * cos / rho
             shift = at_l - l[k] - gain[k, d] * slope[k]
             low[k, d] = road.right[d, k] + need - shift
@@ -61,7 +62,7 @@ def road_rows(
 def obstacle_rows(
     path: PathGuess,
     gain: FloatArray,
-    curvature: FloatArray,
+    road: RoadAlong,
     obstacles: ObstacleColumns,
     discs: Discs,
 ) -> Passages:
@@ -70,11 +71,12 @@ def obstacle_rows(
     Args:
         path: About which discs are placed.
         gain: Of the rows, (n, n_discs) [m]; see `road_rows`.
-        curvature: Of the road at the knots, (n,) [1/m].
+        road: At the knots.
         obstacles: Of the field.
         discs: Of the ego, with the margin.
     """
     s, l, slope = path
+    curvature = road.curvature
     n, n_discs, n_obstacles = s.size, discs.offset.size, obstacles.s.size
     left = np.full((n_obstacles, n, n_discs), -np.inf)
     right = np.full((n_obstacles, n, n_discs), np.inf)
@@ -86,7 +88,7 @@ def obstacle_rows(
         chord = (s[min(k + 1, n - 1)] - s[max(k - 1, 0)]) / (2.0 * cos)
         for d in range(n_discs):
             at_s, at_l = disc_centre(
-                s[k], l[k], slope[k], discs.offset[d], curvature[k]
+                s[k], l[k], slope[k], discs.offset[d], curvature[k], road.turn[d, k]
             )
             shift = at_l - l[k] - gain[k, d] * slope[k]
             for i in range(n_obstacles):
@@ -133,7 +135,7 @@ def narrow(
 @compiled
 def sides_of(
     path: PathGuess,
-    curvature: FloatArray,
+    road: RoadAlong,
     obstacles: ObstacleColumns,
     offsets: FloatArray,
 ) -> FloatArray:
@@ -141,7 +143,7 @@ def sides_of(
 
     Args:
         path: (n,).
-        curvature: Of the road at its knots, (n,) [1/m].
+        road: At its knots.
         obstacles: Of the field.
         offsets: Of the ego's discs [m].
     """
@@ -151,7 +153,10 @@ def sides_of(
         nearest = np.inf
         for k in range(s.size):
             for d in range(offsets.size):
-                at_s, at_l = disc_centre(s[k], l[k], slope[k], offsets[d], curvature[k])
+                curvature, turn = road.curvature[k], road.turn[d, k]
+                at_s, at_l = disc_centre(
+                    s[k], l[k], slope[k], offsets[d], curvature, turn
+                )
                 away = abs(at_s - obstacles.s[i])
                 if away < nearest:
                     nearest = away

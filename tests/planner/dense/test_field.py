@@ -54,7 +54,7 @@ def test_discs_lie_along_the_heading(slope, l):
     rho = 1.0 - l / 20.0
     heading = float(ARC.at(s).heading) + math.atan2(slope, rho)
     want = x + 3.0 * math.cos(heading), y + 3.0 * math.sin(heading)
-    got = place(ARC, *disc_centre(s, l, slope, 3.0, 1.0 / 20.0))
+    got = place(ARC, *disc_centre(s, l, slope, 3.0, 1.0 / 20.0, 1.0 / 20.0))
     assert math.dist(got, want) < 0.02  # what the series leaves at R = 20 m
 
 
