@@ -10,14 +10,13 @@ STRAIGHT = 1e-6  # curvature that limits nothing [1/m]
 STANDING = 1e-3  # a reference this slow stands [m/s]
 STEERING_WINDOW = 2.0  # over which the curvature's change is taken [m]
 SLOWEST = 0.5  # speed that steering is given time with at least [m/s]
-JERK_WINDOW = 4.0  # over which it is taken for the lateral jerk [m]
 
 
 def limit_speeds(
     path: Path,
     limits: VehicleLimits,
     target_speed: float,
-    comfort: tuple[float, float],
+    lateral_acceleration: float,
     braking: float,
     end: float,
 ) -> FloatArray:
@@ -27,7 +26,7 @@ def limit_speeds(
         path: n points.
         limits: Of the vehicle.
         target_speed: Not exceeded [m/s].
-        comfort: v² |κ| <= the first [m/s²], v³ |κ'| <= the second, inf for any [m/s³].
+        lateral_acceleration: v² |curvature| <= this [m/s²].
         braking: With which the speed falls towards slower points [m/s²].
         end: Where along the path the speed is zero [m].
 
@@ -36,11 +35,7 @@ def limit_speeds(
     """
     curvature = np.maximum(np.abs(path.curvature), STRAIGHT)
     fastest = min(target_speed, limits.max_speed)
-    lateral_acceleration, lateral_jerk = comfort
     local = np.minimum(np.sqrt(lateral_acceleration / curvature), fastest)
-    if np.isfinite(lateral_jerk):
-        slope = np.maximum(_curvature_slope(path, JERK_WINDOW), STRAIGHT)
-        local = np.minimum(local, np.maximum(np.cbrt(lateral_jerk / slope), SLOWEST))
     if np.isfinite(limits.max_curvature_rate):
         local = np.minimum(local, _steerable_speeds(path, limits.max_curvature_rate))
     local[path.distance >= end] = 0.0
@@ -52,20 +47,14 @@ def _steerable_speeds(path: Path, rate: float) -> FloatArray:
 
     v |d curvature / d distance| <= rate, with the slope over `STEERING_WINDOW`.
     """
-    slope = _curvature_slope(path, STEERING_WINDOW)
-    speeds: FloatArray = np.maximum(rate / np.maximum(slope, STRAIGHT), SLOWEST)
-    return speeds
-
-
-def _curvature_slope(path: Path, window: float) -> FloatArray:
-    """Return |d curvature / d distance| at each point, over a window, (n,) [1/m²]."""
-    reach = 0.5 * window
+    reach = 0.5 * STEERING_WINDOW
     before, after = (
         np.interp(path.distance + shift, path.distance, path.curvature)
         for shift in (-reach, reach)
     )
-    slope: FloatArray = np.abs(after - before) / window
-    return slope
+    slope = np.abs(after - before) / STEERING_WINDOW
+    speeds: FloatArray = np.maximum(rate / np.maximum(slope, STRAIGHT), SLOWEST)
+    return speeds
 
 
 @compiled

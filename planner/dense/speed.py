@@ -5,12 +5,11 @@ allow; the program of [Thesis] eq. 6.19, 6.20 (corrected) follows it within the 
 of acceleration and jerk, and never past the end or into a vehicle ahead.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.dense.settings import DriveSettings
-from planner.fallback import Brake, brake_down
 from planner.piecewise_jerk.solve import (
     PiecewiseJerkProblem,
     QpStatus,
@@ -21,9 +20,6 @@ from planner.speed_limits import drive_along, limit_speeds
 from planner.states import FloatArray, Path, SpeedProfile
 
 ROUNDING = 1e-6  # of places [m]
-OVERSHOOT = 1.1  # of the reference's lateral acceleration that a drive may have
-CAP_SHARE = 0.8  # of jerk and time with which braking gets to a cap for sure
-CAP_ROOM = 0.05  # over what braking gets to [m/s]
 END_ROOM = 0.1  # beyond the end, for what the place of the end moves between cycles [m]
 
 
@@ -47,66 +43,42 @@ def plan_drive(
 ) -> SpeedProfile | None:
     """Plan the speed along a way; None if the limits cannot be kept.
 
-    The program smooths the reference in time and may be late to slow down: then the
-    speed is capped by what is allowed where the drive is at each knot, as far as
-    braking gets there, until the drive is no rougher than the reference.
+    The reference is lowered until the drive keeps the limit of lateral acceleration
+    everywhere: the program smooths it in time and may be late to slow down.
     """
     limits, times = scene.vehicle.limits, knot_times(settings)
     end = min(way.end, float(way.path.distance[-1]) - END_ROOM)
-    lateral = settings.lateral_share * limits.max_lateral_acceleration
-    allowed = limit_speeds(
-        way.path,
-        limits,
-        scene.target_speed,
-        (lateral, settings.lateral_jerk),
-        settings.braking,
-        end,
-    )
-    wish = drive_along(
-        way.path.distance,
-        allowed,
-        scene.ego.speed,
-        settings.acceleration,
-        limits.max_deceleration,
-        times,
-    )
-    problem = drive_program(way, scene, wish, end, settings)
-    if np.any(problem.lower[1:] > problem.upper[1:]):
-        return None
-    best, least = None, limits.max_lateral_acceleration
+    share = settings.lateral_share
     for _ in range(settings.attempts):
+        allowed = limit_speeds(
+            way.path,
+            limits,
+            scene.target_speed,
+            share * limits.max_lateral_acceleration,
+            settings.braking,
+            end,
+        )
+        wish = drive_along(
+            way.path.distance,
+            allowed,
+            scene.ego.speed,
+            settings.acceleration,
+            limits.max_deceleration,
+            times,
+        )
+        problem = drive_program(way, scene, wish, end, settings)
+        if np.any(problem.lower[1:] > problem.upper[1:]):
+            return None
         solution = solve(problem)
         if solution.status is not QpStatus.SOLVED:
-            break
+            return None
         profile = _profile(solution.state, solution.jerk, times)
         bend = np.interp(profile.distance, way.path.distance, way.path.curvature)
-        roughest = float(np.abs(profile.speed**2 * bend)[1:].max())
-        if roughest <= least:
-            best, least = profile, roughest
-        if roughest <= OVERSHOOT * lateral:
-            break
-        caps = np.interp(profile.distance, way.path.distance, allowed)
-        problem = _capped(problem, caps, limits.max_deceleration, times)
-    return best
-
-
-def _capped(
-    problem: PiecewiseJerkProblem, caps: FloatArray, braking: float, times: FloatArray
-) -> PiecewiseJerkProblem:
-    """Bound the speed at the knots, as far as braking can keep to it.
-
-    Args:
-        problem: Of the drive.
-        caps: Speed at the knots, (n,) [m/s].
-        braking: With which the speed can fall [m/s²].
-        times: Of the knots, (n,) [s].
-    """
-    _, speed, acceleration = problem.start.tolist()
-    brake = Brake(acceleration, braking, CAP_SHARE * problem.jerk_upper)
-    _, slowest, _ = brake_down(speed, brake, CAP_SHARE * times)
-    upper = problem.upper.copy()
-    upper[:, 1] = np.minimum(upper[:, 1], np.maximum(caps, slowest + CAP_ROOM))
-    return replace(problem, upper=upper)
+        lateral = np.abs(profile.speed**2 * bend)
+        if float(lateral[1:].max()) <= limits.max_lateral_acceleration:
+            return profile
+        share *= 0.5
+    return None
 
 
 def drive_program(
