@@ -12,8 +12,8 @@ from planner.dense.path_ladder import ChosenPath, PathTask, choose_path
 from planner.dense.settings import DenseSettings
 from planner.dense.speed import DrivablePath, knot_times, plan_drive
 from planner.dense.stop_on_path import keep_to_path
-from planner.dense.vehicles_ahead import bound_by_vehicles
 from planner.dense.turning import Momentum, Turning
+from planner.dense.vehicles_ahead import bound_by_vehicles
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.path_velocity import trajectory_on

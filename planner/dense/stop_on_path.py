@@ -36,7 +36,7 @@ def rest_of(scene: Scene, last: Trajectory | None) -> tuple[Trajectory, Path] | 
         return None
     gaps = np.hypot(np.diff(shifted.x), np.diff(shifted.y))
     keep = np.concatenate([[True], gaps > LEAST_STEP])
-    if np.count_nonzero(keep) < 2:  # noqa: PLR2004, a path takes two
+    if np.count_nonzero(keep) < 2:
         return None
     columns = [getattr(shifted, name)[keep] for name in PATH_COLUMNS]
     along = np.hypot(np.diff(columns[0]), np.diff(columns[1]))
@@ -67,7 +67,7 @@ def stop_on(
 def keep_to_path(
     scene: Scene, last: Trajectory | None, blocker: Blocker, horizon: float
 ) -> tuple[PlanStatus, Trajectory] | None:
-    """Go on with the last plan while a stop on its path stays possible, else stop on it.
+    """Go on with the last plan while its path has room for a stop, else stop on it.
 
     Args:
         scene: Of this cycle.

@@ -12,13 +12,13 @@ from planner.dense.field import (
     RoadColumns,
     squared_distance,
 )
+from planner.dense.road_turn import turn_to_discs
 from planner.numerics.compiled import inlined
 from planner.numerics.interpolation import interpolate
 from planner.states import FloatArray, IntArray
 
 MIN_STRETCH = 0.05  # 1 - kappa_r l, below which the frame is too close to its pole
 TOUCH = 1e-9  # outermost waypoints lie on the bound itself [m]
-NEAR, FAR, NEAR_SHARE = 0.15505, 0.64495, 0.75281  # Gauss-Jacobi, for 2 ∫ (1 - u) du
 RATE_STEP = 0.5  # over which the road's curvature is differentiated [m]
 
 
@@ -101,12 +101,8 @@ def road_along(s: FloatArray, road: RoadColumns, offset: FloatArray) -> RoadAlon
         interpolate(s, offset[d], road.s, road.right, right[d])
     turn = np.empty((n_discs, s.size))
     turn[:] = curvature
-    if np.any(rate != 0.0) or np.any(curvature != 0.0):
-        near, far = np.empty(s.size), np.empty(s.size)
-        for d in range(n_discs):
-            interpolate(s, NEAR * offset[d], road.s, road.curvature, near)
-            interpolate(s, FAR * offset[d], road.s, road.curvature, far)
-            turn[d] = NEAR_SHARE * near + (1.0 - NEAR_SHARE) * far
+    if np.any(road.curvature != 0.0):
+        turn = turn_to_discs(s, offset, road.s, road.curvature)
     return RoadAlong(curvature, rate, left, right, turn)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from planner.dense.field import Cover, FrenetObstacles
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice.edge_check import road_along
+from planner.dense.road_turn import road_turn
 from planner.dense.tube.corridor import (
     Passages,
     PathGuess,
@@ -128,17 +129,6 @@ def in_plane(tube: Tube, curvature: FloatArray) -> Tube:
         second_high=tube.second_high + turn[:, 2],
         turn=turn,
     )
-
-
-def road_turn(s: FloatArray, curvature: FloatArray) -> FloatArray:
-    """Integrate the road's curvature twice, linear between knots: (K, K', K''), (n, 3).
-
-    K and K' are zero at the first knot.
-    """
-    h, first, last = s[1:] - s[:-1], curvature[:-1], curvature[1:]
-    slope = np.concatenate([[0.0], np.cumsum(0.5 * h * (first + last))])
-    rise = h * slope[:-1] + h**2 * (first / 3.0 + last / 6.0)
-    return np.column_stack([np.concatenate([[0.0], np.cumsum(rise)]), slope, curvature])
 
 
 def tube_arrays(

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from planner.dense.field import (
     Cover,
     FrenetObstacles,
+    RoadColumns,
     disc_centre,
     field_of,
     path_curvature,
@@ -15,6 +16,7 @@ from planner.dense.field import (
     squared_distance,
     straight_field,
 )
+from planner.dense.lattice.edge_check import road_along
 from planner.errors import InvalidInputError
 from planner.reference_path.frenet import frenet_to_cartesian
 from planner.reference_path.path import ReferencePath
@@ -56,6 +58,34 @@ def test_discs_lie_along_the_heading(slope, l):
     want = x + 3.0 * math.cos(heading), y + 3.0 * math.sin(heading)
     got = place(ARC, *disc_centre(s, l, slope, 3.0, 1.0 / 20.0, 1.0 / 20.0))
     assert math.dist(got, want) < 0.02  # what the series leaves at R = 20 m
+
+
+@pytest.mark.parametrize("before", [0.0, 2.0, 4.0, 6.0, 8.0])
+@pytest.mark.parametrize("offset", [8.0, -2.0])
+def test_discs_of_a_long_body_are_where_a_bend_puts_them(before, offset):
+    """The front is in a bend before the rear axle is; the tail is still out of it."""
+    path = bend(40.0)  # begins at 60 m
+    s, l, slope = 60.0 - math.copysign(before, offset), 1.0, 0.05
+    samples = np.arange(30.0, 90.0)
+    columns = RoadColumns(samples, *np.zeros((2, 60)), path.at(samples).curvature)
+    road = road_along(np.array([s]), columns, np.array([offset]))
+    at = path.at(np.array([s]))
+    heading = float(at.heading[0]) + math.atan2(slope, 1.0 - road.curvature[0] * l)
+    x, y = place(path, s, l)
+    want = x + offset * math.cos(heading), y + offset * math.sin(heading)
+    curvature, turn = float(road.curvature[0]), float(road.turn[0, 0])
+    got = place(path, *disc_centre(s, l, slope, offset, curvature, turn))
+    assert math.dist(got, want) < 0.15  # of 0.4 m with the curvature at the rear axle
+
+
+def test_a_long_body_has_more_discs_than_three():
+    lorry = Vehicle(12.0, 2.5, 6.5, 3.0)
+    cover = Cover.of(lorry)
+    assert cover.radius <= 1.25 + 0.3
+    assert math.hypot(cover.half_length, cover.half_width) <= cover.radius + 1e-12
+    ends = cover.offsets[0] - cover.half_length, cover.offsets[-1] + cover.half_length
+    assert ends == pytest.approx((-3.0, 9.0))
+    assert Cover.of(Vehicle()).offsets == Vehicle().disc_offsets
 
 
 def test_curvature_is_that_of_the_transform():

@@ -84,7 +84,9 @@ def test_span_holds_all_discs():
     fill_blend(shape, blend_table(200), -1.0, 2.5, 6.0)
     low, high = blend_span(-1.0, 2.5, 6.0, 3.0)
     for offset in OFFSETS:
-        places = [disc_centre(0.0, *shape[:2, j], offset, 0.0, 0.0)[1] for j in range(201)]
+        places = [
+            disc_centre(0.0, *shape[:2, j], offset, 0.0, 0.0)[1] for j in range(201)
+        ]
         assert low <= min(places)
         assert max(places) <= high
 
