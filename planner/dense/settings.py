@@ -231,6 +231,7 @@ class DriveSettings:
     acceleration: float = 1.5  # of the reference [m/s²]
     braking: float = 1.5  # of the reference, towards bends and the end [m/s²]
     lateral_share: float = 0.5  # of the vehicle's limit, of the reference
+    lateral_jerk: float = 4.0  # of the reference [m/s³]
     headway: float = 0.8  # to a vehicle ahead [s]
     vehicle_gap: float = 2.5  # kept to it along the path [m]
     attempts: int = 4  # with a slower reference each, where bends are taken too fast
@@ -239,7 +240,7 @@ class DriveSettings:
         """Refuse what is no program."""
         store_floats(self)
         positive = ("duration", "time_step", "jerk_weight", "max_jerk", "attempts")
-        rates = ("acceleration", "braking", "lateral_share")
+        rates = ("acceleration", "braking", "lateral_share", "lateral_jerk")
         weights = ("distance_weight", "speed_weight", "acceleration_weight")
         _require(self, (*positive, *rates), (*weights, "headway", "vehicle_gap"))
         _within(self, {"duration": (1.0, 30.0), "time_step": (0.05, 0.5)})
