@@ -293,7 +293,7 @@ def disc_centre(
     rho = 1.0 - curvature * l
     norm = np.sqrt(rho * rho + slope * slope)
     along, across = offset * rho / norm, offset * slope / norm
-    ahead = along / (rho - turn * across)
+    ahead = along / (1.0 - turn * (l + across))
     ahead *= 1.0 - (turn * ahead) ** 2 / 3.0
     return s + ahead, l + across - 0.5 * turn * along * along / rho
 

@@ -239,7 +239,7 @@ def place_discs(
             cos, sin = rho * inverse[j], shape[1, j] * inverse[j]
             along, across = offset * cos, offset * sin
             at_l = shape[0, j] + across - 0.5 * turn * along * along / rho
-            ahead = along / (rho - turn * across)
+            ahead = along / (1.0 - turn * (shape[0, j] + across))
             edge.disc_s[d, j] = s[j] + ahead * (1.0 - (turn * ahead) ** 2 / 3.0)
             edge.disc_l[d, j] = at_l
             need = half_length * abs(sin) + half_width * cos - TOUCH
