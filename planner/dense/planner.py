@@ -9,6 +9,7 @@ from planner.bodies import Bodies, bodies_of, touched_by
 from planner.dense.field import Cover, field_of
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.path_ladder import ChosenPath, PathTask, choose_path
+from planner.dense.reasons import no_passage, no_path, no_speed, standstill
 from planner.dense.settings import DenseSettings
 from planner.dense.speed import DrivablePath, knot_times, plan_drive
 from planner.dense.stop_on_path import keep_to_path
@@ -48,9 +49,11 @@ class DensePlanner:
             stats = PlanStats(reason=reason)
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
         last = memory if isinstance(memory, DenseMemory) else DenseMemory()
-        chosen = choose_path(self._task(scene), last.sides, self.settings)
+        task = self._task(scene)
+        chosen = choose_path(task, last.sides, self.settings)
         if chosen is None:
-            return _fall_back(scene, last, "no path from here", self.settings)
+            why = no_path(task.field, scene)
+            return _fall_back(scene, last, why, self.settings)
         path = self._in_plane(scene, chosen)
         if path is None:
             return _fall_back(
@@ -59,9 +62,16 @@ class DensePlanner:
         way, blockers = self._drivable(scene, chosen, path)
         profile = plan_drive(way, scene, self.settings.drive)
         if profile is None:
-            return _fall_back(scene, last, "no speed along the path", self.settings)
+            why = no_speed(scene, way, blockers, chosen.blocked_by)
+            return _fall_back(scene, last, why, self.settings)
         blocker = chosen.blocked_by or _holding(profile, way, blockers)
-        return _result(chosen, trajectory_on(path, profile), blocker)
+        trajectory = trajectory_on(path, profile)
+        if chosen.ended:
+            least = self.settings.margins[-1]
+            reason = no_passage(chosen, task.field, scene, least)
+        else:
+            reason = standstill(scene, trajectory, blocker)
+        return _result(chosen, trajectory, reason, blocker)
 
     def _task(self, scene: Scene) -> PathTask:
         """Return where the path has to lead."""
@@ -122,13 +132,9 @@ def _holding(
 
 
 def _result(
-    chosen: ChosenPath, trajectory: Trajectory, blocker: str | None
+    chosen: ChosenPath, trajectory: Trajectory, reason: str, blocker: str | None
 ) -> PlanResult:
     """Make the result of the cycle."""
-    blocked = chosen.ended
-    reason = f"found no passage beyond s = {chosen.end_s:.1f} m" if blocked else ""
-    if chosen.blocked_by is not None:
-        reason += f", {chosen.blocked_by} is in the way"
     passed = "".join("L" if side > 0.0 else "R" for side in chosen.sides.values())
     stats = PlanStats(
         reason=reason,

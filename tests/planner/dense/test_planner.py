@@ -105,6 +105,7 @@ def test_a_closed_road_ends_in_a_stop_with_a_reason():
     assert last.plan.status is PlanStatus.OK
     assert last.plan.stats.reason.startswith("found no passage beyond s = ")
     assert last.plan.stats.blocker.startswith("disc.")
+    assert f"{last.plan.stats.blocker} is in the way: 0." in last.plan.stats.reason
     assert 1.0 <= clearance_now(last.scene) < 2.5
     assert least_clearance(cycles) > 0.05
     assert {cycle.plan.status for cycle in cycles} == {PlanStatus.OK}
@@ -152,7 +153,7 @@ def test_the_last_plan_is_not_driven_into_a_vehicle(room, status):
     if room < 0.0:  # behind it nobody counts, and a closed line leaves no speed
         scene = replace(scene, stop_lines=(front + 0.2,))
     result = PLANNER.plan(replace(scene, vehicles=cars(path, rows)), DenseMemory(last))
-    assert result.stats.reason == "no speed along the path"
+    assert result.stats.reason.startswith("no speed along the path: ")
     assert result.status is status
     assert (result.trajectory.s[-1] < scene.ego_frenet.s + 2.0) == (room > 0.0)
 
@@ -233,3 +234,21 @@ def test_the_same_scene_gives_the_same_plan():
     one, two = (proposed().plan(scene, None) for _ in range(2))
     assert one.trajectory.x.tobytes() == two.trajectory.x.tobytes()
     assert one.stats == two.stats
+
+
+def test_who_stands_between_obstacles_says_between_which():
+    path = straight()
+    beside = [Disc(21.0, l, 1.0) for l in (-2.05, 2.05)]
+    scene = make_scene(
+        path, ego_on(path, 20.0, speed=0.0), [*beside, Disc(27.0, 0.0, 2.0)]
+    )
+    plan = PLANNER.plan(scene, None)
+    assert "disc." in plan.stats.reason
+
+
+def test_who_waits_at_a_line_says_so():
+    path = straight()
+    ego = ego_on(path, 20.0, speed=0.0)
+    scene = make_scene(path, ego, stop_lines=(24.0,), target_speed=8.0)
+    plan = PLANNER.plan(scene, None)
+    assert plan.stats.reason.startswith("waits at the stop line, 0.2 m ahead")
