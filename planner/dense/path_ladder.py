@@ -19,7 +19,7 @@ from planner.dense.field import (
 )
 from planner.dense.frenet_path import SUBDIVISION, FrenetPath
 from planner.dense.lattice.coarse_path import PathStart
-from planner.dense.lattice.edge_check import road_along
+from planner.dense.lattice.edge_check import RoadAlong, road_along
 from planner.dense.lattice_methods import LatticeStatus, plan_adaptive, plan_uniform
 from planner.dense.settings import DenseSettings, PathMethod
 from planner.dense.sides.sequences import SideSearch, search_sides, side_task
@@ -234,7 +234,7 @@ def _ended(
     road = road_along(fine.s, rest.road_columns(), discs.offset)
     index, which = first_nearer(
         PathGuess(fine.s, fine.l, fine.slope),
-        road.curvature,
+        road,
         rest.obstacle_columns(),
         discs,
     )
@@ -252,13 +252,13 @@ def _first(field: FrenetObstacles, ahead: FloatArray) -> str | None:
 
 @compiled
 def first_nearer(
-    path: PathGuess, curvature: FloatArray, obstacles: ObstacleColumns, discs: Discs
+    path: PathGuess, road: RoadAlong, obstacles: ObstacleColumns, discs: Discs
 ) -> tuple[int, int]:
     """Find the first point of a path that has a disc too near to an obstacle.
 
     Args:
         path: At n points.
-        curvature: Of the road there, (n,) [1/m].
+        road: At the same points.
         obstacles: Of the field.
         discs: Of the ego, with the gap to keep.
 
@@ -269,10 +269,10 @@ def first_nearer(
     for j in range(s.size):
         for d in range(discs.offset.size):
             at_s, at_l = disc_centre(
-                s[j], l[j], slope[j], discs.offset[d], curvature[j]
+                s[j], l[j], slope[j], discs.offset[d], road.reach[d, j]
             )
             for i in range(obstacles.s.size):
-                between = 0.5 * (curvature[j] + obstacles.curvature[i])
+                between = 0.5 * (road.curvature[j] + obstacles.curvature[i])
                 away2 = squared_distance(
                     at_s, at_l, obstacles.s[i], obstacles.l[i], between
                 )

@@ -89,7 +89,7 @@ def tube_about(
     road = road_along(guess.s, field.road_columns(), discs.offset)
     gain, low, high = road_rows(guess, road, discs)
     obstacles = field.obstacle_columns()
-    passages = obstacle_rows(guess, gain, road.curvature, obstacles, discs)
+    passages = obstacle_rows(guess, gain, road, obstacles, discs)
     low += inset
     high -= inset
     low[0], high[0] = -np.inf, np.inf
