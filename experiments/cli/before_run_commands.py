@@ -100,10 +100,14 @@ def net(
         signals = {
             link.signal for edge in roads for lane in edge.lanes for link in lane.links
         }
+        ends = {"internal", "dead_end"}  # kinds of nodes where no roads meet
+        nodes = found.junctions.values()
+        meeting = sum(junction.kind not in ends for junction in nodes)
         side = "left" if found.left_hand else "right"
         sys.stdout.write(
             f"{found.file}: {len(roads)} edges for cars, "
-            f"{len(found.junctions)} junctions, {len(signals - {''})} signals, "
+            f"{_counted(meeting, 'junction')}, "
+            f"{_counted(len(signals - {''}), 'signal')}, "
             f"traffic on the {side}\n"
         )
         _print_edges(roads if everything else roads[:LISTED])
@@ -117,6 +121,11 @@ def net(
             sys.stdout.write(
                 f"{save_picture('net', output, lambda: draw_network(road_map))}\n"
             )
+
+
+def _counted(count: int, noun: str) -> str:
+    """Format a number of things."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def _print_edges(edges: "list[Edge]") -> None:

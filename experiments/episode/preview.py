@@ -161,8 +161,12 @@ def _speeds(scenario: Scenario, layout: Layout) -> Said:
     distance = float(s[-1] - s[0]) if s.size else 0.0
     fastest = float((SAMPLING / np.minimum(allowed, target)).sum())
     duration = scenario.simulation.duration_s
+    waits = ", red lights aside" if layout.road.stop_lines else ""
     facts.append(
-        ("time", f"{fastest:.0f} s for {distance:.0f} m alone; ends at {duration:g} s")
+        (
+            "time",
+            f"{fastest:.0f} s for {distance:.0f} m alone{waits}; ends at {duration:g} s",
+        )
     )
     if duration < TIGHT * fastest:
         unusual.append(

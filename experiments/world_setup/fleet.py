@@ -129,7 +129,9 @@ class FleetRoads:
         body, settings = self._body(vehicle), self.groups[group]
         edges = _without_repeats(vehicle.route[vehicle.edge :])
         goes_on = vehicle.edge + len(edges) < len(vehicle.route)
-        key = (edges, vehicle.lane, body, settings.speed_factor)
+        # a road knows the size of a body, not how fast its driver wants to be
+        size = (body.length, body.width)
+        key = (edges, vehicle.lane, size, settings.speed_factor)
         if key not in self._roads:
             self._roads[key] = self._road(edges, vehicle.lane, body, settings)
         road = self._roads[key]

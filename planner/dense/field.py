@@ -299,6 +299,33 @@ def disc_centre(
 
 
 @inlined
+def half_span(
+    discs: Discs, slope: float, rho: float, ahead: float, curvature: float
+) -> float:
+    """How far the piece of the body in a disc reaches across the road from its centre.
+
+    The road has turned under the body by the time it reaches the disc: a long body that
+    follows a bend stands across it at its front.
+
+    Args:
+        discs: Of the ego.
+        slope: dl/ds of the path at the ego's point [-].
+        rho: 1 - kappa_r l there [-].
+        ahead: Of the disc along the heading [m].
+        curvature: Of the road between [1/m].
+
+    Returns:
+        Half of its width across the road [m].
+    """
+    norm = np.sqrt(rho * rho + slope * slope)
+    cos, sin, turned = rho / norm, slope / norm, curvature * ahead
+    across = abs(sin - turned * cos)
+    along = min(cos + turned * sin, 1.0)
+    need = discs.half_length * across + discs.half_width * along
+    return float(need + 0.5 * abs(curvature) * discs.half_length**2)
+
+
+@inlined
 def path_curvature(
     l: float, slope: float, second: float, curvature: float, curvature_rate: float
 ) -> float:

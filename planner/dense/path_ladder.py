@@ -258,7 +258,7 @@ def first_nearer(
 
     Args:
         path: At n points.
-        road: There.
+        road: At the same points.
         obstacles: Of the field.
         discs: Of the ego, with the gap to keep.
 
@@ -270,10 +270,10 @@ def first_nearer(
     for j in range(s.size):
         for d in range(discs.offset.size):
             at_s, at_l = disc_centre(
-                s[j], l[j], slope[j], discs.offset[d], curvature[j], road.turn[d, j]
+                s[j], l[j], slope[j], discs.offset[d], road.reach[d, j]
             )
             for i in range(obstacles.s.size):
-                between = 0.5 * (curvature[j] + obstacles.curvature[i])
+                between = 0.5 * (road.curvature[j] + obstacles.curvature[i])
                 away2 = squared_distance(
                     at_s, at_l, obstacles.s[i], obstacles.l[i], between
                 )

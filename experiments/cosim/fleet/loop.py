@@ -182,6 +182,7 @@ class FleetLoop:
         words = f"the time is over: {some}, no contact"
         if self.refused:
             words += f"; {len(self.refused)} kinds of vehicles could not be egos"
+        words += "".join(f"; {one}" for one in self._selection.never_met())
         return Ending(EpisodeStatus.ARRIVED, words)
 
     def _note_gone(self, index: int, snapshot: FleetSnapshot) -> list[Leaving]:

@@ -44,12 +44,23 @@ class EgoSelection:
     groups: Sequence[GroupShare]
     seed: int
     _counts: list[int] = field(init=False)
-    matched: list[int] = field(init=False)  # vehicles that each group admits
+    _matched: list[int] = field(init=False)  # vehicles that each group admits
+    _kinds: set[str] = field(init=False)  # types of vehicles that entered
 
     def __post_init__(self) -> None:
         """Begin without vehicles."""
         self._counts = [0] * len(self.groups)
-        self.matched = [0] * len(self.groups)
+        self._matched = [0] * len(self.groups)
+        self._kinds = set()
+
+    def never_met(self) -> list[str]:
+        """Say for each group whose types, flows or vehicles never entered which."""
+        there = ", ".join(sorted(self._kinds)) or "none"
+        return [
+            f"no vehicle was of {', '.join(group.of)} (types that entered: {there})"
+            for group, matched in zip(self.groups, self._matched, strict=True)
+            if group.of is not None and not matched
+        ]
 
     def release(self, group: int) -> None:
         """Give a place back: its vehicle cannot be an ego."""
@@ -62,12 +73,13 @@ class EgoSelection:
             name: Its id.
             kind: Its type.
         """
+        self._kinds.add(kind)
         drawn, begin = lot(self.seed, name), 0.0
         chosen = HUMAN
         for number, group in enumerate(self.groups):
             if not group.admits(name, kind):
                 continue
-            self.matched[number] += 1
+            self._matched[number] += 1
             if group.count is not None:
                 takes = self._counts[number] < group.count
             else:

@@ -45,8 +45,7 @@ class RoadAlong(NamedTuple):
     rate: FloatArray  # of the curvature, (n,) [1/m²]
     left: FloatArray  # beside each disc, (n_discs, n) [m]
     right: FloatArray  # as `left`
-    turn: FloatArray  # of the circle that leads as far aside at each disc as the road
-    # does: 2/d² of its curvature's double integral, (n_discs, n) [1/m]
+    reach: FloatArray  # curvature that bends it away under each disc, as `left` [1/m]
 
 
 class EdgePoints(NamedTuple):
@@ -99,11 +98,43 @@ def road_along(s: FloatArray, road: RoadColumns, offset: FloatArray) -> RoadAlon
     for d in range(n_discs):
         interpolate(s, offset[d], road.s, road.left, left[d])
         interpolate(s, offset[d], road.s, road.right, right[d])
-    turn = np.empty((n_discs, s.size))
-    turn[:] = curvature
-    if np.any(road.curvature != 0.0):
-        turn = turn_to_discs(s, offset, road.s, road.curvature)
-    return RoadAlong(curvature, rate, left, right, turn)
+    reach = curvature_under(s, curvature, road, offset)
+    return RoadAlong(curvature, rate, left, right, reach)
+
+
+@inlined
+def curvature_under(
+    s: FloatArray, curvature: FloatArray, road: RoadColumns, offset: FloatArray
+) -> FloatArray:
+    """Average the road's curvature between the ego's point and each of its discs.
+
+    Weighted as it moves the disc sideways: 2 ∫ (1 - u) k(s + u offset) du over u from 0
+    to 1, by Simpson's rule. Under a long body that enters a bend the curvature at its
+    rear axle says little about the road at its front.
+
+    Args:
+        s: (n,) [m].
+        curvature: There, (n,) [1/m].
+        road: Its samples.
+        offset: Of the ego's discs, (n_discs,) [m].
+
+    Returns:
+        (n_discs, n) [1/m].
+    """
+    reach = np.empty((offset.size, s.size))
+    reach[:] = curvature
+    if np.ptp(road.curvature) == 0.0:
+        return reach
+    some = np.empty(s.size)
+    for d in range(offset.size):
+        reach[d] /= 6.0
+        interpolate(s, 0.25 * offset[d], road.s, road.curvature, some)
+        reach[d] += some / 2.0
+        interpolate(s, 0.5 * offset[d], road.s, road.curvature, some)
+        reach[d] += some / 6.0
+        interpolate(s, 0.75 * offset[d], road.s, road.curvature, some)
+        reach[d] += some / 6.0
+    return reach
 
 
 @inlined

@@ -5,7 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.dense.field import Discs, ObstacleColumns, disc_centre, squared_chord
+from planner.dense.field import (
+    Discs,
+    ObstacleColumns,
+    disc_centre,
+    half_span,
+    squared_chord,
+)
 from planner.dense.lattice.edge_check import MIN_STRETCH, RoadAlong
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray, IntArray
@@ -44,15 +50,14 @@ def road_rows(
         curvature = road.curvature[k]
         rho = max(1.0 - curvature * l[k], MIN_STRETCH)
         norm = math.sqrt(rho * rho + slope[k] * slope[k])
-        cos, sin = rho / norm, slope[k] / norm
-        need = discs.half_length * abs(sin) + discs.half_width * cos
-        need += 0.5 * abs(curvature) * discs.half_length**2  # only the road bends
+        cos = rho / norm
         for d in range(n_discs):
             offset = discs.offset[d]
-            turn = road.turn[d, k]
-            _, at_l = disc_centre(s[k], l[k], slope[k], offset, curvature, turn)
+            bend = road.reach[d, k]
+            _, at_l = disc_centre(s[k], l[k], slope[k], offset, bend)
             gain[k, d] = offset * cos * cos * cos / rho
             shift = at_l - l[k] - gain[k, d] * slope[k]
+            need = half_span(discs, slope[k], rho, offset, bend)
             low[k, d] = road.right[d, k] + need - shift
             high[k, d] = road.left[d, k] - need - shift
     return gain, low, high
@@ -88,7 +93,7 @@ def obstacle_rows(
         chord = (s[min(k + 1, n - 1)] - s[max(k - 1, 0)]) / (2.0 * cos)
         for d in range(n_discs):
             at_s, at_l = disc_centre(
-                s[k], l[k], slope[k], discs.offset[d], curvature[k], road.turn[d, k]
+                s[k], l[k], slope[k], discs.offset[d], road.reach[d, k]
             )
             shift = at_l - l[k] - gain[k, d] * slope[k]
             for i in range(n_obstacles):

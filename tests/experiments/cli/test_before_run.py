@@ -27,7 +27,7 @@ def called(capsys, *arguments):
 def test_edges_of_a_network(tmp_path, capsys):
     code, out, err = called(capsys, "net", "intersection", "-o", tmp_path / "net.svg")
     assert (code, err) == (0, "")
-    assert "8 edges for cars, 9 junctions, 1 signals, traffic on the right" in out
+    assert "8 edges for cars, 1 junction, 1 signal, traffic on the right" in out
     row = next(line for line in out.splitlines() if line.startswith("west_in "))
     assert row.split() == [
         *("west_in", "3", "130.0", "13.89", "signal"),

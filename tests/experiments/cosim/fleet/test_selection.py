@@ -64,4 +64,13 @@ def test_a_group_is_of_types_flows_and_vehicles():
     assert selection.choose("own.7", "car") == 0
     assert selection.choose("own.71", "car") == HUMAN
     assert selection.choose("ramps.1", "car") == HUMAN
-    assert selection.matched == [3]
+    assert selection.never_met() == []
+
+
+def test_a_group_that_nobody_belongs_to_is_named():
+    groups = [GroupShare(of=("trukc", "ramp"), penetration=1.0), GroupShare(count=1)]
+    selection = EgoSelection(groups, 0)
+    selection.choose("own.1", "car")
+    selection.choose("own.2", "truck")
+    (words,) = selection.never_met()
+    assert words == "no vehicle was of trukc, ramp (types that entered: car, truck)"
