@@ -271,21 +271,18 @@ def squared_distance(
 
 @inlined
 def disc_centre(
-    s: float, l: float, slope: float, offset: float, curvature: float, turn: float
+    s: float, l: float, slope: float, offset: float, curvature: float
 ) -> tuple[float, float]:
     """Frenet place of a disc `offset` ahead of the ego's point, along its heading.
 
-    Exact on a straight, to second order in offset * curvature on a circle, and where
-    circles meet: the front of a long body is in a bend before its rear axle is.
+    Exact on a straight, to second order in offset * curvature on a circle.
 
     Args:
         s: Of the ego's point [m].
         l: Of the ego's point [m].
         slope: dl/ds of the path there [-].
         offset: Along the heading [m].
-        curvature: Of the reference path at the ego's point [1/m].
-        turn: The curvature of the circle on which the path would be as far aside at
-            the disc as it is, see `RoadAlong` [1/m].
+        curvature: Of the reference path [1/m].
 
     Returns:
         (s, l) of the disc's centre [m].
@@ -293,9 +290,9 @@ def disc_centre(
     rho = 1.0 - curvature * l
     norm = np.sqrt(rho * rho + slope * slope)
     along, across = offset * rho / norm, offset * slope / norm
-    ahead = along / (1.0 - turn * (l + across))
-    ahead *= 1.0 - (turn * ahead) ** 2 / 3.0
-    return s + ahead, l + across - 0.5 * turn * along * along / rho
+    ahead = along / (rho - curvature * across)
+    ahead *= 1.0 - (curvature * ahead) ** 2 / 3.0
+    return s + ahead, l + across - 0.5 * curvature * along * along / rho
 
 
 @inlined

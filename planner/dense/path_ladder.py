@@ -266,7 +266,6 @@ def first_nearer(
         (point, obstacle); -1 for both if there is none.
     """
     s, l, slope = path
-    curvature = road.curvature
     for j in range(s.size):
         for d in range(discs.offset.size):
             at_s, at_l = disc_centre(

@@ -8,7 +8,8 @@ from planner.dense.speed import DrivablePath
 from planner.scene import Scene
 from planner.states import Trajectory
 
-STANDS = 0.05  # a plan that stays below this speed does not move off [m/s]
+STANDS = 0.1  # a plan that stays below this speed does not move off [m/s]
+CREEPS = 0.5  # nor does one that drives no farther [m]
 
 
 def no_passage(
@@ -100,7 +101,8 @@ def no_speed(
 
 def standstill(scene: Scene, trajectory: Trajectory, blocker: str | None) -> str:
     """Say why a plan does not move off; empty if it does, or if a body holds it up."""
-    if blocker is not None or float(trajectory.speed.max()) > STANDS:
+    driven = float(trajectory.s[-1] - trajectory.s[0])
+    if blocker is not None or scene.ego.speed > STANDS or driven > CREEPS:
         return ""
     if scene.target_speed <= STANDS:
         return "the target speed is zero"

@@ -1,7 +1,7 @@
 """Parameters of the lattice methods and of the smoothing; [Thesis] table 5.1."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from planner.errors import InvalidInputError
@@ -260,7 +260,7 @@ class DenseSettings:
     change_gain: float = 0.15  # share of its cost that other sides must save
     spacing: int = 2  # points of the path a knot interval
     firm_share: float = 0.75  # of the vehicle's limits, where comfort leaves no way
-    sides: SideSettings = smooth_sides()
+    sides: SideSettings = field(default_factory=smooth_sides)
     lattice: LatticeSettings = LatticeSettings()
     smoothing: SmoothingSettings = SmoothingSettings()
     drive: DriveSettings = DriveSettings()

@@ -98,43 +98,11 @@ def road_along(s: FloatArray, road: RoadColumns, offset: FloatArray) -> RoadAlon
     for d in range(n_discs):
         interpolate(s, offset[d], road.s, road.left, left[d])
         interpolate(s, offset[d], road.s, road.right, right[d])
-    reach = curvature_under(s, curvature, road, offset)
-    return RoadAlong(curvature, rate, left, right, reach)
-
-
-@inlined
-def curvature_under(
-    s: FloatArray, curvature: FloatArray, road: RoadColumns, offset: FloatArray
-) -> FloatArray:
-    """Average the road's curvature between the ego's point and each of its discs.
-
-    Weighted as it moves the disc sideways: 2 ∫ (1 - u) k(s + u offset) du over u from 0
-    to 1, by Simpson's rule. Under a long body that enters a bend the curvature at its
-    rear axle says little about the road at its front.
-
-    Args:
-        s: (n,) [m].
-        curvature: There, (n,) [1/m].
-        road: Its samples.
-        offset: Of the ego's discs, (n_discs,) [m].
-
-    Returns:
-        (n_discs, n) [1/m].
-    """
-    reach = np.empty((offset.size, s.size))
+    reach = np.empty((n_discs, s.size))
     reach[:] = curvature
-    if np.ptp(road.curvature) == 0.0:
-        return reach
-    some = np.empty(s.size)
-    for d in range(offset.size):
-        reach[d] /= 6.0
-        interpolate(s, 0.25 * offset[d], road.s, road.curvature, some)
-        reach[d] += some / 2.0
-        interpolate(s, 0.5 * offset[d], road.s, road.curvature, some)
-        reach[d] += some / 6.0
-        interpolate(s, 0.75 * offset[d], road.s, road.curvature, some)
-        reach[d] += some / 6.0
-    return reach
+    if np.ptp(road.curvature) > 0.0:
+        reach = turn_to_discs(s, offset, road.s, road.curvature)
+    return RoadAlong(curvature, rate, left, right, reach)
 
 
 @inlined
@@ -265,13 +233,13 @@ def place_discs(
     for d in range(n_discs):
         offset = discs.offset[d]
         for j in range(n):
-            curvature, turn = road.curvature[j], road.turn[d, j]
+            curvature = road.curvature[j]
             rho = 1.0 - curvature * shape[0, j]
             cos, sin = rho * inverse[j], shape[1, j] * inverse[j]
             along, across = offset * cos, offset * sin
-            at_l = shape[0, j] + across - 0.5 * turn * along * along / rho
-            ahead = along / (1.0 - turn * (shape[0, j] + across))
-            edge.disc_s[d, j] = s[j] + ahead * (1.0 - (turn * ahead) ** 2 / 3.0)
+            at_l = shape[0, j] + across - 0.5 * curvature * along * along / rho
+            ahead = along / (rho - curvature * across)
+            edge.disc_s[d, j] = s[j] + ahead * (1.0 - (curvature * ahead) ** 2 / 3.0)
             edge.disc_l[d, j] = at_l
             need = half_length * abs(sin) + half_width * cos - TOUCH
             need += 0.5 * abs(curvature) * half_length**2  # only the road bends

@@ -140,7 +140,7 @@ def narrow(
 @compiled
 def sides_of(
     path: PathGuess,
-    road: RoadAlong,
+    curvature: FloatArray,
     obstacles: ObstacleColumns,
     offsets: FloatArray,
 ) -> FloatArray:
@@ -148,7 +148,7 @@ def sides_of(
 
     Args:
         path: (n,).
-        road: At its knots.
+        curvature: Of the road at its knots, (n,) [1/m].
         obstacles: Of the field.
         offsets: Of the ego's discs [m].
     """
@@ -158,10 +158,7 @@ def sides_of(
         nearest = np.inf
         for k in range(s.size):
             for d in range(offsets.size):
-                curvature, turn = road.curvature[k], road.turn[d, k]
-                at_s, at_l = disc_centre(
-                    s[k], l[k], slope[k], offsets[d], curvature, turn
-                )
+                at_s, at_l = disc_centre(s[k], l[k], slope[k], offsets[d], curvature[k])
                 away = abs(at_s - obstacles.s[i])
                 if away < nearest:
                     nearest = away

@@ -56,7 +56,7 @@ def test_discs_lie_along_the_heading(slope, l):
     rho = 1.0 - l / 20.0
     heading = float(ARC.at(s).heading) + math.atan2(slope, rho)
     want = x + 3.0 * math.cos(heading), y + 3.0 * math.sin(heading)
-    got = place(ARC, *disc_centre(s, l, slope, 3.0, 1.0 / 20.0, 1.0 / 20.0))
+    got = place(ARC, *disc_centre(s, l, slope, 3.0, 1.0 / 20.0))
     assert math.dist(got, want) < 0.02  # what the series leaves at R = 20 m
 
 
@@ -73,8 +73,8 @@ def test_discs_of_a_long_body_are_where_a_bend_puts_them(before, offset):
     heading = float(at.heading[0]) + math.atan2(slope, 1.0 - road.curvature[0] * l)
     x, y = place(path, s, l)
     want = x + offset * math.cos(heading), y + offset * math.sin(heading)
-    curvature, turn = float(road.curvature[0]), float(road.turn[0, 0])
-    got = place(path, *disc_centre(s, l, slope, offset, curvature, turn))
+    reach = float(road.reach[0, 0])
+    got = place(path, *disc_centre(s, l, slope, offset, reach))
     assert math.dist(got, want) < 0.15  # of 0.4 m with the curvature at the rear axle
 
 

@@ -84,9 +84,7 @@ def test_span_holds_all_discs():
     fill_blend(shape, blend_table(200), -1.0, 2.5, 6.0)
     low, high = blend_span(-1.0, 2.5, 6.0, 3.0)
     for offset in OFFSETS:
-        places = [
-            disc_centre(0.0, *shape[:2, j], offset, 0.0, 0.0)[1] for j in range(201)
-        ]
+        places = [disc_centre(0.0, *shape[:2, j], offset, 0.0)[1] for j in range(201)]
         assert low <= min(places)
         assert max(places) <= high
 
@@ -107,7 +105,7 @@ def naive_verdict(shape, s, road_of, obstacles, max_curvature):
         need += DISCS.half_width * np.cos(heading)
         need += abs(curvature) * DISCS.half_length**2 / 2.0  # sagitta of the edge
         for offset in OFFSETS:
-            at_s, at_l = disc_centre(s[j], l, slope, offset, curvature, curvature)
+            at_s, at_l = disc_centre(s[j], l, slope, offset, curvature)
             outside |= at_l + need > left or at_l - need < right
             for o in obstacles:
                 between = 0.5 * (curvature + o[3])
