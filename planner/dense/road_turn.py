@@ -36,7 +36,8 @@ def turn_between(place: float, s: FloatArray, turn: FloatArray) -> tuple[float, 
         s: As in `road_turn`.
         turn: As it makes it.
     """
-    k = min(max(np.searchsorted(s, place) - 1, 0), s.size - 1)
+    k = max(int(np.searchsorted(s, place)) - 1, 0)
+    k = min(k, s.size - 1)
     rate = 0.0
     if 0 < k + 1 < s.size and place > s[0]:
         rate = (turn[k + 1, 2] - turn[k, 2]) / (s[k + 1] - s[k])
