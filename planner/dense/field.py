@@ -17,7 +17,7 @@ from planner.states import BoolArray, FloatArray, freeze
 from planner.vehicle import Vehicle
 
 SAMPLE_STEP = 1.0  # between road samples taken from a scene [m]
-DISC_EXCESS = 0.3  # by which the discs may reach beyond the sides of a long body [m]
+DISC_EXCESS = 0.3  # of discs beyond the sides of a body too long for three [m]
 MAX_PIECES = 40  # that one rectangle is cut into
 
 
@@ -138,16 +138,13 @@ class Cover:
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> "Cover":
-        """Cover the vehicle's rectangle: by three discs, by more if it is long."""
-        half_width = 0.5 * vehicle.width
-        if vehicle.disc_radius - half_width <= DISC_EXCESS:
-            half_length = vehicle.length / 6.0
-            return cls(
-                vehicle.disc_offsets, vehicle.disc_radius, half_length, half_width
-            )
+        """Cover the vehicle's rectangle: by three discs, or as many as it is long for.
+
+        Three about a lorry of 12 m would be 1.1 m wider than it on either side.
+        """
         centres, radius = vehicle.disc_cover(DISC_EXCESS)
-        half_length = 0.5 * vehicle.length / centres.size
-        return cls(tuple(centres.tolist()), radius, half_length, half_width)
+        piece = vehicle.length / (2.0 * centres.size)
+        return cls(tuple(centres.tolist()), radius, piece, vehicle.width / 2.0)
 
     def discs(self, margin: float = 0.0) -> Discs:
         """Return the discs, grown by a margin [m]."""
