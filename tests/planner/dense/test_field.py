@@ -85,7 +85,7 @@ def test_a_long_body_has_more_discs_than_three():
     assert math.hypot(cover.half_length, cover.half_width) <= cover.radius + 1e-12
     ends = cover.offsets[0] - cover.half_length, cover.offsets[-1] + cover.half_length
     assert ends == pytest.approx((-3.0, 9.0))
-    assert Cover.of(Vehicle()).offsets == Vehicle().disc_offsets
+    assert Cover.of(Vehicle()).offsets == pytest.approx(Vehicle().disc_offsets)
 
 
 def test_curvature_is_that_of_the_transform():
