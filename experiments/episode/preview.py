@@ -165,7 +165,8 @@ def _speeds(scenario: Scenario, layout: Layout) -> Said:
     facts.append(
         (
             "time",
-            f"{fastest:.0f} s for {distance:.0f} m alone{waits}; ends at {duration:g} s",
+            f"{fastest:.0f} s for {distance:.0f} m alone{waits}; "
+            f"ends at {duration:g} s",
         )
     )
     if duration < TIGHT * fastest:

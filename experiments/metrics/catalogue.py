@@ -465,6 +465,26 @@ _COMFORT = (
         of_planner=True,
     ),
     Metric(
+        column=columns.MAX_FRONT_WHEEL,
+        label="max front-wheel angle",
+        compute=lambda e: comfort.max_front_wheel_angle(e.trace),
+        formula="max |δ|, tan δ = L κ with the wheelbase L: kinematic single-track "
+        "model, [Thesis] eq. 3.8",
+        unit="rad",
+        digits=3,
+        of_planner=True,
+    ),
+    Metric(
+        column=columns.MAX_FRONT_WHEEL_RATE,
+        label="max front-wheel rate",
+        compute=lambda e: comfort.max_front_wheel_rate(e.trace),
+        formula="max |δ_(k+1) - δ_k| / Δt; null for a single step",
+        unit="rad/s",
+        digits=3,
+        better=LOWER,
+        of_planner=True,
+    ),
+    Metric(
         column=columns.MAX_HEADING,
         label="max heading error",
         compute=lambda e: comfort.max_heading(e.trace),

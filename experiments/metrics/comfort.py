@@ -145,6 +145,31 @@ def max_abs_curvature(trace: Trace) -> float | None:
     return _largest(trace.steps["curvature_1pm"])
 
 
+def front_wheel_angle(trace: Trace) -> FloatArray:
+    """Return the angle of the front wheel that drives the curvature, (n_steps,) [rad].
+
+    Of the kinematic single-track model, [Thesis] eq. 3.8: tan δ = L κ.
+    """
+    curvature = np.ma.filled(trace.steps["curvature_1pm"], np.nan)
+    return np.asarray(np.arctan(float(trace.fact("wheelbase_m")) * curvature))
+
+
+def front_wheel_rate(trace: Trace) -> FloatArray:
+    """Return how fast the front wheel turns between steps, (n_steps - 1,) [rad/s]."""
+    steps = np.diff(np.ma.getdata(trace.steps["time_s"]))
+    return np.asarray(np.diff(front_wheel_angle(trace)) / steps)
+
+
+def max_front_wheel_angle(trace: Trace) -> float | None:
+    """Return the largest angle of the front wheel [rad]."""
+    return _largest(np.ma.masked_invalid(front_wheel_angle(trace)))
+
+
+def max_front_wheel_rate(trace: Trace) -> float | None:
+    """Return the fastest turn of the front wheel [rad/s]; None for a single step."""
+    return _largest(np.ma.masked_invalid(front_wheel_rate(trace)))
+
+
 def max_heading(trace: Trace) -> float | None:
     """Return the largest angle between the ego and the reference path [rad].
 

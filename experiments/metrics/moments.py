@@ -16,7 +16,11 @@ from experiments.metrics import (
     right_of_way,
     safety,
 )
-from experiments.metrics.comfort import lateral_acceleration
+from experiments.metrics.comfort import (
+    front_wheel_angle,
+    front_wheel_rate,
+    lateral_acceleration,
+)
 from experiments.metrics.followers import followings
 from experiments.metrics.lane_change import blockage, first_change
 from experiments.metrics.limits import over_limits
@@ -300,6 +304,10 @@ _MOMENTS: Final[Mapping[str, Finder]] = {
         np.abs(lateral_acceleration(trace.steps))
     ),
     columns.MAX_CURVATURE: _largest("curvature_1pm"),
+    columns.MAX_FRONT_WHEEL: lambda trace: largest(np.abs(front_wheel_angle(trace))),
+    columns.MAX_FRONT_WHEEL_RATE: lambda trace: largest(
+        np.abs(front_wheel_rate(trace))
+    ),
     columns.MAX_HEADING: _largest("heading_error_rad"),
     columns.FALLBACK_CYCLES: _fallback,
     columns.PLANNING_CPU_MAX: _slowest_cycle(computation.PlanningClock.CPU),

@@ -23,6 +23,7 @@ _ENTRY = "experiments.api.gym.environment:DrivingEnv"
 _ENVIRONMENTS = {
     "rearview/Cruise-v0": {"scenario": "straight", "action": "frenet"},
     "rearview/LaneChange-v0": {"scenario": "lane_change", "action": "lane_and_speed"},
+    "rearview/Route-v0": {"scenario": "town", "action": "lane_and_speed"},
 }
 
 for _name, _kwargs in _ENVIRONMENTS.items():

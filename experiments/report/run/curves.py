@@ -5,7 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.metrics.comfort import lateral_acceleration
+from experiments.metrics.comfort import (
+    front_wheel_angle,
+    lateral_acceleration,
+)
 from experiments.metrics.computation import TO_MS, deadline_misses
 from experiments.metrics.pairs import neighbours
 from experiments.metrics.safety import TTC_HORIZON, time_to_contact
@@ -163,6 +166,12 @@ def _curvature(trace: Trace) -> TimeCurve:
     return TimeCurve("curvature", "1/m", 4, series, "dashed: path")
 
 
+def _front_wheel(trace: Trace) -> TimeCurve:
+    """Build the chart of the front wheel's angle that drives the curvature."""
+    series = (TimeSeries("angle", np.degrees(front_wheel_angle(trace))),)
+    return TimeCurve("front wheel", "°", 2, series)
+
+
 def _clearance(trace: Trace) -> TimeCurve:
     """Build the chart of the distance to the nearest body."""
     own = TimeSeries("clearance", numbers(trace.steps["clearance_m"]))
@@ -268,6 +277,7 @@ _CURVES: tuple[Callable[[Trace], TimeCurve], ...] = (
     _jerk,
     _offset,
     _curvature,
+    _front_wheel,
     _clearance,
     _ttc,
     _planning,

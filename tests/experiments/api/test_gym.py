@@ -19,7 +19,7 @@ from gymnasium.utils.env_checker import check_env
 
 from tests.planner.scenes import Car, Disc, ego_on, make_scene, straight, winding
 
-NAMES = ("rearview/LaneChange-v0", "rearview/Cruise-v0")
+NAMES = ("rearview/LaneChange-v0", "rearview/Cruise-v0", "rearview/Route-v0")
 EMPTY = {"obstacles": "none"}
 KINDS = [kind.value for kind in learning.ActionKind]
 

@@ -9,7 +9,7 @@ from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc
 from planner.states import CartesianState
-from tests.experiments.traces import STEP, cruising, record, trace_of
+from tests.experiments.traces import CAR, STEP, cruising, record, trace_of
 
 
 def test_constant_speed():
@@ -46,6 +46,10 @@ def test_circle_has_lateral_acceleration_but_no_jerk():
     trace = trace_of(records, path=path)
     assert comfort.max_abs_lateral_acceleration(trace) == pytest.approx(2.88)
     assert comfort.max_abs_curvature(trace) == pytest.approx(0.02)
+    assert comfort.max_front_wheel_angle(trace) == pytest.approx(
+        math.atan(CAR.wheelbase * 0.02)
+    )
+    assert comfort.max_front_wheel_rate(trace) == pytest.approx(0.0, abs=1e-12)
     assert comfort.rms_jerk(trace) == pytest.approx(0.0, abs=1e-12)
     assert comfort.max_heading(trace) == pytest.approx(0.0, abs=1e-9)
 
@@ -110,3 +114,16 @@ def test_reversals_count_what_is_felt():
     minutes = (len(sideways) - 1) * STEP / 60.0
     trace = driven(sideways)
     assert comfort.lateral_reversals(trace) == pytest.approx(2 / minutes)
+
+
+def test_the_front_wheel_turns_as_fast_as_the_curvature_asks():
+    rate = 0.2  # [rad/s]
+    bends = [math.tan(rate * STEP * k) / CAR.wheelbase for k in range(10)]
+    records = [
+        record(k, CartesianState(k, 0, 0, bend, 5, 0)) for k, bend in enumerate(bends)
+    ]
+    trace = trace_of(records)
+    assert comfort.max_front_wheel_rate(trace) == pytest.approx(rate)
+    assert comfort.max_front_wheel_angle(trace) == pytest.approx(9 * rate * STEP)
+    assert CAR.front_wheel_angle(bends[9]) == pytest.approx(9 * rate * STEP)
+    assert comfort.max_front_wheel_rate(trace_of(records[:1])) is None

@@ -28,6 +28,7 @@ def test_every_curve_has_a_unit_and_a_value_a_step():
         "jerk",
         "lateral offset",
         "curvature",
+        "front wheel",
         "clearance",
         "time to collision",
         "planning time",

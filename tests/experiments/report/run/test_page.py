@@ -108,7 +108,7 @@ def test_page_holds_what_the_trace_holds(run):
 
 def test_every_chart_and_scene_has_words_for_those_who_do_not_see_it(run):
     canvases = [at for tag, at in Tags(run_page(run)).found if tag == "canvas"]
-    assert len(canvases) == 9
+    assert len(canvases) == 10
     for attributes in canvases:
         assert attributes["role"] == "img"
         assert len(attributes["aria-label"]) > 20
