@@ -30,10 +30,11 @@ def no_passage(
     left, right = room_beside(field, name)
     cover = Cover.of(scene.vehicle)
     need = 2.0 * (cover.radius + margin)
-    words += f", {name} is in the way: {left:.1f} m are free to its left"
-    words += f" and {right:.1f} m to its right, the body takes {need:.1f} m"
+    words += f", {name} is in the way: no way round it for a body"
+    words += f" {scene.vehicle.length:g} m long that takes {need:.1f} m, {left:.1f} m"
+    words += f" are free to its left and {right:.1f} m to its right"
     if max(left, right) >= need:
-        words += " and more to turn in"
+        words += ", too little to turn in"
     return words
 
 
