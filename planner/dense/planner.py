@@ -11,8 +11,8 @@ from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.path_ladder import ChosenPath, PathTask, choose_path
 from planner.dense.settings import DenseSettings
 from planner.dense.speed import DrivablePath, knot_times, plan_drive
-from planner.dense.vehicles_ahead import bound_by_vehicles
 from planner.dense.turning import Momentum, Turning
+from planner.dense.vehicles_ahead import bound_by_vehicles
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.path_velocity import trajectory_on
@@ -23,6 +23,7 @@ from planner.states import Path, SpeedProfile, Trajectory
 from planner.vehicle import VehicleLimits
 
 HARD_GAP = 0.02  # least distance to a body that a fallback may leave [m]
+STANDS = 0.2  # a plan that goes no farther stays where it is [m]
 AT_THE_END = 1.0  # within it of the bound, a vehicle is what holds the ego up [m]
 
 
@@ -60,7 +61,25 @@ class DensePlanner:
         if profile is None:
             return _fall_back(scene, last, "no speed along the path", self.settings)
         blocker = chosen.blocked_by or _holding(profile, way, blockers)
-        return _result(chosen, trajectory_on(path, profile), blocker)
+        reason = self._why_it_ends(scene, chosen)
+        if not reason and blocker is None and profile.distance[-1] < STANDS:
+            reason = f"the way ends at s = {scene.ego_frenet.s + way.end:.1f} m"
+        return _result(chosen, trajectory_on(path, profile), blocker, reason)
+
+    def _why_it_ends(self, scene: Scene, chosen: ChosenPath) -> str:
+        """Say where the way ends and what asks for more room; empty if it does not."""
+        if not chosen.ended:
+            return ""
+        reason = f"found no passage beyond s = {chosen.end_s:.1f} m"
+        if chosen.blocked_by is None:
+            return reason
+        vehicle, settings = scene.vehicle, self.settings
+        radius = 1.0 / (settings.curvature_share * vehicle.limits.max_curvature)
+        return (
+            f"{reason}, {chosen.blocked_by} is in the way: no way round it for a body "
+            f"{vehicle.length:g} m long and {vehicle.width:g} m wide with "
+            f"{settings.margins[-1]:g} m of room and turns of {radius:.1f} m"
+        )
 
     def _task(self, scene: Scene) -> PathTask:
         """Return where the path has to lead."""
@@ -121,13 +140,9 @@ def _holding(
 
 
 def _result(
-    chosen: ChosenPath, trajectory: Trajectory, blocker: str | None
+    chosen: ChosenPath, trajectory: Trajectory, blocker: str | None, reason: str
 ) -> PlanResult:
     """Make the result of the cycle."""
-    blocked = chosen.ended
-    reason = f"found no passage beyond s = {chosen.end_s:.1f} m" if blocked else ""
-    if chosen.blocked_by is not None:
-        reason += f", {chosen.blocked_by} is in the way"
     passed = "".join("L" if side > 0.0 else "R" for side in chosen.sides.values())
     stats = PlanStats(
         reason=reason,

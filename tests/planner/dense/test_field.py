@@ -10,8 +10,10 @@ from planner.dense.field import (
     FrenetObstacles,
     disc_centre,
     field_of,
+    half_span,
     path_curvature,
     pieces,
+    squared_chord,
     squared_distance,
     straight_field,
 )
@@ -123,3 +125,25 @@ def test_a_disc_is_itself():
     columns = (np.array([v]) for v in (10.0, 3.0, 0.4, 0.0, 0.0, 1.5))
     ids, x, y, radius = pieces(Obstacles(("disc",), *columns))
     assert (ids, x[0], y[0], radius[0]) == (("disc",), 10.0, 3.0, 1.5)
+
+
+def test_far_around_a_bend_nothing_is_at_the_egos_place():
+    along = np.linspace(0.0, 400.0, 401)
+    chords = [squared_chord(each, -1.0 / 40.0) for each in along]
+    assert (np.diff(chords) > 0.0).all()
+
+
+def test_a_long_body_is_not_made_wide():
+    lorry = Vehicle(length=12.0, width=2.5, wheelbase=6.5, rear_overhang=3.0)
+    cover = Cover.of(lorry)
+    assert cover.radius - 1.25 <= 0.3
+    assert 2.0 * cover.half_length * len(cover.offsets) == pytest.approx(12.0)
+    assert len(Cover.of(Vehicle()).offsets) == 3
+
+
+def test_the_front_of_a_long_body_stands_across_the_road_of_a_bend():
+    discs = Cover.of(Vehicle(length=12.0, wheelbase=6.5, rear_overhang=3.0)).discs()
+    there = half_span(discs, 0.2, 1.0, 7.0, -0.02)
+    turned = np.arctan(0.2) + 0.14
+    exact = discs.half_length * np.sin(turned) + discs.half_width * np.cos(turned)
+    assert exact - 0.005 <= there <= exact + 0.03

@@ -60,6 +60,17 @@ def test_it_drives_through_a_field(path, planner):
         assert abs(now.speed - ego.speed) <= STEP * limits.emergency_deceleration + 1e-6
 
 
+@pytest.mark.parametrize("speed", [8.0, 14.0])
+def test_a_field_is_driven_through_in_comfort(speed):
+    path = straight()
+    scene = make_scene(path, ego_on(path, speed=8.0), FIELD, target_speed=speed)
+    cycles = drive(PLANNER, scene, 200, until=past(100.0))
+    lateral = [c.scene.ego.speed**2 * abs(c.scene.ego.curvature) for c in cycles]
+    assert max(lateral) <= 2.3
+    assert len(cycles) * STEP < 1.15 * 100.0 / 8.0
+    assert {cycle.plan.status for cycle in cycles} == {PlanStatus.OK}
+
+
 def test_the_uniform_lattice_drives_too():
     path = straight()
     scene = make_scene(path, ego_on(path, speed=6.0), FIELD[:2], target_speed=6.0)
@@ -104,6 +115,7 @@ def test_a_closed_road_ends_in_a_stop_with_a_reason():
     assert last.scene.ego.speed < 1e-3
     assert last.plan.status is PlanStatus.OK
     assert last.plan.stats.reason.startswith("found no passage beyond s = ")
+    assert "no way round it for a body 4.8 m long" in last.plan.stats.reason
     assert last.plan.stats.blocker.startswith("disc.")
     assert 1.0 <= clearance_now(last.scene) < 2.5
     assert least_clearance(cycles) > 0.05
