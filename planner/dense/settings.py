@@ -1,7 +1,7 @@
 """Parameters of the lattice methods and of the smoothing; [Thesis] table 5.1."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 
 from planner.errors import InvalidInputError
@@ -193,20 +193,12 @@ def thesis_sides() -> SideSettings:
     )
 
 
-def smooth_sides() -> SideSettings:
-    """Price v²κ and its rate, for driving: the path bends little and evenly.
-
-    ∫ (v²κ)² and ∫ (v³κ')² ds at 8 m/s, at 7.3 and 3.8 for an offset of 1 m², are
-    30 000 l''² and 1 000 000 l'''². Prices with the speed to the fourth and sixth power
-    change paths by little: what is near binds them.
-    """
-    return SideSettings(
-        offset_weight=1.0,
-        bend_weight=3e4,
-        jerk_weight=1e6,
-        in_plane=True,
-        max_programs=80,
-    )
+# For driving, v²κ and its rate are priced: a path bends little and evenly. ∫ (v²κ)² and
+# ∫ (v³κ')² ds at 8 m/s, at 7.3 and 3.8 for an offset of 1 m², are 30 000 l''² and
+# 1 000 000 l'''². Prices that grow with the target speed change paths by little.
+SMOOTH_SIDES = SideSettings(
+    offset_weight=1.0, bend_weight=3e4, jerk_weight=1e6, in_plane=True, max_programs=80
+)
 
 
 class PathMethod(StrEnum):
@@ -260,7 +252,7 @@ class DenseSettings:
     change_gain: float = 0.15  # share of its cost that other sides must save
     spacing: int = 2  # points of the path a knot interval
     firm_share: float = 0.75  # of the vehicle's limits, where comfort leaves no way
-    sides: SideSettings = field(default_factory=smooth_sides)
+    sides: SideSettings = SMOOTH_SIDES
     lattice: LatticeSettings = LatticeSettings()
     smoothing: SmoothingSettings = SmoothingSettings()
     drive: DriveSettings = DriveSettings()

@@ -25,4 +25,4 @@ def test_who_stands_is_bound_by_the_steering_alone():
 def test_the_present_curvature_has_time_to_fall():
     bound = curvature_bounds(AHEAD, Momentum(14.0, 0.03), Turning(2.0, 1.5), 0.18)
     assert bound[0] > 0.03
-    assert bound[AHEAD > 14.0].min() < 0.0135
+    assert bound[AHEAD > 14.0].min() < 0.014
