@@ -28,7 +28,8 @@ class PlanStats:
     `removed` empty: the planner then has not judged what cannot change its plan.
     """
 
-    reason: str = ""  # one sentence unless the status is OK
+    # One sentence unless the status is OK; then why the plan stands for good, if so.
+    reason: str = ""
     candidates: int = 0  # trajectories made in this cycle
     survivors: int | None = 0  # of these, the ones that passed every check
     removed: Mapping[str, int] = field(default_factory=dict)  # check -> removed by it

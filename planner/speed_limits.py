@@ -16,7 +16,8 @@ def limit_speeds(
     path: Path,
     limits: VehicleLimits,
     target_speed: float,
-    lateral_acceleration: float,
+    lateral_acceleration: float | FloatArray,
+    lateral_jerk: float,
     braking: float,
     end: float,
 ) -> FloatArray:
@@ -26,7 +27,9 @@ def limit_speeds(
         path: n points.
         limits: Of the vehicle.
         target_speed: Not exceeded [m/s].
-        lateral_acceleration: v² |curvature| <= this [m/s²].
+        lateral_acceleration: v² |curvature| <= this, everywhere or at each point
+            [m/s²].
+        lateral_jerk: v³ |d curvature / d distance| <= this [m/s³].
         braking: With which the speed falls towards slower points [m/s²].
         end: Where along the path the speed is zero [m].
 
@@ -36,25 +39,24 @@ def limit_speeds(
     curvature = np.maximum(np.abs(path.curvature), STRAIGHT)
     fastest = min(target_speed, limits.max_speed)
     local = np.minimum(np.sqrt(lateral_acceleration / curvature), fastest)
+    slope = _curvature_slope(path)
+    local = np.minimum(local, np.maximum(np.cbrt(lateral_jerk / slope), SLOWEST))
     if np.isfinite(limits.max_curvature_rate):
-        local = np.minimum(local, _steerable_speeds(path, limits.max_curvature_rate))
+        steerable = limits.max_curvature_rate / slope
+        local = np.minimum(local, np.maximum(steerable, SLOWEST))
     local[path.distance >= end] = 0.0
     return brake_in_time(path.distance, local, braking)
 
 
-def _steerable_speeds(path: Path, rate: float) -> FloatArray:
-    """Bound the speed at each point such that the steering keeps up, (n,) [m/s].
-
-    v |d curvature / d distance| <= rate, with the slope over `STEERING_WINDOW`.
-    """
+def _curvature_slope(path: Path) -> FloatArray:
+    """Return |d curvature / d distance| over `STEERING_WINDOW`, (n,) [1/m²]."""
     reach = 0.5 * STEERING_WINDOW
     before, after = (
         np.interp(path.distance + shift, path.distance, path.curvature)
         for shift in (-reach, reach)
     )
-    slope = np.abs(after - before) / STEERING_WINDOW
-    speeds: FloatArray = np.maximum(rate / np.maximum(slope, STRAIGHT), SLOWEST)
-    return speeds
+    slope: FloatArray = np.abs(after - before) / STEERING_WINDOW
+    return np.maximum(slope, STRAIGHT)
 
 
 @compiled

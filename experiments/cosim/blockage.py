@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from experiments.cosim.passage import BodiesAlongPath, room_beside
 from experiments.cosim.records import TrafficState
 from planner.interface import PlanStats
 from planner.reference_path.path import ReferencePath
-from planner.scene import Obstacles
+from planner.scene import Obstacles, RoadBounds
 from planner.states import CartesianState, FrenetState
 from planner.vehicle import Vehicle
 
@@ -33,6 +34,7 @@ class BlockageDetector:
         vehicle: The ego's dimensions.
         path: Of the ego.
         obstacles: Static bodies.
+        bounds: Edges of the road.
     """
 
     def __init__(
@@ -41,12 +43,14 @@ class BlockageDetector:
         vehicle: Vehicle,
         path: ReferencePath,
         obstacles: Obstacles,
+        bounds: RoadBounds,
     ) -> None:
         self._patience = patience
         self._front_reach = vehicle.front_reach
         self._width = vehicle.width
         self._path = path
         self._obstacles = obstacles
+        self._bounds = bounds
         self._since: float | None = None  # the ego stands since then [s]
         self._stood = 0.0  # of this, the time that counts [s]
         self._counted_until: float | None = None  # None while the ego waits [s]
@@ -181,31 +185,47 @@ class BlockageDetector:
         """Return the planner's reason; without one, what stands ahead."""
         if stats.reason:
             return stats.reason
-        if stats.blocker:
-            said = f"; {stats.explanation}" if stats.explanation else ""
-            return f"{stats.blocker} is in the way{said}"
-        ahead = self._ahead(place, traffic)
-        if stats.explanation:
-            return f"the planner says: {stats.explanation}{ahead}"
-        return f"the planner gives no reason{ahead or NOTHING_AHEAD}"
-
-    def _ahead(self, place: FrenetState, traffic: TrafficState) -> str:
-        """Describe the nearest body that stands before the ego; empty without one."""
-        users, fixed = traffic.vehicles, self._obstacles
-        s, offset = self._path.project(
-            np.append(fixed.x, users.x), np.append(fixed.y, users.y)
+        bodies = BodiesAlongPath.of(
+            self._path, self._obstacles, traffic.vehicles, STANDING
         )
-        half = np.append(fixed.length / 2.0 + fixed.radius, users.length / 2.0)
-        aside = np.append(fixed.width / 2.0 + fixed.radius, users.width / 2.0)
-        gap = s - half - (place.s + self._front_reach)
-        before = (np.abs(offset - place.l) < aside + self._width / 2.0) & (gap < NEAR)
-        before &= s > place.s + self._front_reach
-        before[fixed.x.size :] &= users.speed < STANDING
+        refused = _refused(stats) + _planned(stats)
+        if stats.blocker:
+            room = ""
+            if stats.blocker in bodies.ids:
+                room = self._room(bodies, bodies.ids.index(stats.blocker))
+            return f"{stats.blocker} is in the way{room}{refused}"
+        ahead = self._ahead(place, bodies)
+        if ahead and refused:
+            return f"{ahead}{refused}"
+        if ahead:
+            return f"the planner gives no reason; {ahead}"
+        if refused:
+            return f"nothing stands ahead, yet its plans do not move off{refused}"
+        return f"the planner gives no reason{NOTHING_AHEAD}"
+
+    def _ahead(self, place: FrenetState, bodies: BodiesAlongPath) -> str:
+        """Describe the nearest body that stands before the ego; empty without one."""
+        front = place.s + self._front_reach
+        gap = bodies.s - bodies.half_length - front
+        aside = np.abs(bodies.l - place.l)
+        before = bodies.stands & (aside < bodies.half_width + 0.5 * self._width)
+        before &= (gap < NEAR) & (bodies.s > front)
         if not before.any():
             return ""
         nearest = int(np.argmin(np.where(before, gap, np.inf)))
-        name = (*fixed.ids, *users.ids)[nearest]
-        return f"; {name} stands {max(float(gap[nearest]), 0.0):.1f} m ahead"
+        room = self._room(bodies, nearest)
+        name = bodies.ids[nearest]
+        return f"{name} stands {max(float(gap[nearest]), 0.0):.1f} m ahead{room}"
+
+    def _room(self, bodies: BodiesAlongPath, k: int) -> str:
+        """Describe the room beside a body that stands; empty for one that drives."""
+        if not bodies.stands[k]:
+            return ""
+        left, right = room_beside(bodies, k, self._bounds)
+        return (
+            f", with {left:.1f} m free on its left and {right:.1f} m on its right "
+            f"for a body {self._width:.1f} m wide"
+        )
 
     def _watch(self, ego: CartesianState, traffic: TrafficState, passed: float) -> None:
         """Record for how long each vehicle stands, and whether one moves nearby."""
@@ -219,3 +239,19 @@ class BlockageDetector:
             else:
                 known = self._still.get(name)
                 self._still[name] = 0.0 if known is None else known + passed
+
+
+def _refused(stats: PlanStats) -> str:
+    """Say by which checks motions were removed; empty if the planner does not."""
+    if not stats.removed:
+        return ""
+    checks = ", ".join(
+        f"{name.replace('_', ' ')} {count}"
+        for name, count in sorted(stats.removed.items(), key=lambda item: -item[1])
+    )
+    return f"; motions refused: {checks}"
+
+
+def _planned(stats: PlanStats) -> str:
+    """Say what the planner is about; empty if it does not tell."""
+    return f"; its plan: {stats.explanation}" if stats.explanation else ""

@@ -134,7 +134,11 @@ class EgoDriver:
             options.full_statistics,
         )
         self._blockage = BlockageDetector(
-            options.blocked_after, vehicle, road.path, road.obstacles
+            options.blocked_after,
+            vehicle,
+            road.path,
+            road.obstacles,
+            road.bounds,
         )
         self._right_of_way: RightOfWay | None = None
         if road.junctions and junctions is not None:

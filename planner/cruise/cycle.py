@@ -29,15 +29,16 @@ from planner.cruise.workspace import FollowingRules, Surroundings
 from planner.numerics.compiled import compiled
 from planner.reference_path.linear_curvature import curvature_at
 from planner.scene import Scene
-from planner.shapes.disc_clearance import gaps_to
+from planner.shapes.disc_clearance import segment_to_rectangle
 from planner.states import CartesianState, FloatArray, IntArray, Trajectory
 from planner.vehicle import body_scale
 
 QUEUE_GAP = 1.0  # from the line behind a waiting vehicle to its rear [m]
 DISC_EXCESS = 0.3  # by which the discs may reach beyond the sides of a long body [m]
 NO_DISCS = np.zeros(0)  # not frozen, as others: one type, one kernel
-CAPSULE_DISCS = 33  # 0.1 m apart: their hull waves by less than the tolerance
-TOUCH_TOLERANCE = 2e-3  # by which a gap below the margin may still shrink [m]
+# By which a gap below the margin may still shrink in a cycle: rounding, no more, or an
+# ego that stands would creep into contact [m].
+TOUCH_TOLERANCE = 1e-6
 # A vehicle that stands can turn its wheels before it starts: its motions need not
 # begin with the curvature that it stopped with, which may leave none within the limits.
 WHEELS_TURN_FREELY = 0.02  # [m/s]
@@ -255,14 +256,25 @@ def _thresholds(
     The present gap is measured from a capsule about the discs: from three discs it
     would shrink and grow while the ego drives straight past a body.
     """
-    here = np.empty((4, 1))
-    here[0, 0], here[1, 0] = ego[0], ego[1]
-    here[2, 0], here[3, 0] = math.cos(ego[2]), math.sin(ego[2])
-    capsule = np.linspace(discs[0], discs[2], CAPSULE_DISCS)
-    gaps = gaps_to(here, poses, extents, capsule, disc_radius, margin + 0.1)
-    for b in range(gaps.size):
-        gaps[b] = min(margin, gaps[b] - TOUCH_TOLERANCE)
-    return gaps
+    cos, sin = math.cos(ego[2]), math.sin(ego[2])
+    out = np.full(poses.shape[0], margin)
+    ends = np.empty((2, 2))  # of the capsule's axis in a body's frame
+    for b in range(out.size):
+        half_length, half_width, radius = extents[b, 0], extents[b, 1], extents[b, 2]
+        grown = radius + disc_radius
+        for k, disc in enumerate((discs[0], discs[2])):
+            dx = ego[0] + disc * cos - poses[b, 0, 0]
+            dy = ego[1] + disc * sin - poses[b, 1, 0]
+            ends[k, 0] = dx * poses[b, 2, 0] + dy * poses[b, 3, 0]
+            ends[k, 1] = dy * poses[b, 2, 0] - dx * poses[b, 3, 0]
+        reach = abs(discs[2] - discs[0]) + half_length + half_width + grown + margin
+        if abs(ends[0, 0]) + abs(ends[0, 1]) > 2.0 * reach:
+            continue
+        apart = segment_to_rectangle(
+            ends[0, 0], ends[0, 1], ends[1, 0], ends[1, 1], half_length, half_width
+        )
+        out[b] = min(margin, apart - grown - TOUCH_TOLERANCE)
+    return out
 
 
 def _surroundings(

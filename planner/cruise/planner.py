@@ -12,7 +12,6 @@ from planner.cruise.cycle import Cycle, disc_cover
 from planner.cruise.drawn_candidates import alternatives_of
 from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
-from planner.cruise.no_way_on import room_beside
 from planner.cruise.sampling.longitudinal import STANDING, front_limit
 from planner.cruise.selection import Pricing
 from planner.cruise.settings import CruiseSettings
@@ -27,7 +26,6 @@ CHECK_NAMES = {
 }
 
 
-AT_REST = 0.1  # slower, the ego stands [m/s]
 SLOW = 3.0  # slower, the ego may be about to stop where it cannot start [m/s]
 FAR_TOO_SLOW = 1.3  # price of the speed of a plan that does not get on; 2 stands [-]
 LEAST_DRIVEN = 5.0  # a plan that drives less does not get on [m]
@@ -67,8 +65,6 @@ class CruisePlanner:
         exhaustive = scene.full_statistics or not self._separable
         cycle, found = self._search(scene, cycle, exhaustive=exhaustive)
         stats = _statistics(cycle, found)
-        if abs(scene.ego.speed) < AT_REST and not _moves(found):
-            stats = replace(stats, explanation=self._why_it_stands(scene, cycle))
         looked_at = partial(self._alternatives, cycle, found)
         if found.choice.best < 0:
             instead = _fall_back(scene, self.settings, cycle, stats)
@@ -116,11 +112,6 @@ class CruisePlanner:
             if _moves(tried) and total < least:
                 best, least = (longer, tried), total
         return best
-
-    def _why_it_stands(self, scene: Scene, cycle: Cycle) -> str:
-        """Say what a body that stands in the way leaves free, and what is needed."""
-        aside = 2.0 * (cycle.tables.around.disc_radius + self.settings.margin)
-        return room_beside(scene, cycle.bodies, aside)
 
     def _evaluate(self, cycle: Cycle, *, exhaustive: bool) -> Evaluation:
         """Evaluate the candidates of a cycle, all of them if exhaustive."""

@@ -17,6 +17,7 @@ from planner.states import BoolArray, FloatArray, freeze
 from planner.vehicle import Vehicle
 
 SAMPLE_STEP = 1.0  # between road samples taken from a scene [m]
+DISC_EXCESS = 0.3  # of discs beyond the sides of a body too long for three [m]
 MAX_PIECES = 40  # that one rectangle is cut into
 
 
@@ -137,9 +138,13 @@ class Cover:
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> "Cover":
-        """Make the three discs that cover the vehicle's rectangle."""
-        piece = vehicle.length / 6.0, vehicle.width / 2.0
-        return cls(vehicle.disc_offsets, vehicle.disc_radius, *piece)
+        """Cover the vehicle's rectangle: by three discs, or as many as it is long for.
+
+        Three about a lorry of 12 m would be 1.1 m wider than it on either side.
+        """
+        centres, radius = vehicle.disc_cover(DISC_EXCESS)
+        piece = vehicle.length / (2.0 * centres.size)
+        return cls(tuple(centres.tolist()), radius, piece, vehicle.width / 2.0)
 
     def discs(self, margin: float = 0.0) -> Discs:
         """Return the discs, grown by a margin [m]."""
@@ -224,13 +229,29 @@ def pieces(
 
 
 @inlined
+def squared_chord(along: float, curvature: float) -> float:
+    """Square of the chord over a piece of a circle [m²].
+
+    (2 sin(k ds / 2) / k)² with the sine to third order, 5e-4 short at k ds = 1. The
+    series falls beyond k² ds² = 6, and below zero from 12 on: what is more than that
+    far around a bend would be at the ego's place. It is held up there.
+
+    Args:
+        along: ds, of either sign [m].
+        curvature: k [1/m].
+    """
+    turned = curvature * along
+    return float(along * along * (1.0 - min(turned * turned, 6.0) / 12.0))
+
+
+@inlined
 def squared_distance(
     s: float, l: float, other_s: float, other_l: float, curvature: float
 ) -> float:
     """Square of the distance in the plane between two Frenet points [m²].
 
     On a circle of curvature k it is (l1 - l2)² + rho1 rho2 (2 sin(k ds / 2) / k)² with
-    rho = 1 - k l; the sine to third order is 5e-4 short at k ds = 1.
+    rho = 1 - k l; see `squared_chord`.
 
     Args:
         s: Of one point [m].
@@ -241,8 +262,7 @@ def squared_distance(
     """
     along, across = s - other_s, l - other_l
     stretch = (1.0 - curvature * l) * (1.0 - curvature * other_l)
-    turned = curvature * along
-    chord2 = along * along * (1.0 - turned * turned / 12.0)
+    chord2 = squared_chord(along, curvature)
     return float(across * across + max(stretch, 0.0) * chord2)
 
 
@@ -270,6 +290,33 @@ def disc_centre(
     ahead = along / (rho - curvature * across)
     ahead *= 1.0 - (curvature * ahead) ** 2 / 3.0
     return s + ahead, l + across - 0.5 * curvature * along * along / rho
+
+
+@inlined
+def half_span(
+    discs: Discs, slope: float, rho: float, ahead: float, curvature: float
+) -> float:
+    """How far the piece of the body in a disc reaches across the road from its centre.
+
+    The road has turned under the body by the time it reaches the disc: a long body that
+    follows a bend stands across it at its front.
+
+    Args:
+        discs: Of the ego.
+        slope: dl/ds of the path at the ego's point [-].
+        rho: 1 - kappa_r l there [-].
+        ahead: Of the disc along the heading [m].
+        curvature: Of the road between [1/m].
+
+    Returns:
+        Half of its width across the road [m].
+    """
+    norm = np.sqrt(rho * rho + slope * slope)
+    cos, sin, turned = rho / norm, slope / norm, curvature * ahead
+    across = abs(sin - turned * cos)
+    along = min(cos + turned * sin, 1.0)
+    need = discs.half_length * across + discs.half_width * along
+    return float(need + 0.5 * abs(curvature) * discs.half_length**2)
 
 
 @inlined

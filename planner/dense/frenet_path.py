@@ -11,6 +11,7 @@ from planner.dense.field import (
     FrenetObstacles,
     ObstacleColumns,
     disc_centre,
+    half_span,
     path_curvature,
     squared_distance,
 )
@@ -111,7 +112,6 @@ def worst_of(
         (clearance [m], road room [m], curvature [1/m]).
     """
     s, l, slope = path.s, path.l, path.slope
-    half_length, half_width = discs.half_length, discs.half_width
     clearance, room, sharpest = FAR, np.inf, 0.0
     for j in range(1, s.size):
         curvature = road.curvature[j]
@@ -120,11 +120,10 @@ def worst_of(
             return -FAR, -FAR, np.inf
         bent = path_curvature(l[j], slope[j], path.second[j], curvature, road.rate[j])
         sharpest = max(sharpest, abs(bent))
-        norm = np.sqrt(rho * rho + slope[j] ** 2)
-        need = (half_length * abs(slope[j]) + half_width * rho) / norm
-        need += 0.5 * abs(curvature) * half_length**2  # only the road bends
         for d in range(discs.offset.size):
-            at_s, at_l = disc_centre(s[j], l[j], slope[j], discs.offset[d], curvature)
+            offset, reach = discs.offset[d], road.reach[d, j]
+            at_s, at_l = disc_centre(s[j], l[j], slope[j], offset, reach)
+            need = half_span(discs, slope[j], rho, offset, reach)
             room = min(room, road.left[d, j] - at_l - need)
             room = min(room, at_l - need - road.right[d, j])
             for i in range(obstacles.s.size):

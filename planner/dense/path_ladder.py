@@ -19,11 +19,12 @@ from planner.dense.field import (
 )
 from planner.dense.frenet_path import SUBDIVISION, FrenetPath
 from planner.dense.lattice.coarse_path import PathStart
-from planner.dense.lattice.edge_check import road_along
+from planner.dense.lattice.edge_check import RoadAlong, road_along
 from planner.dense.lattice_methods import LatticeStatus, plan_adaptive, plan_uniform
 from planner.dense.settings import DenseSettings, PathMethod
 from planner.dense.sides.sequences import SideSearch, search_sides, side_task
 from planner.dense.tube.corridor import PathGuess
+from planner.dense.turning import Momentum, Turning
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray
 
@@ -51,6 +52,9 @@ class PathTask:
     start: PathStart
     s_end: float
     max_curvature: float  # [1/m]
+    momentum: Momentum
+    turnings: tuple[Turning, ...]  # what may be taken, the gentlest first
+    turning: Turning | None = None  # what is taken, None: only the sharpest counts
 
 
 def choose_path(
@@ -65,14 +69,32 @@ def choose_path(
     """
     if settings.method is not PathMethod.SIDE_SEQUENCES:
         return _by_lattice(task, settings)
+    *gentler, hardest = [replace(task, turning=each) for each in task.turnings]
+    for gentle in gentler:
+        found = _by_sides(gentle, last, settings.margins[0], settings)
+        if found is not None:
+            return found
+    for one in (hardest, replace(task, turning=None)):
+        found = _widest(one, last, settings)
+        if found is None:
+            found = _as_far_as_possible(one, last, settings)
+        if found is not None:
+            return found
+    return None
+
+
+def _widest(
+    task: PathTask, last: Mapping[str, float], settings: DenseSettings
+) -> ChosenPath | None:
+    """Find the path with the widest margin that has one."""
     widest, *narrower = settings.margins
     found = _by_sides(task, last, widest, settings)
     if found is not None or not narrower:
-        return found or _as_far_as_possible(task, last, settings)
+        return found
     # What has no path with the least margin has none with more.
     tight = _by_sides(task, last, narrower[-1], settings)
     if tight is None:
-        return _as_far_as_possible(task, last, settings)
+        return None
     for margin in narrower[:-1]:
         found = _by_sides(task, last, margin, settings)
         if found is not None:
@@ -90,7 +112,8 @@ def _by_sides(
     limits = replace(
         settings.sides, margin=margin, max_curvature=task.max_curvature, alternatives=0
     )
-    sides = side_task(task.field, task.cover, task.start, task.s_end, limits)
+    turning = None if task.turning is None else (task.momentum, task.turning)
+    sides = side_task(task.field, task.cover, task.start, task.s_end, limits, turning)
     given = np.array([last.get(name, 0.0) for name in task.field.ids])
     if not np.any(given != 0.0):
         return _chosen(task, search_sides(sides), margin, 0)
@@ -211,7 +234,7 @@ def _ended(
     road = road_along(fine.s, rest.road_columns(), discs.offset)
     index, which = first_nearer(
         PathGuess(fine.s, fine.l, fine.slope),
-        road.curvature,
+        road,
         rest.obstacle_columns(),
         discs,
     )
@@ -229,13 +252,13 @@ def _first(field: FrenetObstacles, ahead: FloatArray) -> str | None:
 
 @compiled
 def first_nearer(
-    path: PathGuess, curvature: FloatArray, obstacles: ObstacleColumns, discs: Discs
+    path: PathGuess, road: RoadAlong, obstacles: ObstacleColumns, discs: Discs
 ) -> tuple[int, int]:
     """Find the first point of a path that has a disc too near to an obstacle.
 
     Args:
         path: At n points.
-        curvature: Of the road there, (n,) [1/m].
+        road: At the same points.
         obstacles: Of the field.
         discs: Of the ego, with the gap to keep.
 
@@ -246,10 +269,10 @@ def first_nearer(
     for j in range(s.size):
         for d in range(discs.offset.size):
             at_s, at_l = disc_centre(
-                s[j], l[j], slope[j], discs.offset[d], curvature[j]
+                s[j], l[j], slope[j], discs.offset[d], road.reach[d, j]
             )
             for i in range(obstacles.s.size):
-                between = 0.5 * (curvature[j] + obstacles.curvature[i])
+                between = 0.5 * (road.curvature[j] + obstacles.curvature[i])
                 away2 = squared_distance(
                     at_s, at_l, obstacles.s[i], obstacles.l[i], between
                 )

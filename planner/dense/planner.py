@@ -9,8 +9,11 @@ from planner.bodies import Bodies, bodies_of, touched_by
 from planner.dense.field import Cover, field_of
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.path_ladder import ChosenPath, PathTask, choose_path
+from planner.dense.reasons import no_passage, no_path, no_speed, standstill
 from planner.dense.settings import DenseSettings
 from planner.dense.speed import DrivablePath, knot_times, plan_drive
+from planner.dense.stop_on_path import keep_to_path
+from planner.dense.turning import Momentum, Turning
 from planner.dense.vehicles_ahead import bound_by_vehicles
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
@@ -19,6 +22,7 @@ from planner.reference_path.frenet_lines import line_in_plane
 from planner.scene import Scene
 from planner.scene_checks import invalid
 from planner.states import Path, SpeedProfile, Trajectory
+from planner.vehicle import VehicleLimits
 
 HARD_GAP = 0.02  # least distance to a body that a fallback may leave [m]
 AT_THE_END = 1.0  # within it of the bound, a vehicle is what holds the ego up [m]
@@ -45,9 +49,11 @@ class DensePlanner:
             stats = PlanStats(reason=reason)
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
         last = memory if isinstance(memory, DenseMemory) else DenseMemory()
-        chosen = choose_path(self._task(scene), last.sides, self.settings)
+        task = self._task(scene)
+        chosen = choose_path(task, last.sides, self.settings)
         if chosen is None:
-            return _fall_back(scene, last, "no path from here", self.settings)
+            why = no_path(task.field, scene)
+            return _fall_back(scene, last, why, self.settings)
         path = self._in_plane(scene, chosen)
         if path is None:
             return _fall_back(
@@ -56,9 +62,16 @@ class DensePlanner:
         way, blockers = self._drivable(scene, chosen, path)
         profile = plan_drive(way, scene, self.settings.drive)
         if profile is None:
-            return _fall_back(scene, last, "no speed along the path", self.settings)
+            why = no_speed(scene, way, blockers, chosen.blocked_by)
+            return _fall_back(scene, last, why, self.settings)
         blocker = chosen.blocked_by or _holding(profile, way, blockers)
-        return _result(chosen, trajectory_on(path, profile), blocker)
+        trajectory = trajectory_on(path, profile)
+        if chosen.ended:
+            least = self.settings.margins[-1]
+            reason = no_passage(chosen, task.field, scene, least)
+        else:
+            reason = standstill(scene, trajectory, blocker)
+        return _result(chosen, trajectory, reason, blocker)
 
     def _task(self, scene: Scene) -> PathTask:
         """Return where the path has to lead."""
@@ -74,6 +87,8 @@ class DensePlanner:
             PathStart(ego.s, ego.l, ego.l_prime, ego.l_second),
             ego.s + horizon,
             settings.curvature_share * vehicle.limits.max_curvature,
+            Momentum(scene.ego.speed, scene.ego.curvature),
+            turnings_of(settings, vehicle.limits),
         )
 
     def _in_plane(self, scene: Scene, chosen: ChosenPath) -> Path | None:
@@ -96,6 +111,17 @@ class DensePlanner:
         return DrivablePath(path, end, bound), blockers
 
 
+def turnings_of(settings: DenseSettings, limits: VehicleLimits) -> tuple[Turning, ...]:
+    """Return what a path may take: comfortable, and firm."""
+    drive, share = settings.drive, settings.firm_share
+    comfortable = drive.lateral_share * limits.max_lateral_acceleration
+    firm = share * limits.max_lateral_acceleration
+    return (
+        Turning(comfortable, drive.braking),
+        Turning(firm, share * limits.max_deceleration),
+    )
+
+
 def _holding(
     profile: SpeedProfile, way: DrivablePath, blockers: list[str | None]
 ) -> str | None:
@@ -106,13 +132,9 @@ def _holding(
 
 
 def _result(
-    chosen: ChosenPath, trajectory: Trajectory, blocker: str | None
+    chosen: ChosenPath, trajectory: Trajectory, reason: str, blocker: str | None
 ) -> PlanResult:
     """Make the result of the cycle."""
-    blocked = chosen.ended
-    reason = f"found no passage beyond s = {chosen.end_s:.1f} m" if blocked else ""
-    if chosen.blocked_by is not None:
-        reason += f", {chosen.blocked_by} is in the way"
     passed = "".join("L" if side > 0.0 else "R" for side in chosen.sides.values())
     stats = PlanStats(
         reason=reason,
@@ -136,7 +158,10 @@ def _fall_back(
     def blocker(trajectory: Trajectory) -> str | None:
         return touched_body(scene, bodies, trajectory)
 
-    status, trajectory = fallback(scene, last.trajectory, blocker, duration)
+    kept = keep_to_path(scene, last.trajectory, blocker, duration)
+    if kept is None:
+        kept = fallback(scene, last.trajectory, blocker, duration)
+    status, trajectory = kept
     memory = DenseMemory(trajectory, last.sides)
     stats = PlanStats(reason=reason, blocker=blocker(trajectory))
     return PlanResult(status, trajectory, memory, stats)
@@ -147,11 +172,12 @@ def touched_body(scene: Scene, bodies: Bodies, trajectory: Trajectory) -> str | 
 
     Followers do not count: it is for them to keep clear.
     """
+    cover = Cover.of(scene.vehicle)
     return touched_by(
         trajectory,
         bodies,
         bodies.table.follower,
-        scene.vehicle.disc_offsets,
-        scene.vehicle.disc_radius,
+        cover.offsets,
+        cover.radius,
         HARD_GAP,
     )

@@ -20,6 +20,8 @@ from planner.speed_limits import drive_along, limit_speeds
 from planner.states import FloatArray, Path, SpeedProfile
 
 ROUNDING = 1e-6  # of places [m]
+OVERSHOOT = 1.1  # of the comfortable lateral acceleration that a drive may reach
+GAIN = 0.98  # of its worst lateral acceleration that another attempt must reach
 END_ROOM = 0.1  # beyond the end, for what the place of the end moves between cycles [m]
 
 
@@ -43,18 +45,23 @@ def plan_drive(
 ) -> SpeedProfile | None:
     """Plan the speed along a way; None if the limits cannot be kept.
 
-    The reference is lowered until the drive keeps the limit of lateral acceleration
-    everywhere: the program smooths it in time and may be late to slow down.
+    The program smooths its reference in time and may be late to slow down. Where it
+    takes a bend faster than is comfortable, the reference is lowered there and it is
+    asked again; the calmest drive counts.
     """
     limits, times = scene.vehicle.limits, knot_times(settings)
     end = min(way.end, float(way.path.distance[-1]) - END_ROOM)
-    share = settings.lateral_share
+    limit = limits.max_lateral_acceleration
+    comfort = settings.lateral_share * limit
+    wanted = np.full(way.path.distance.size, comfort)
+    calmest, least = None, np.inf
     for _ in range(settings.attempts):
         allowed = limit_speeds(
             way.path,
             limits,
             scene.target_speed,
-            share * limits.max_lateral_acceleration,
+            wanted,
+            settings.lateral_jerk,
             settings.braking,
             end,
         )
@@ -68,17 +75,22 @@ def plan_drive(
         )
         problem = drive_program(way, scene, wish, end, settings)
         if np.any(problem.lower[1:] > problem.upper[1:]):
-            return None
+            break
         solution = solve(problem)
         if solution.status is not QpStatus.SOLVED:
-            return None
+            break
         profile = _profile(solution.state, solution.jerk, times)
         bend = np.interp(profile.distance, way.path.distance, way.path.curvature)
         lateral = np.abs(profile.speed**2 * bend)
-        if float(lateral[1:].max()) <= limits.max_lateral_acceleration:
-            return profile
-        share *= 0.5
-    return None
+        worst = float(lateral[1:].max())
+        if worst > GAIN * least:
+            break
+        calmest, least = profile, worst
+        if worst <= OVERSHOOT * comfort:
+            break
+        ratio = comfort / np.maximum(lateral, comfort)
+        wanted *= np.interp(way.path.distance, profile.distance, ratio)
+    return calmest if least <= limit else None
 
 
 def drive_program(

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from planner.dense.field import Cover
 from planner.numerics.compiled import compiled
 from planner.scene import Scene
 from planner.states import BoolArray, FloatArray, IntArray, Path
@@ -48,9 +49,9 @@ def bound_by_vehicles(
     others = MovingRectangles(
         np.ascontiguousarray(poses), vehicles.length / 2.0, vehicles.width / 2.0
     )
-    offsets = np.array(scene.vehicle.disc_offsets)
-    radius = scene.vehicle.disc_radius
-    first_contacts(points, others, counted, offsets, radius, bound, index)
+    cover = Cover.of(scene.vehicle)
+    offsets = np.array(cover.offsets)
+    first_contacts(points, others, counted, offsets, cover.radius, bound, index)
     bound -= gap
     names = [vehicles.ids[i] if i >= 0 else None for i in index.tolist()]
     return bound, names

@@ -25,6 +25,11 @@ from planner.scene_checks import invalid
 from planner.states import Trajectory
 
 FOR_A_WALL = 0.05  # advantage of a lane without what stands in the own one [m/s]
+AS_GOOD_AS_STANDING = 0.5  # driven in the whole duration of a plan [m]
+PRINTED = (
+    "eq. 6.20 as printed minimises the distance and the speed themselves, so that "
+    "to stand is cheapest"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +55,7 @@ class LaneChangePlanner:
         candidate = _decide(situation, last, self.settings, counts)
         if candidate is None:
             return _fall_back(situation, last, self.settings, counts)
-        return _result(candidate, last, counts)
+        return _result(candidate, last, self.settings, counts)
 
 
 def _decide(
@@ -115,9 +120,12 @@ def _targets(here: Situation, lane: int, target: int, gain: float) -> tuple[int,
 
 
 def _result(
-    candidate: PlanCandidate, last: Memory | None, counts: SearchCounts
+    candidate: PlanCandidate,
+    last: Memory | None,
+    settings: LaneChangeSettings,
+    counts: SearchCounts,
 ) -> PlanResult:
-    """Turn an candidate into what the caller gets."""
+    """Turn a candidate into what the caller gets."""
     profile = candidate.speed.profile
     assert profile is not None  # noqa: S101 - candidates without one are never returned
     trajectory = trajectory_on(candidate.path, profile)
@@ -131,7 +139,9 @@ def _result(
         0 if last is None else last.cycle + 1,
         candidate.gap,
     )
+    stands = float(profile.distance[-1]) < AS_GOOD_AS_STANDING
     stats = PlanStats(
+        reason=PRINTED if stands and settings.speed.printed.objective else "",
         candidates=counts.candidates,
         survivors=max(counts.feasible, 1),
         removed=counts.removed,

@@ -12,6 +12,7 @@ from planner.dense.field import (
     RoadColumns,
     squared_distance,
 )
+from planner.dense.road_turn import turn_to_discs
 from planner.numerics.compiled import inlined
 from planner.numerics.interpolation import interpolate
 from planner.states import FloatArray, IntArray
@@ -44,6 +45,7 @@ class RoadAlong(NamedTuple):
     rate: FloatArray  # of the curvature, (n,) [1/m²]
     left: FloatArray  # beside each disc, (n_discs, n) [m]
     right: FloatArray  # as `left`
+    reach: FloatArray  # curvature that bends it away under each disc, as `left` [1/m]
 
 
 class EdgePoints(NamedTuple):
@@ -96,7 +98,11 @@ def road_along(s: FloatArray, road: RoadColumns, offset: FloatArray) -> RoadAlon
     for d in range(n_discs):
         interpolate(s, offset[d], road.s, road.left, left[d])
         interpolate(s, offset[d], road.s, road.right, right[d])
-    return RoadAlong(curvature, rate, left, right)
+    reach = np.empty((n_discs, s.size))
+    reach[:] = curvature
+    if np.ptp(road.curvature) > 0.0:
+        reach = turn_to_discs(s, offset, road.s, road.curvature)
+    return RoadAlong(curvature, rate, left, right, reach)
 
 
 @inlined

@@ -31,6 +31,7 @@ from planner.dense.tube.program import (
     tube_arrays,
     tube_program,
 )
+from planner.dense.turning import Momentum, Turning, curvature_bounds
 from planner.piecewise_jerk.problem import JerkProgram
 from planner.piecewise_jerk.solve import (
     QpStatus,
@@ -89,6 +90,7 @@ class SideTask:
     start: PathStart
     settings: SideSettings
     weights: PathWeights
+    sharpest: FloatArray  # curvature at the knots, (n,) [1/m]
     tube: Tube  # about the road's direction
     root: JerkProgram  # with the road alone
 
@@ -118,12 +120,26 @@ def side_task(
     start: PathStart,
     s_end: float,
     settings: SideSettings,
+    turning: tuple[Momentum, Turning] | None = None,
 ) -> SideTask:
-    """Prepare what searches share; arguments as for `plan_sides`."""
+    """Prepare what searches share.
+
+    Args:
+        field: As for `plan_sides`, as are the next four.
+        cover: Of the ego.
+        start: Where the ego is.
+        s_end: Where the path shall end [m].
+        settings: See there.
+        turning: Bounds the curvature also by how fast the ego will be.
+    """
     s = knots_between(start[0], s_end, settings.knot_step)
+    sharpest = np.full(s.size, settings.max_curvature)
+    if turning is not None:
+        sharpest = curvature_bounds(s - start[0], *turning, settings.max_curvature)
     along_road = PathGuess(s, np.zeros(s.size), np.zeros(s.size))
     margin = _margin(field, cover, settings)
-    tube = tube_about(along_road, field, cover, margin, settings.max_curvature)
+    plane = settings.in_plane
+    tube = tube_about(along_road, field, cover, margin, sharpest, plane=plane)
     weights = PathWeights(
         settings.offset_weight,
         settings.slope_weight,
@@ -131,7 +147,7 @@ def side_task(
         settings.jerk_weight,
     )
     root = tube_arrays(tube, tube.low, tube.high, start, weights)
-    return SideTask(field, cover, start, settings, weights, tube, root)
+    return SideTask(field, cover, start, settings, weights, sharpest, tube, root)
 
 
 def search_sides(
@@ -156,7 +172,7 @@ def search_sides(
     for cost, chosen, state in zip(*leaves, strict=True):
         if not math.isfinite(cost):
             break
-        path = FrenetPath(s, *state.T)
+        path = FrenetPath(s, *(state - task.tube.turn).T)
         check = check_path(path, task.field, task.cover)
         refined = _refined(SideSequence(chosen, float(cost), path, check), task)
         if refined is not None:
@@ -197,7 +213,8 @@ def _refined(sequence: SideSequence, task: SideTask) -> SideSequence | None:
         inset += max(-check.road_room, 0.0)
         path = sequence.path
         guess = PathGuess(path.s, path.l, path.slope)
-        tube = tube_about(guess, field, cover, margin, settings.max_curvature, inset)
+        keep = margin, task.sharpest, inset, settings.in_plane
+        tube = tube_about(guess, field, cover, *keep)
         low, high = tube.between(sequence.sides)
         if np.any(low > high):
             return None
@@ -205,7 +222,7 @@ def _refined(sequence: SideSequence, task: SideTask) -> SideSequence | None:
         solution = solve(problem, solver=settings.solver)
         if solution.status is not QpStatus.SOLVED:
             return None
-        path = FrenetPath(path.s, *solution.state.T)
+        path = FrenetPath(path.s, *(solution.state - tube.turn).T)
         check = check_path(path, field, cover)
         sequence = SideSequence(sequence.sides, solution.objective, path, check)
     return sequence if passes_check(sequence.check, settings) else None

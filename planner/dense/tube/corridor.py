@@ -5,7 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.dense.field import Discs, ObstacleColumns, disc_centre
+from planner.dense.field import (
+    Discs,
+    ObstacleColumns,
+    disc_centre,
+    half_span,
+    squared_chord,
+)
 from planner.dense.lattice.edge_check import MIN_STRETCH, RoadAlong
 from planner.numerics.compiled import compiled
 from planner.states import FloatArray, IntArray
@@ -44,14 +50,14 @@ def road_rows(
         curvature = road.curvature[k]
         rho = max(1.0 - curvature * l[k], MIN_STRETCH)
         norm = math.sqrt(rho * rho + slope[k] * slope[k])
-        cos, sin = rho / norm, slope[k] / norm
-        need = discs.half_length * abs(sin) + discs.half_width * cos
-        need += 0.5 * abs(curvature) * discs.half_length**2  # only the road bends
+        cos = rho / norm
         for d in range(n_discs):
             offset = discs.offset[d]
-            _, at_l = disc_centre(s[k], l[k], slope[k], offset, curvature)
+            bend = road.reach[d, k]
+            _, at_l = disc_centre(s[k], l[k], slope[k], offset, bend)
             gain[k, d] = offset * cos * cos * cos / rho
             shift = at_l - l[k] - gain[k, d] * slope[k]
+            need = half_span(discs, slope[k], rho, offset, bend)
             low[k, d] = road.right[d, k] + need - shift
             high[k, d] = road.left[d, k] - need - shift
     return gain, low, high
@@ -61,7 +67,7 @@ def road_rows(
 def obstacle_rows(
     path: PathGuess,
     gain: FloatArray,
-    curvature: FloatArray,
+    road: RoadAlong,
     obstacles: ObstacleColumns,
     discs: Discs,
 ) -> Passages:
@@ -70,11 +76,12 @@ def obstacle_rows(
     Args:
         path: About which discs are placed.
         gain: Of the rows, (n, n_discs) [m]; see `road_rows`.
-        curvature: Of the road at the knots, (n,) [1/m].
+        road: At the knots.
         obstacles: Of the field.
         discs: Of the ego, with the margin.
     """
     s, l, slope = path
+    curvature = road.curvature
     n, n_discs, n_obstacles = s.size, discs.offset.size, obstacles.s.size
     left = np.full((n_obstacles, n, n_discs), -np.inf)
     right = np.full((n_obstacles, n, n_discs), np.inf)
@@ -86,7 +93,7 @@ def obstacle_rows(
         chord = (s[min(k + 1, n - 1)] - s[max(k - 1, 0)]) / (2.0 * cos)
         for d in range(n_discs):
             at_s, at_l = disc_centre(
-                s[k], l[k], slope[k], discs.offset[d], curvature[k]
+                s[k], l[k], slope[k], discs.offset[d], road.reach[d, k]
             )
             shift = at_l - l[k] - gain[k, d] * slope[k]
             for i in range(n_obstacles):
@@ -96,8 +103,7 @@ def obstacle_rows(
                 around = obstacles.radius[i] + discs.radius
                 around += chord * chord / (8.0 * around)
                 stretch = (1.0 - between * at_l) * (1.0 - between * other_l)
-                turned = between * (at_s - other_s)
-                along2 = (at_s - other_s) ** 2 * (1.0 - turned * turned / 12.0)
+                along2 = squared_chord(at_s - other_s, between)
                 room2 = around * around - max(stretch, 0.0) * along2
                 if room2 <= 0.0:
                     continue
@@ -162,7 +168,7 @@ def sides_of(
 
 @compiled
 def second_bounds(
-    path: PathGuess, road: RoadAlong, max_curvature: float
+    path: PathGuess, road: RoadAlong, max_curvature: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Compute bounds of l'' that keep the curvature in its own; eq. 3.45 about a path.
 
@@ -171,7 +177,7 @@ def second_bounds(
     Args:
         path: (n,).
         road: At its knots.
-        max_curvature: [1/m].
+        max_curvature: At the knots, (n,) [1/m].
 
     Returns:
         (lowest, highest) l'', (n,) each [1/m].
@@ -182,6 +188,6 @@ def second_bounds(
         curvature, rate = road.curvature[k], road.rate[k]
         rho = max(1.0 - curvature * l[k], MIN_STRETCH)
         bend = (rate * l[k] + curvature * slope[k]) * slope[k] / rho
-        low[k] = (-max_curvature * rho - curvature) * rho - bend
-        high[k] = (max_curvature * rho - curvature) * rho - bend
+        low[k] = (-max_curvature[k] * rho - curvature) * rho - bend
+        high[k] = (max_curvature[k] * rho - curvature) * rho - bend
     return low, high

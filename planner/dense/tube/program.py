@@ -5,7 +5,7 @@ and a reference near it, the side sequences with each sequence that is feasible.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from planner.dense.field import Cover, FrenetObstacles
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice.edge_check import road_along
+from planner.dense.road_turn import road_turn
 from planner.dense.tube.corridor import (
     Passages,
     PathGuess,
@@ -42,7 +43,7 @@ class Tube:
     """Room along a guess: on the road, and beside each obstacle on either side.
 
     Rows are low <= l + gain l' <= high; arrays are (n, n_discs). Nothing binds at knot
-    0, where the ego is.
+    0, where the ego is. Programs are about l + `turn`, see `in_plane`; bounds are, too.
     """
 
     guess: PathGuess
@@ -53,6 +54,7 @@ class Tube:
     second_low: FloatArray  # of l'', (n,) [1/m]
     second_high: FloatArray
     direct: bool  # the one row is l itself
+    turn: FloatArray  # added to l, l', l'', (n, 3); zero about the road
 
     def between(self, sides: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (low, high) for sides as `corridor.narrow` takes them."""
@@ -72,8 +74,9 @@ def tube_about(
     field: FrenetObstacles,
     cover: Cover,
     margin: float,
-    max_curvature: float,
+    max_curvature: float | FloatArray,
     inset: float = 0.0,
+    plane: bool = False,  # noqa: FBT001, FBT002 - what is priced
 ) -> Tube:
     """Compute the room about a guess.
 
@@ -82,21 +85,50 @@ def tube_about(
         field: Obstacles and road.
         cover: Of the ego.
         margin: Kept beyond the discs [m].
-        max_curvature: Of the path [1/m].
+        max_curvature: Of the path, everywhere or at each knot [1/m].
         inset: Kept from the road's edges [m].
+        plane: Whether programs are about the plane, see `in_plane`, or the road.
     """
     discs = cover.discs(margin)
     road = road_along(guess.s, field.road_columns(), discs.offset)
     gain, low, high = road_rows(guess, road, discs)
     obstacles = field.obstacle_columns()
-    passages = obstacle_rows(guess, gain, road.curvature, obstacles, discs)
+    passages = obstacle_rows(guess, gain, road, obstacles, discs)
     low += inset
     high -= inset
     low[0], high[0] = -np.inf, np.inf
     passages.window[:, 0] = np.maximum(passages.window[:, 0], 1)
-    bounds = second_bounds(guess, road, CURVATURE_SHARE * max_curvature)
+    sharpest = np.full(guess.s.size, CURVATURE_SHARE) * max_curvature
+    bounds = second_bounds(guess, road, sharpest)
     direct = discs.offset.size == 1 and discs.offset[0] == 0.0
-    return Tube(guess, gain, low, high, passages, *bounds, direct)
+    turn = np.zeros((guess.s.size, 3))
+    tube = Tube(guess, gain, low, high, passages, *bounds, direct, turn)
+    return in_plane(tube, road.curvature) if plane else tube
+
+
+def in_plane(tube: Tube, curvature: FloatArray) -> Tube:
+    """Write a tube's bounds for l plus the road's own turn, whose l'' is its curvature.
+
+    The second derivative of the sum is the curvature in the plane, to first order, and
+    its third that curvature's rate: with it a program prices what is felt, where l'' is
+    the curvature about the road only.
+
+    Args:
+        tube: About the road.
+        curvature: Of the road at the knots, (n,) [1/m].
+    """
+    turn = road_turn(tube.guess.s, curvature)
+    shift = turn[:, :1] + tube.gain * turn[:, 1:2]
+    left, right, window = tube.passages
+    return replace(
+        tube,
+        low=tube.low + shift,
+        high=tube.high + shift,
+        passages=Passages(left + shift, right + shift, window),
+        second_low=tube.second_low + turn[:, 2],
+        second_high=tube.second_high + turn[:, 2],
+        turn=turn,
+    )
 
 
 def tube_arrays(
@@ -130,14 +162,16 @@ def tube_arrays(
         row[:, :, 0], row[:, :, 1] = 1.0, tube.gain
     weight, reference = np.empty((n, 3)), np.zeros((n, 3))
     weight[:] = weights.offset, weights.slope, weights.bend
+    reference[:, :2] = tube.turn[:, :2]  # where l and l' are zero
     if wanted is not None:
         near, pull = wanted
         weight[:, 0] += pull
         total = float(weight[0, 0])
-        reference[:, 0] = near * (pull / total if total > 0.0 else 0.0)
+        reference[:, 0] += near * (pull / total if total > 0.0 else 0.0)
     s = tube.guess.s
-    step, begin = s[1:] - s[:-1], np.array([start.l, start.slope, start.second])
-    jerk = _implied_jerk(tube, start, float(step.min()))
+    begin = np.array([start.l, start.slope, start.second]) + tube.turn[0]
+    step = s[1:] - s[:-1]
+    jerk = _implied_jerk(tube, float(begin[2]), float(step.min()))
     return JerkProgram(
         step,
         begin,
@@ -178,11 +212,11 @@ def tube_program(
     )
 
 
-def _implied_jerk(tube: Tube, start: PathStart, step: float) -> float:
+def _implied_jerk(tube: Tube, start: float, step: float) -> float:
     """Bound l''' by what the bounds of l'' let it be: with it infeasibility is proven.
 
     It excludes nothing that the others allow.
     """
-    lowest = min(float(tube.second_low.min()), start.second)
-    highest = max(float(tube.second_high.max()), start.second)
+    lowest = min(float(tube.second_low.min()), start)
+    highest = max(float(tube.second_high.max()), start)
     return 1.01 * (highest - lowest) / step + 1.0

@@ -90,8 +90,15 @@ def seek(
         speed,
         begun if at_once else None,
         None if at_once else ego.s + best.start,
-        why=f"gap behind {speed.ahead}, ahead of {speed.behind}",
+        why=_gap_between(speed),
     )
+
+
+def _gap_between(speed: SpeedPlan) -> str:
+    """Name the vehicles of a gap."""
+    behind = "nobody" if speed.ahead is None else speed.ahead
+    before = "nobody" if speed.behind is None else speed.behind
+    return f"gap behind {behind}, ahead of {before}"
 
 
 def _planned_from(

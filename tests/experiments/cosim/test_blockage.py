@@ -5,13 +5,14 @@ from experiments.cosim.records import TrafficState
 from planner.interface import PlanStats
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import line
-from planner.scene import Obstacles
+from planner.scene import Obstacles, RoadBounds
 from planner.states import CartesianState, FrenetState
 from planner.vehicle import Vehicle
 from tests.experiments.road_users import road_users
 
 STEP = 0.5
 PATH = ReferencePath.from_segments([line(200.0)])
+BOUNDS = RoadBounds([0.0, 200.0], [5.0, 5.0], [-3.0, -3.0])
 NAMED = PlanStats("every way ahead is taken", blocker="wall")
 
 
@@ -22,7 +23,7 @@ def traffic(time: float, **speeds: float) -> TrafficState:
 
 def first_blocked(at, patience: float = 5.0, until: float = 30.0) -> float | None:
     """Stand at s = 10 m; `at(t)` gives (speed, traffic, stop lines, stats)."""
-    detector = BlockageDetector(patience, Vehicle(), PATH, Obstacles.none())
+    detector = BlockageDetector(patience, Vehicle(), PATH, Obstacles.none(), BOUNDS)
     place = FrenetState(10.0, *(0.0,) * 7)
     for k in range(int(until / STEP)):
         time = k * STEP
@@ -56,7 +57,7 @@ def test_without_a_reason_the_ego_may_give_way_for_longer():
 
 
 def test_what_the_planner_explains_is_said():
-    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none())
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none(), BOUNDS)
     place = FrenetState(10.0, *(0.0,) * 7)
     ego = CartesianState(10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     detector.update(place, ego, traffic(2.0), (), PlanStats())
@@ -64,12 +65,12 @@ def test_what_the_planner_explains_is_said():
         detector.standing(place, traffic(3.0), PlanStats(blocker=name, explanation="x"))
         for name in (None, "a")
     ]
-    assert told[0].endswith("the planner says: x")
-    assert told[1].endswith("a is in the way; x")
+    assert told[0].endswith("its plans do not move off; its plan: x")
+    assert told[1].endswith("a is in the way; its plan: x")
 
 
 def test_the_reason_says_since_when():
-    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none())
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none(), BOUNDS)
     place = FrenetState(10.0, *(0.0,) * 7)
     ego = CartesianState(10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     said = [
@@ -166,7 +167,7 @@ def test_without_a_reason_the_body_that_stands_ahead_is_named():
         return Obstacles(ids, x, y, 0.0 * x, length, width, radius)
 
     def reason(*bodies, cars=()):
-        detector = BlockageDetector(5.0, Vehicle(), PATH, obstacles(*bodies))
+        detector = BlockageDetector(5.0, Vehicle(), PATH, obstacles(*bodies), BOUNDS)
         place = FrenetState(10.0, *(0.0,) * 7)
         ego = CartesianState(10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         said = None
@@ -175,20 +176,57 @@ def test_without_a_reason_the_body_that_stands_ahead_is_named():
             said = said or detector.update(place, ego, now, (), PlanStats())
         return said.partition("no reason")[2]
 
+    def ahead(name, gap, left, right):
+        sides = f"{left} m free on its left and {right} m on its right"
+        return f"; {name} stands {gap} m ahead, with {sides} for a body 1.9 m wide"
+
     wall = (20.0, 0.0, 4.0, 2.0, 0.0)  # its near end is 18 m, the front bumper 13.8 m
-    assert reason(wall) == "; obstacle.0 stands 4.2 m ahead"
-    assert reason((60.0, 0.0, 0.0, 0.0, 1.0), wall) == "; obstacle.1 stands 4.2 m ahead"
-    assert reason((20.0, 1.9, 0.0, 0.0, 1.0)) == "; obstacle.0 stands 5.2 m ahead"
+    assert reason(wall) == ahead("obstacle.0", 4.2, 4.0, 2.0)
+    far = (60.0, 0.0, 0.0, 0.0, 1.0)
+    assert reason(far, wall) == ahead("obstacle.1", 4.2, 4.0, 2.0)
+    assert reason((20.0, 1.9, 0.0, 0.0, 1.0)) == ahead("obstacle.0", 5.2, 2.1, 3.9)
     assert reason((20.0, 2.0, 0.0, 0.0, 1.0)) == NOTHING_AHEAD  # beside the way
     assert reason((8.0, 0.0, 4.0, 2.0, 0.0)) == NOTHING_AHEAD  # behind
+    beside = (20.0, 3.5, 0.0, 0.0, 0.5)
+    assert reason(wall, beside) == ahead("obstacle.0", 4.2, "2.0", "2.0")
     parked = [("a", 17.8, 0.5, 0.0, 0.0)]
-    assert reason(wall, cars=parked) == "; a stands 2.0 m ahead"
+    assert reason(wall, cars=parked) == ahead("a", "2.0", 3.5, "2.0")
     driving = [("a", 17.8, 0.5, 0.0, 3.0)]
-    assert reason(wall, cars=driving) == "; obstacle.0 stands 4.2 m ahead"
+    assert reason(wall, cars=driving) == ahead("obstacle.0", 4.2, 4.0, 2.0)
+
+
+def test_what_a_named_body_leaves_free_and_what_refused_the_motions_is_said():
+    wall = Obstacles(("wall",), [20.0], [0.5], [0.0], [4.0], [2.0], [0.0])
+    detector = BlockageDetector(5.0, Vehicle(), PATH, wall, BOUNDS)
+    place = FrenetState(10.0, *(0.0,) * 7)
+    for blocker in ("wall", None):
+        removed = {"road": 4, "lateral_jerk": 7}
+        stats = PlanStats(blocker=blocker, removed=removed, explanation="no gap yet")
+        said = None
+        for k in range(11):
+            ego = CartesianState(10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            said = detector.update(place, ego, traffic(STEP * k), (), stats) or said
+        which = "is in the way" if blocker else "stands 4.2 m ahead"
+        assert said is not None
+        assert said.endswith(
+            f": wall {which}, with 3.5 m free on its left and 2.5 m on its right "
+            "for a body 1.9 m wide; motions refused: lateral jerk 7, road 4"
+            "; its plan: no gap yet"
+        )
+
+
+def test_what_refused_the_motions_is_said_also_with_nothing_ahead():
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none(), BOUNDS)
+    ego, place = CartesianState(*(0.0,) * 6), FrenetState(*(0.0,) * 8)
+    stats = PlanStats(removed={"curvature": 3})
+    detector.update(place, ego, traffic(0.0), (), stats)
+    said = detector.standing(place, traffic(1.0), stats)
+    assert said is not None
+    assert said.endswith("plans do not move off; motions refused: curvature 3")
 
 
 def test_an_ego_that_stands_when_the_time_is_up_says_since_when():
-    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none())
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none(), BOUNDS)
     place = FrenetState(10.0, *(0.0,) * 7)
     for time, speed in ((0.0, 3.0), (1.0, 0.0), (2.0, 0.0)):
         ego = CartesianState(10.0, 0.0, 0.0, 0.0, speed, 0.0)

@@ -26,6 +26,7 @@ UNNAMED = 3.0  # of the patience, with an ego that stands while others drive by 
 _BLOCKED = re.compile(r"stood (\d+) s at s = ([\d.]+) m, since t = ([\d.]+) s: (.+)")
 _INTERNAL = re.compile(r"Traceback|\bNone\b|\bnan\b|object at 0x|<[a-z_.]+ ")
 _MAX_REASON = 500
+_ROUNDED = 0.05  # times in reasons are given to the tenth of a second [s]
 
 
 def problems(scenario: Scenario, ending: Ending, trace: Trace) -> Iterator[str]:
@@ -125,7 +126,7 @@ def _of_blocked(scenario: Scenario, reason: str, trace: Trace) -> Iterator[str]:
     why = found[4]
     steps, step = trace.steps, float(trace.fact("step_s"))
     first = _first_standing(trace)
-    if abs(float(steps["time_s"][first]) - since) > step:
+    if abs(float(steps["time_s"][first]) - since) > step + _ROUNDED:
         yield f"stands since {steps['time_s'][first]}"
     if abs(float(steps["time_s"][-1]) - since - stood) > 1.0:
         yield "stood for another time"

@@ -8,13 +8,17 @@ from hypothesis import strategies as st
 from planner.dense.field import (
     Cover,
     FrenetObstacles,
+    RoadColumns,
     disc_centre,
     field_of,
+    half_span,
     path_curvature,
     pieces,
+    squared_chord,
     squared_distance,
     straight_field,
 )
+from planner.dense.lattice.edge_check import road_along
 from planner.errors import InvalidInputError
 from planner.reference_path.frenet import frenet_to_cartesian
 from planner.reference_path.path import ReferencePath
@@ -56,6 +60,24 @@ def test_discs_lie_along_the_heading(slope, l):
     want = x + 3.0 * math.cos(heading), y + 3.0 * math.sin(heading)
     got = place(ARC, *disc_centre(s, l, slope, 3.0, 1.0 / 20.0))
     assert math.dist(got, want) < 0.02  # what the series leaves at R = 20 m
+
+
+@pytest.mark.parametrize("before", [0.0, 2.0, 4.0, 6.0, 8.0])
+@pytest.mark.parametrize("offset", [8.0, -2.0])
+def test_discs_of_a_long_body_are_where_a_bend_puts_them(before, offset):
+    """The front is in a bend before the rear axle is; the tail is still out of it."""
+    path = bend(40.0)  # begins at 60 m
+    s, l, slope = 60.0 - math.copysign(before, offset), 1.0, 0.05
+    samples = np.arange(30.0, 90.0)
+    columns = RoadColumns(samples, *np.zeros((2, 60)), path.at(samples).curvature)
+    road = road_along(np.array([s]), columns, np.array([offset]))
+    at = path.at(np.array([s]))
+    heading = float(at.heading[0]) + math.atan2(slope, 1.0 - road.curvature[0] * l)
+    x, y = place(path, s, l)
+    want = x + offset * math.cos(heading), y + offset * math.sin(heading)
+    reach = float(road.reach[0, 0])
+    got = place(path, *disc_centre(s, l, slope, offset, reach))
+    assert math.dist(got, want) < 0.15  # of 0.4 m with the curvature at the rear axle
 
 
 def test_curvature_is_that_of_the_transform():
@@ -123,3 +145,25 @@ def test_a_disc_is_itself():
     columns = (np.array([v]) for v in (10.0, 3.0, 0.4, 0.0, 0.0, 1.5))
     ids, x, y, radius = pieces(Obstacles(("disc",), *columns))
     assert (ids, x[0], y[0], radius[0]) == (("disc",), 10.0, 3.0, 1.5)
+
+
+def test_far_around_a_bend_nothing_is_at_the_egos_place():
+    along = np.linspace(0.0, 400.0, 401)
+    chords = [squared_chord(each, -1.0 / 40.0) for each in along]
+    assert (np.diff(chords) > 0.0).all()
+
+
+def test_a_long_body_is_not_made_wide():
+    lorry = Vehicle(length=12.0, width=2.5, wheelbase=6.5, rear_overhang=3.0)
+    cover = Cover.of(lorry)
+    assert cover.radius - 1.25 <= 0.3
+    assert 2.0 * cover.half_length * len(cover.offsets) == pytest.approx(12.0)
+    assert len(Cover.of(Vehicle()).offsets) == 3
+
+
+def test_the_front_of_a_long_body_stands_across_the_road_of_a_bend():
+    discs = Cover.of(Vehicle(length=12.0, wheelbase=6.5, rear_overhang=3.0)).discs()
+    there = half_span(discs, 0.2, 1.0, 7.0, -0.02)
+    turned = np.arctan(0.2) + 0.14
+    exact = discs.half_length * np.sin(turned) + discs.half_width * np.cos(turned)
+    assert exact - 0.005 <= there <= exact + 0.03

@@ -60,6 +60,17 @@ def test_it_drives_through_a_field(path, planner):
         assert abs(now.speed - ego.speed) <= STEP * limits.emergency_deceleration + 1e-6
 
 
+@pytest.mark.parametrize("speed", [8.0, 14.0])
+def test_a_field_is_driven_through_in_comfort(speed):
+    path = straight()
+    scene = make_scene(path, ego_on(path, speed=8.0), FIELD, target_speed=speed)
+    cycles = drive(PLANNER, scene, 200, until=past(100.0))
+    lateral = [c.scene.ego.speed**2 * abs(c.scene.ego.curvature) for c in cycles]
+    assert max(lateral) <= 2.3
+    assert len(cycles) * STEP < 1.15 * 100.0 / 8.0
+    assert {cycle.plan.status for cycle in cycles} == {PlanStatus.OK}
+
+
 def test_the_uniform_lattice_drives_too():
     path = straight()
     scene = make_scene(path, ego_on(path, speed=6.0), FIELD[:2], target_speed=6.0)
@@ -104,6 +115,7 @@ def test_a_closed_road_ends_in_a_stop_with_a_reason():
     assert last.scene.ego.speed < 1e-3
     assert last.plan.status is PlanStatus.OK
     assert last.plan.stats.reason.startswith("found no passage beyond s = ")
+    assert "no way round it for a body 4.8 m long" in last.plan.stats.reason
     assert last.plan.stats.blocker.startswith("disc.")
     assert 1.0 <= clearance_now(last.scene) < 2.5
     assert least_clearance(cycles) > 0.05
@@ -152,7 +164,7 @@ def test_the_last_plan_is_not_driven_into_a_vehicle(room, status):
     if room < 0.0:  # behind it nobody counts, and a closed line leaves no speed
         scene = replace(scene, stop_lines=(front + 0.2,))
     result = PLANNER.plan(replace(scene, vehicles=cars(path, rows)), DenseMemory(last))
-    assert result.stats.reason == "no speed along the path"
+    assert result.stats.reason.startswith("no speed along the path: ")
     assert result.status is status
     assert (result.trajectory.s[-1] < scene.ego_frenet.s + 2.0) == (room > 0.0)
 
@@ -233,3 +245,21 @@ def test_the_same_scene_gives_the_same_plan():
     one, two = (proposed().plan(scene, None) for _ in range(2))
     assert one.trajectory.x.tobytes() == two.trajectory.x.tobytes()
     assert one.stats == two.stats
+
+
+def test_who_stands_between_obstacles_says_between_which():
+    path = straight()
+    beside = [Disc(21.0, l, 1.0) for l in (-2.05, 2.05)]
+    scene = make_scene(
+        path, ego_on(path, 20.0, speed=0.0), [*beside, Disc(27.0, 0.0, 2.0)]
+    )
+    plan = PLANNER.plan(scene, None)
+    assert "disc." in plan.stats.reason
+
+
+def test_who_waits_at_a_line_says_so():
+    path = straight()
+    ego = ego_on(path, 20.0, speed=0.0)
+    scene = make_scene(path, ego, stop_lines=(24.0,), target_speed=8.0)
+    plan = PLANNER.plan(scene, None)
+    assert plan.stats.reason.startswith("waits at the stop line, 0.2 m ahead")

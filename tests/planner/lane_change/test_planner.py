@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.interface import PlanResult, PlanStatus
-from planner.lane_change import LaneChangePlanner, proposed
+from planner.lane_change import LaneChangePlanner, area, proposed, thesis
 from planner.lane_change.phases.gap_safety import rss_distance
 from planner.lane_change.phases.memory import Memory, Phase
 from planner.reference_path.frenet import cartesian_to_frenet_one
@@ -213,6 +213,17 @@ def test_a_wall_nearer_than_the_shortest_change_ends_in_a_stop():
     assert driven.last.ego.speed < 0.1
     assert driven.clearance > 0.05
     assert "no speed plan on any path" in driven.plans[-1].stats.reason
+
+
+def test_the_printed_objective_says_why_it_stands():
+    standing = thesis().plan(on_lanes(speed=0.0), None)
+    assert "eq. 6.20 as printed" in standing.stats.reason
+    assert not area().plan(on_lanes(speed=0.0), None).stats.reason
+
+
+def test_a_gap_without_neighbours_is_said_in_words():
+    result = area().plan(on_lanes(obstacles=wall(200.0), speed=10.0), None)
+    assert result.stats.explanation.endswith("gap behind nobody, ahead of nobody")
 
 
 def test_the_target_lane_ends_and_is_not_taken():

@@ -1,0 +1,50 @@
+"""The gap that a candidate has to keep to each body."""
+
+import math
+
+import numpy as np
+import pytest
+
+from planner.cruise.cycle import _thresholds
+from planner.shapes.disc_clearance import gaps_to
+
+DISCS, RADIUS, MARGIN = (-0.2, 1.4, 3.0), 1.2, 0.3
+
+
+def threshold(pose, body, extent):
+    """Required gap of an ego at (x, y, heading) to one body."""
+    x, y, heading = body
+    poses = np.array([[[x], [y], [math.cos(heading)], [math.sin(heading)]]])
+    return float(_thresholds(pose, DISCS, RADIUS, poses, np.array([extent]), MARGIN)[0])
+
+
+@pytest.mark.parametrize("gap", [0.29, 0.1, 0.003, -0.05])
+def test_a_gap_below_the_margin_may_not_shrink(gap):
+    """An ego that stands would else creep into contact, cycle by cycle."""
+    wall = (DISCS[2] + RADIUS + gap + 0.5, 0.0, 0.0)
+    required = threshold((0.0, 0.0, 0.0), wall, (0.5, 2.0, 0.0))
+    assert gap - 1e-5 < required < gap
+
+
+def test_what_is_far_away_needs_the_margin():
+    for x in (6.0, 60.0, 6000.0):
+        assert threshold((0.0, 0.0, 0.3), (x, 1.0, 0.0), (0.0, 0.0, 0.2)) == MARGIN
+
+
+@pytest.mark.parametrize("place", np.linspace(0.2, 2.9, 7))
+def test_straight_on_past_a_body_stays_allowed(place):
+    """The gap is the least of the way, wherever the body is beside the discs."""
+    heading = 0.7
+    pose = 3.0, -2.0, heading
+    cos, sin = math.cos(heading), math.sin(heading)
+    aside = RADIUS + 0.1
+    body = (3.0 + place * cos - aside * sin, -2.0 + place * sin + aside * cos, 0.0)
+    required = threshold(pose, body, (0.0, 0.0, 0.0))
+    driven = np.linspace(0.0, 8.0, 81)
+    points = np.array(
+        [3.0 + driven * cos, -2.0 + driven * sin, cos + 0 * driven, sin + 0 * driven]
+    )
+    poses = np.tile(np.array([[body[0]], [body[1]], [1.0], [0.0]]), (1, 1, driven.size))
+    least = gaps_to(points, poses, np.zeros((1, 3)), np.array(DISCS), RADIUS)[0]
+    assert required <= least
+    assert required == pytest.approx(0.1, abs=1e-5)

@@ -1,0 +1,89 @@
+"""Going on, and stopping, on the path of the last cycle."""
+
+import numpy as np
+import pytest
+
+from planner.bodies import bodies_of
+from planner.dense.planner import touched_body
+from planner.dense.stop_on_path import keep_to_path
+from planner.interface import PlanStatus
+from planner.reference_path.frenet_lines import line_in_plane
+from planner.states import Trajectory
+from tests.planner.scenes import STEP, Car, Disc, ego_on, make_scene, straight
+
+PATH, SPEED = straight(), 6.0
+# Between the two only a path that changes over to the right and back is free.
+GATE = [Disc(26.0, 1.3, 1.2), Disc(42.0, -3.2, 1.2)]
+
+
+def last_plan(duration=6.0):
+    """Make a plan that passes the gate: to l = -1.6 m and back."""
+    t = STEP * np.arange(round(duration / STEP) + 1)
+    s = 10.0 + SPEED * (t - STEP)
+    phase = np.clip((s - 8.0) / 36.0, 0.0, 1.0) * 2.0 * np.pi
+    rate = np.where((phase > 0.0) & (phase < 2.0 * np.pi), 2.0 * np.pi / 36.0, 0.0)
+    l = -0.8 * (1.0 - np.cos(phase))
+    line = line_in_plane(
+        PATH, s, l, -0.8 * np.sin(phase) * rate, -0.8 * np.cos(phase) * rate**2
+    )
+    still = np.zeros_like(t)
+    return Trajectory(
+        t, line.x, line.y, line.heading, line.curvature, still + SPEED, still, s, l
+    )
+
+
+def scene_on(plan, cars=()):
+    here = plan.at(STEP)
+    l = float(np.interp(STEP, plan.t, plan.l))
+    ego = ego_on(PATH, s=10.0, l=l, speed=SPEED, error=here.heading)
+    return make_scene(PATH, ego, GATE, list(cars), target_speed=8.0)
+
+
+def blocker_of(scene):
+    bodies = bodies_of(scene, 61)
+    return lambda trajectory: touched_body(scene, bodies, trajectory)
+
+
+def test_a_plan_whose_path_has_room_to_stop_is_driven_on():
+    scene = scene_on(last_plan())
+    kept = keep_to_path(scene, last_plan(), blocker_of(scene), 6.0)
+    assert kept[0] is PlanStatus.LAST_PLAN_SHIFTED
+
+
+def test_at_the_end_of_a_plan_the_ego_stops_on_its_path():
+    plan = last_plan(0.7)  # as long as a stop is, and a step
+    scene = scene_on(plan)
+    status, stop = keep_to_path(scene, plan, blocker_of(scene), 6.0)
+    assert status is PlanStatus.EMERGENCY_BRAKING
+    assert stop.speed[-1] == 0.0
+    assert stop.s[-1] <= plan.s[-1] + 1e-6
+    assert np.interp(stop.s, plan.s, plan.l) == pytest.approx(stop.l, abs=1e-3)
+
+
+def test_a_car_on_the_path_is_stopped_for():
+    scene = scene_on(last_plan(), [Car(24.0, -1.4, 0.0)])
+    status, stop = keep_to_path(scene, last_plan(), blocker_of(scene), 6.0)
+    assert status is PlanStatus.FULL_STOP
+    assert stop.s[-1] + scene.vehicle.front_reach < 24.0 - 2.4
+
+
+def test_off_the_last_plan_there_is_no_path_to_keep_to():
+    scene = scene_on(last_plan())
+    late = Trajectory(
+        *(
+            getattr(last_plan(), n)[20:] - (2.0 if n == "t" else 0.0)
+            for n in (
+                "t",
+                "x",
+                "y",
+                "heading",
+                "curvature",
+                "speed",
+                "acceleration",
+                "s",
+                "l",
+            )
+        )
+    )
+    assert keep_to_path(scene, late, blocker_of(scene), 6.0) is None
+    assert keep_to_path(scene, None, blocker_of(scene), 6.0) is None
