@@ -82,6 +82,8 @@ def fallback(
         )
         if stop is not None and blocker(stop) is None:
             return PlanStatus.EMERGENCY_BRAKING, stop
+        if blocker(shifted) is None:
+            return PlanStatus.LAST_PLAN_SHIFTED, shifted
     return _emergency(scene, last, horizon, contact)
 
 
@@ -153,33 +155,27 @@ def keep_to_line(
         horizon: Length of the stop [s].
 
     Returns:
-        Status and trajectory; None where neither plan nor service braking is free.
+        Status and trajectory. None where neither plan nor service braking on its line
+        is free, and where the next cycle could not even brake in an emergency on it.
     """
-    limits = scene.vehicle.limits
+    limits, step = scene.vehicle.limits, scene.step
     is_free = blocker(shifted) is None
-    for status, deceleration, jerk in (
-        (PlanStatus.FULL_STOP, limits.max_deceleration, STOP_JERK),
-        (
-            PlanStatus.EMERGENCY_BRAKING,
-            limits.emergency_deceleration,
-            EMERGENCY_JERK,
-        ),
-    ):
-        stop = braking_on_line(shifted, deceleration, jerk, scene.step, horizon)
-        if stop is None or blocker(stop) is not None:
-            continue
-        if not is_free:
-            return (status, stop) if status is PlanStatus.FULL_STOP else None
-        later = shifted_plan(replace(scene, ego=shifted.at(scene.step)), shifted)
-        then = None
-        if later is not None:
-            then = braking_on_line(later, deceleration, jerk, scene.step, horizon)
-        if then is None:
-            return status, stop
-        if blocker(_after_a_step(shifted, then, scene.step)) is not None:
-            return status, stop
-        break
-    return (PlanStatus.LAST_PLAN_SHIFTED, shifted) if is_free else None
+    deceleration, jerk = limits.max_deceleration, STOP_JERK
+    stop = braking_on_line(shifted, deceleration, jerk, step, horizon)
+    if stop is not None and blocker(stop) is not None:
+        stop = None
+    stopping = None if stop is None else (PlanStatus.FULL_STOP, stop)
+    if not is_free:
+        return stopping
+    if stopping is None:
+        deceleration, jerk = limits.emergency_deceleration, EMERGENCY_JERK
+    then = None
+    later = shifted_plan(replace(scene, ego=shifted.at(step)), shifted)
+    if later is not None:
+        then = braking_on_line(later, deceleration, jerk, step, horizon)
+    if then is None or blocker(_after_a_step(shifted, then, step)) is not None:
+        return stopping
+    return PlanStatus.LAST_PLAN_SHIFTED, shifted
 
 
 def braking_on_line(
