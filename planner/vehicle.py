@@ -95,11 +95,6 @@ class Vehicle:
         """Distance from the rear axle to the centre of the rectangle [m]."""
         return self.length / 2.0 - self.rear_overhang
 
-    @property
-    def max_front_wheel_angle(self) -> float:
-        """Largest angle of the front wheel, that of `limits.max_curvature` [rad]."""
-        return math.atan(self.wheelbase * self.limits.max_curvature)
-
     def front_wheel_angle(self, curvature: FloatArray) -> FloatArray:
         """Return the angle of the front wheel that drives a curvature, (n,) [rad].
 

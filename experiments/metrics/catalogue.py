@@ -90,7 +90,9 @@ def _planning_percentile(
 def _avoidable_until(episode: MeasuredEpisode) -> float | None:
     """Return the time until which the first contact could be avoided [s]."""
     found = episode.verdict
-    return None if found is None else float(episode.trace.steps["time_s"][found.step])
+    if found is None or not found.is_avoidable:
+        return None
+    return float(episode.trace.steps["time_s"][found.step])
 
 
 _IDENTITY = (
@@ -173,7 +175,8 @@ _SAFETY = (
         compute=_avoidable_until,
         formula="time of the last step in which the ego or the other could still avoid "
         "it: the ego by braking with 8 m/s² and swerving on its road with 4 m/s², the "
-        "other by braking with 6 m/s²; null without a contact",
+        "other by braking with 6 m/s²; null without a verdict, and where it could "
+        "never be avoided",
         unit="s",
         digits=1,
     ),

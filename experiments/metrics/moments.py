@@ -268,7 +268,13 @@ def _at_limit(trace: Trace) -> int | None:
 def _avoidable(trace: Trace) -> int | None:
     """Find the last step in which the first contact could be avoided."""
     found = verdict_of(trace)
-    return None if found is None else found.step
+    return found.step if found is not None and found.is_avoidable else None
+
+
+def _judged(trace: Trace) -> int | None:
+    """Find the last step in which it could be avoided, else the contact."""
+    avoidable = _avoidable(trace)
+    return first_contact(trace) if avoidable is None else avoidable
 
 
 def _largest(name: str) -> Finder:
@@ -292,7 +298,7 @@ _MOMENTS: Final[Mapping[str, Finder]] = {
     columns.COLLISIONS: first_contact,
     columns.FIRST_COLLISION_WITH: first_contact,
     columns.IMPACT_SPEED: first_contact,
-    columns.VERDICT: _avoidable,
+    columns.VERDICT: _judged,
     columns.AVOIDABLE_UNTIL: _avoidable,
     columns.MIN_CLEARANCE: least_clearance,
     columns.MIN_TTC: _least_ttc,

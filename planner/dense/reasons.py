@@ -10,6 +10,7 @@ from planner.states import Trajectory
 
 STANDS = 0.1  # a plan that stays below this speed does not move off [m/s]
 CREEPS = 0.5  # nor does one that drives no farther [m]
+AT_THE_LINE = 5.0  # nearer, an ego that stands waits at a stop line [m]
 
 
 def no_passage(
@@ -41,7 +42,7 @@ def no_passage(
 def room_beside(field: FrenetObstacles, name: str) -> tuple[float, float]:
     """Measure the free road to the left and to the right of an obstacle [m].
 
-    What overlaps it along the road narrows it.
+    What touches it there counts to it; what else overlaps it along the road narrows it.
     """
     own = np.array([other == name for other in field.ids])
     s, l, radius = field.s[own], field.l[own], field.radius[own]
@@ -50,13 +51,13 @@ def room_beside(field: FrenetObstacles, name: str) -> tuple[float, float]:
     left, right = float(left_edge.min()), float(right_edge.max())
     reach = radius[:, None] + field.radius[~own]
     beside = (np.abs(s[:, None] - field.s[~own]) < reach).any(axis=0)
-    for at, size in zip(
-        field.l[~own][beside].tolist(), field.radius[~own][beside].tolist(), strict=True
-    ):
-        if at > float(l.mean()):
-            left = min(left, at - size)
-        else:
-            right = max(right, at + size)
+    at, size = field.l[~own][beside], field.radius[~own][beside]
+    for _ in range(at.size):  # each round joins those that touch what is joined
+        joined = (at - size <= highest) & (at + size >= lowest)
+        highest = max(highest, float((at + size)[joined].max(initial=-np.inf)))
+        lowest = min(lowest, float((at - size)[joined].min(initial=np.inf)))
+    left = min(left, float((at - size)[at - size > highest].min(initial=np.inf)))
+    right = max(right, float((at + size)[at + size < lowest].max(initial=-np.inf)))
     return max(left - highest, 0.0), max(lowest - right, 0.0)
 
 
@@ -64,7 +65,10 @@ def no_path(field: FrenetObstacles, scene: Scene) -> str:
     """Say what is nearest to an ego that has no path at all."""
     ego, cover = scene.ego_frenet, Cover.of(scene.vehicle)
     words = "no path from here"
-    if not field.n_obstacles:
+    left, right, _ = field.road_at(np.array([ego.s]))
+    half = 0.5 * scene.vehicle.width
+    over = ego.l + half > left[0] or ego.l - half < right[0]
+    if over or not field.n_obstacles:
         return f"{words}: the body is at l = {ego.l:.1f} m, at or over the road's edge"
     discs = np.array(cover.offsets)
     along = ego.s + discs[:, None] - field.s
@@ -92,7 +96,10 @@ def no_speed(
     nearest = int(np.argmin(way.ahead))
     room, what = float(way.ahead[nearest]), blockers[nearest] or "a vehicle"
     if way.end < room:
-        line = "the stop line" if scene.stop_lines else "the end of the way"
+        front = scene.ego_frenet.s + scene.vehicle.front_reach
+        lines = [line - front for line in scene.stop_lines]
+        at_line = any(abs(line - way.end) < AT_THE_LINE for line in lines)
+        line = "the stop line" if at_line else "the end of the way"
         room, what = way.end, ended_by or line
     words = "no speed along the path"
     if room < stop + speed:
@@ -108,7 +115,7 @@ def standstill(scene: Scene, trajectory: Trajectory, blocker: str | None) -> str
     if scene.target_speed <= STANDS:
         return "the target speed is zero"
     front = scene.ego_frenet.s + scene.vehicle.front_reach
-    lines = [line for line in scene.stop_lines if line > scene.ego_frenet.s]
-    if lines:
-        return f"waits at the stop line, {max(min(lines) - front, 0.0):.1f} m ahead"
+    lines = [line - front for line in scene.stop_lines if line > scene.ego_frenet.s]
+    if lines and min(lines) < AT_THE_LINE:
+        return f"waits at the stop line, {max(min(lines), 0.0):.1f} m ahead"
     return f"the path has no room to move off at s = {scene.ego_frenet.s:.1f} m"

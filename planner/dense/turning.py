@@ -13,6 +13,7 @@ from planner.states import FloatArray
 STRAIGHTENING = 1.0  # time that the present curvature is given to fall [s]
 ALLOWANCE = 0.002  # over the present curvature, for what linearising leaves [1/m]
 SLOWEST = 0.5  # below this speed the lateral acceleration bounds nothing [m/s]
+SHORTEST = 0.5  # way in which a curvature fades [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +52,7 @@ def curvature_bounds(
     speed = momentum.speed
     left = speed**2 - 2.0 * turning.braking * ahead
     bound = turning.lateral_acceleration / np.maximum(left, SLOWEST**2)
-    fading = np.maximum(1.0 - ahead / max(STRAIGHTENING * speed, SLOWEST), 0.0)
+    fading = np.maximum(1.0 - ahead / max(STRAIGHTENING * speed, SHORTEST), 0.0)
     present = (abs(momentum.curvature) + ALLOWANCE) * np.sqrt(fading)
     bounded: FloatArray = np.minimum(np.maximum(bound, present), sharpest)
     return bounded

@@ -45,6 +45,7 @@ NEARLY = 0.4  # as near to its lane's centre a change is over [m]
 ALONG = 0.06  # and as parallel to it, dl/ds [-]
 CHANGE_TIME = 2.5  # a change needs so much way before its lanes end [s]
 CHANGE_ROOM = 9.0  # ... and at least so much [m]
+LEAST_MOVED = 0.1  # to the side, of a change that is not over within a plan [m]
 OVER_TIME = 3.5  # after so much way a change has left its lane [s]
 OVER_ROOM = 12.0  # ... and at least so much [m]
 
@@ -306,18 +307,20 @@ def _has_room(look: _Look, own: int, target: int) -> bool:
 
 
 def _ahead_in(look: _Look, lane: int) -> int:
-    """Return the row of the nearest body ahead in a lane; -1 without one."""
+    """Return the row of the nearest body ahead in a lane; -1 without one near."""
     bodies = look.bodies
     s = np.where(in_lane(look.scene, bodies, lane), bodies.s, np.inf)
     s = np.where(s > look.scene.ego_frenet.s, s, np.inf)
-    return int(np.argmin(s)) if s.size and np.isfinite(s.min()) else -1
+    near = look.front + CHANGE_ROOM + CHANGE_TIME * look.scene.ego.speed
+    return int(np.argmin(s)) if s.size and s.min() < near else -1
 
 
 def _goes_over(look: _Look, result: PlanResult, target: int) -> bool:
-    """Check whether a plan ends in the lane to which it is to change.
+    """Check whether a plan ends in the lane to which it is to change, or on its way.
 
     One that would rather slow down in its lane, behind which it comes too close to the
-    end to change at all, is no change.
+    end to change at all, is no change. A long body at a low speed does not get over
+    within a plan.
     """
     way = result.trajectory
     if result.status is not PlanStatus.OK or way is None:
@@ -325,7 +328,12 @@ def _goes_over(look: _Look, result: PlanResult, target: int) -> bool:
     lanes = look.scene.lanes
     centre = np.interp(way.s[-1], lanes.s, lanes.centre[target])
     half = 0.5 * np.interp(way.s[-1], lanes.s, lanes.width[target])
-    return bool(abs(way.l[-1] - centre) < half)
+    toward = np.sign(centre - way.l[0])
+    moves = (way.l[-1] - way.l[0]) * toward > LEAST_MOVED
+    return bool(
+        abs(way.l[-1] - centre) < half
+        or (moves and (way.l[-1] - way.l[-2]) * toward > 0.0)
+    )
 
 
 def _obstacles_ahead(look: _Look) -> bool:
@@ -391,8 +399,8 @@ def _told(
     if manoeuvre.target is not None:
         words.append(f"to {manoeuvre.target}: {manoeuvre.why}")
     if manoeuvre.phase is Phase.SEEK:
-        beside = f", {manoeuvre.beside} is beside" if manoeuvre.beside else ""
-        words.append("no gap yet" + beside)
+        beside = f", {manoeuvre.beside} is there" if manoeuvre.beside else ""
+        words.append("no way over yet" + beside)
     if kind is LaneCorridor.ROAD:
         words.append("round what stands")
     stats = replace(result.stats, explanation=", ".join(words))

@@ -79,10 +79,10 @@ def _fault(
         return Fault.ARTEFACT, f"the other {motion}"
     ways = ways_before(case)
     obliged = _obliged(case, ways)
-    if not obliged.who:
-        return Fault.SHARED, obliged.why
     if last_ego is None and last_other is None:
         return Fault.UNAVOIDABLE, f"{obliged.why}, and neither could avoid it"
+    if not obliged.who:
+        return Fault.SHARED, obliged.why
     spare = _spare_time(case, limits, obliged.who, ways, (last_ego, last_other))
     own, theirs = Fault.EGO, Fault.OTHER
     if obliged.who == "other":

@@ -22,8 +22,8 @@ class AvoidanceLimits:
     """What each may be expected to do.
 
     The ego brakes and swerves as its tyres and its steering allow; another driver
-    brakes. Who has had to see the conflict for `reaction` and `leisure` more and did
-    nothing is at fault alone; less than `reaction` is no time to act.
+    brakes. Who has had to see the conflict for its reaction time and `leisure` more and
+    did nothing is at fault alone; less than the reaction time is no time to act.
     """
 
     ego_braking: float = 8.0  # [m/s²]
@@ -84,3 +84,8 @@ class ContactVerdict:
     why: str  # a few words
     last_ego: int | None = None
     last_other: int | None = None
+
+    @property
+    def is_avoidable(self) -> bool:
+        """Whether either could ever avoid it."""
+        return self.last_ego is not None or self.last_other is not None

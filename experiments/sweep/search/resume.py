@@ -63,7 +63,8 @@ def _difference(key: str, was: Any, now: Any) -> tuple[str, Any, Any]:
     """Return what differs, in a section its first key, and both values."""
     if not (isinstance(was, dict) and isinstance(now, dict)):
         return key, was, now
-    inner = next(k for k in (*was, *now) if was.get(k) != now.get(k))
+    missing = object()
+    inner = next(k for k in (*was, *now) if was.get(k, missing) != now.get(k, missing))
     return f"{key}.{inner}", was.get(inner), now.get(inner)
 
 

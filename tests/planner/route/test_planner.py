@@ -23,6 +23,7 @@ from planner.route.lane_frame import (
 from planner.route.lane_need import lane_ends, lanes_to_follow
 from planner.route.memory import LaneManoeuvre
 from planner.scene import Lanes, RoadBounds
+from planner.vehicle import Vehicle, VehicleLimits
 from tests.planner.scenes import Car, bend, ego_on, make_scene, road, straight
 
 WIDTH = 3.5
@@ -44,7 +45,7 @@ def scene_on(path, ego, vehicles=(), end=math.inf):
     return replace(made, lanes=two_lanes(path, end))
 
 
-def rollout(scene, planner, n, traffic=()):
+def rollout(scene, planner, n, traffic=(), vehicle=None):
     """Track each plan perfectly; the traffic keeps its speed and lane."""
     memory, plans = None, []
     path, cars = scene.path, list(traffic)
@@ -55,7 +56,9 @@ def rollout(scene, planner, n, traffic=()):
         cars = [replace(car, s=car.s + car.speed * scene.step) for car in cars]
         ego = plan.trajectory.at(scene.step)
         scene = scene_on(path, ego, cars, end=END)
-        scene = replace(scene, lanes=plans[0][0].lanes)
+        scene = replace(
+            scene, lanes=plans[0][0].lanes, vehicle=vehicle or scene.vehicle
+        )
     return plans
 
 
@@ -74,6 +77,15 @@ def test_a_lane_that_ends_is_left_before_its_end():
     assert all("lane 0 ends" in p.stats.explanation for _, p in plans if _changes(p))
 
 
+def test_a_long_body_gets_over_from_a_crawl_although_no_plan_is_long_enough():
+    path = straight(500.0)
+    limits = VehicleLimits(max_acceleration=1.5, max_curvature=0.14)
+    lorry = Vehicle(12.0, 2.5, 6.0, 3.0, limits)
+    start = scene_on(path, ego_on(path, 215.0, -WIDTH, speed=2.0), end=END)
+    plans = rollout(replace(start, vehicle=lorry), proposed(), 250, vehicle=lorry)
+    assert abs(plans[-1][0].ego_frenet.l) < 0.5, plans[-1][1].stats.explanation
+
+
 def _changes(plan):
     return plan.memory.manoeuvre.phase is Phase.CHANGE
 
@@ -86,7 +98,7 @@ def test_it_waits_before_the_end_while_the_lane_beside_is_full():
     fronts = [s.ego_frenet.s + s.vehicle.front_reach for s, _ in plans]
     assert max(fronts) < END
     assert all(p.memory.manoeuvre.phase is Phase.SEEK for _, p in plans[5:])
-    assert "no gap yet" in plans[-1][1].stats.explanation
+    assert "no way over yet" in plans[-1][1].stats.explanation
 
 
 def test_without_a_reason_it_keeps_its_lane():
@@ -196,7 +208,7 @@ def test_it_waits_at_a_lane_s_end_for_a_gap_however_long_it_takes():
     assert all(p.memory.manoeuvre.phase is Phase.SEEK for _, p in plans[1:])
     last = plans[-1][1].stats
     assert last.blocker in scene.vehicles.ids
-    assert f"no gap yet, {last.blocker} is beside" in last.explanation
+    assert f"no way over yet, {last.blocker} is there" in last.explanation
 
 
 def memory_of(plan, phase, lane=0, target=1):

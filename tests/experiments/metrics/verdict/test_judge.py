@@ -270,10 +270,6 @@ def test_motion_that_no_vehicle_makes_is_an_artefact(motion, words):
     assert words in verdict.why
 
 
-def test_there_are_forty_made_up_contacts():
-    assert len(CASES) + 3 >= 40
-
-
 def test_the_moment_lies_where_braking_alone_just_stops():
     speed, gap = 20.0, 100.0
     case = contact(track(0, 0, speed), track(gap + 4.8, 0, 0), **WALL)
