@@ -1,7 +1,7 @@
 """The trajectory of a cycle that finds none: fallbacks in order.
 
-The last plan shifted by one step, unless that gives up the last stop; a full stop
-within the limits on its path; emergency braking on the path, both with the pedal moved
+The last plan shifted by one step, as long as its line has room for a stop, or else a
+stop on it; a full stop within the limits; emergency braking, both with the pedal moved
 at a finite rate; an evasion within the lane. If none of them is free, the one with the
 least impact.
 """
@@ -62,17 +62,39 @@ def fallback(
         Its status and trajectory. Where nothing is free, the one that hits at the
         lowest relative speed, and of these the one that does so last.
     """
-    if last is not None:
-        shifted = shifted_plan(scene, last)
-        if shifted is not None and blocker(shifted) is None:
-            chance = last_stop(scene, shifted, blocker, horizon)
-            return (PlanStatus.LAST_PLAN_SHIFTED, shifted) if chance is None else chance
+    shifted = None if last is None else shifted_plan(scene, last)
+    if shifted is not None:
+        kept = keep_to_line(scene, shifted, blocker, horizon)
+        if kept is not None:
+            return kept
     limits = scene.vehicle.limits
     for offset in _stopping_offsets(scene, last):
         stop = stopping_trajectory(scene, offset, limits.max_deceleration, horizon)
         if stop is not None and (scene.ego.speed < STANDING or blocker(stop) is None):
             return PlanStatus.FULL_STOP, stop
-    deceleration = limits.emergency_deceleration
+    if shifted is not None:
+        stop = braking_on_line(
+            shifted,
+            limits.emergency_deceleration,
+            EMERGENCY_JERK,
+            scene.step,
+            horizon,
+        )
+        if stop is not None and blocker(stop) is None:
+            return PlanStatus.EMERGENCY_BRAKING, stop
+        if blocker(shifted) is None:
+            return PlanStatus.LAST_PLAN_SHIFTED, shifted
+    return _emergency(scene, last, horizon, contact)
+
+
+def _emergency(
+    scene: Scene,
+    last: Trajectory | None,
+    horizon: float,
+    contact: ContactCheck | None,
+) -> tuple[PlanStatus, Trajectory]:
+    """Return emergency braking that is free, else the least harm; see `fallback`."""
+    deceleration = scene.vehicle.limits.emergency_deceleration
     braking = [
         stop
         for offset in _stopping_offsets(scene, last)
@@ -117,13 +139,14 @@ def _least_harm(
     return min(ways, key=harm)
 
 
-def last_stop(
+def keep_to_line(
     scene: Scene, shifted: Trajectory, blocker: Blocker, horizon: float
 ) -> tuple[PlanStatus, Trajectory] | None:
-    """Return a stop on the line of a plan that one more step of it would cost.
+    """Go on with a plan while its line has room for a stop, else stop on the line.
 
     A plan is free as far as it reaches: at its end the ego may be too near and too
-    fast for what is beyond.
+    fast for what is beyond. Its line was free of what stands, which the ways to other
+    offsets need not be.
 
     Args:
         scene: Of this cycle.
@@ -132,27 +155,27 @@ def last_stop(
         horizon: Length of the stop [s].
 
     Returns:
-        Its status and trajectory; None where the next cycle can still stop, or where
-        not even this one can.
+        Status and trajectory. None where neither plan nor service braking on its line
+        is free, and where the next cycle could not even brake in an emergency on it.
     """
-    limits = scene.vehicle.limits
-    later = shifted_plan(replace(scene, ego=shifted.at(scene.step)), shifted)
-    for status, deceleration, jerk in (
-        (PlanStatus.FULL_STOP, limits.max_deceleration, STOP_JERK),
-        (
-            PlanStatus.EMERGENCY_BRAKING,
-            limits.emergency_deceleration,
-            EMERGENCY_JERK,
-        ),
-    ):
-        stop = braking_on_line(shifted, deceleration, jerk, scene.step, horizon)
-        if stop is None or blocker(stop) is not None:
-            continue
-        then = later and braking_on_line(later, deceleration, jerk, scene.step, horizon)
-        if then and blocker(_after_a_step(shifted, then, scene.step)) is None:
-            return None
-        return status, stop
-    return None
+    limits, step = scene.vehicle.limits, scene.step
+    is_free = blocker(shifted) is None
+    deceleration, jerk = limits.max_deceleration, STOP_JERK
+    stop = braking_on_line(shifted, deceleration, jerk, step, horizon)
+    if stop is not None and blocker(stop) is not None:
+        stop = None
+    stopping = None if stop is None else (PlanStatus.FULL_STOP, stop)
+    if not is_free:
+        return stopping
+    if stopping is None:
+        deceleration, jerk = limits.emergency_deceleration, EMERGENCY_JERK
+    then = None
+    later = shifted_plan(replace(scene, ego=shifted.at(step)), shifted)
+    if later is not None:
+        then = braking_on_line(later, deceleration, jerk, step, horizon)
+    if then is None or blocker(_after_a_step(shifted, then, step)) is not None:
+        return stopping
+    return PlanStatus.LAST_PLAN_SHIFTED, shifted
 
 
 def braking_on_line(

@@ -12,7 +12,6 @@ from planner.dense.path_ladder import ChosenPath, PathTask, choose_path
 from planner.dense.reasons import no_passage, no_path, no_speed, standstill
 from planner.dense.settings import DenseSettings
 from planner.dense.speed import DrivablePath, knot_times, plan_drive
-from planner.dense.stop_on_path import keep_to_path
 from planner.dense.turning import Momentum, Turning
 from planner.dense.vehicles_ahead import bound_by_vehicles
 from planner.fallback import fallback
@@ -158,10 +157,7 @@ def _fall_back(
     def blocker(trajectory: Trajectory) -> str | None:
         return touched_body(scene, bodies, trajectory)
 
-    kept = keep_to_path(scene, last.trajectory, blocker, duration)
-    if kept is None:
-        kept = fallback(scene, last.trajectory, blocker, duration)
-    status, trajectory = kept
+    status, trajectory = fallback(scene, last.trajectory, blocker, duration)
     memory = DenseMemory(trajectory, last.sides)
     stats = PlanStats(reason=reason, blocker=blocker(trajectory))
     return PlanResult(status, trajectory, memory, stats)

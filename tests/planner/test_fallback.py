@@ -118,6 +118,23 @@ def test_a_plan_that_ends_too_near_does_not_cost_the_last_stop(speed):
     assert end - stop - (20.0 + speed * STEP * (begun + 1)) < 1.01 * speed * STEP
 
 
+@pytest.mark.parametrize(("speed", "duration"), [(14.0, 1.5), (20.0, 2.0)])
+def test_a_short_plan_on_a_free_road_ends_in_no_emergency(speed, duration):
+    # its line is shorter than any stop
+    path = straight()
+    whole = plan_along(path, 20.0, speed)
+    n = round(duration / STEP) + 1
+    last = Trajectory(whole.t[:n], *(getattr(whole, name)[:n] for name in COLUMNS))
+    scene, statuses = scene_after(path, last), []
+    for _ in range(40):
+        status, last = fallback(scene, last, free, HORIZON)
+        statuses.append(status)
+        scene = scene_after(path, last)
+    assert statuses[0] is PlanStatus.LAST_PLAN_SHIFTED
+    assert PlanStatus.FULL_STOP in statuses
+    assert PlanStatus.EMERGENCY_BRAKING not in statuses
+
+
 def test_a_plan_that_winds_past_bodies_is_driven_as_far_as_a_stop_fits_on_it():
     # stops settle on an offset, and would hit what the plan itself goes round
     path = winding()

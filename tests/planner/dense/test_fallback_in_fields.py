@@ -1,11 +1,10 @@
-"""Going on, and stopping, on the path of the last cycle."""
+"""Fallbacks in a field of obstacles keep to the path of the last cycle."""
 
 import numpy as np
-import pytest
 
 from planner.bodies import bodies_of
 from planner.dense.planner import touched_body
-from planner.dense.stop_on_path import keep_to_path
+from planner.fallback import fallback
 from planner.interface import PlanStatus
 from planner.reference_path.frenet_lines import line_in_plane
 from planner.states import Trajectory
@@ -46,44 +45,22 @@ def blocker_of(scene):
 
 def test_a_plan_whose_path_has_room_to_stop_is_driven_on():
     scene = scene_on(last_plan())
-    kept = keep_to_path(scene, last_plan(), blocker_of(scene), 6.0)
+    kept = fallback(scene, last_plan(), blocker_of(scene), 6.0)
     assert kept[0] is PlanStatus.LAST_PLAN_SHIFTED
 
 
-def test_at_the_end_of_a_plan_the_ego_stops_on_its_path():
-    plan = last_plan(0.7)  # as long as a stop is, and a step
+def test_at_the_end_of_a_plan_the_ego_stops_gently_where_that_is_free():
+    plan = last_plan(0.6)  # shorter than a gentle stop
     scene = scene_on(plan)
-    status, stop = keep_to_path(scene, plan, blocker_of(scene), 6.0)
-    assert status is PlanStatus.EMERGENCY_BRAKING
+    blocker = blocker_of(scene)
+    status, stop = fallback(scene, plan, blocker, 6.0)
+    assert status is PlanStatus.FULL_STOP
     assert stop.speed[-1] == 0.0
-    assert stop.s[-1] <= plan.s[-1] + 1e-6
-    assert np.interp(stop.s, plan.s, plan.l) == pytest.approx(stop.l, abs=1e-3)
+    assert blocker(stop) is None
 
 
 def test_a_car_on_the_path_is_stopped_for():
     scene = scene_on(last_plan(), [Car(24.0, -1.4, 0.0)])
-    status, stop = keep_to_path(scene, last_plan(), blocker_of(scene), 6.0)
+    status, stop = fallback(scene, last_plan(), blocker_of(scene), 6.0)
     assert status is PlanStatus.FULL_STOP
     assert stop.s[-1] + scene.vehicle.front_reach < 24.0 - 2.4
-
-
-def test_off_the_last_plan_there_is_no_path_to_keep_to():
-    scene = scene_on(last_plan())
-    late = Trajectory(
-        *(
-            getattr(last_plan(), n)[20:] - (2.0 if n == "t" else 0.0)
-            for n in (
-                "t",
-                "x",
-                "y",
-                "heading",
-                "curvature",
-                "speed",
-                "acceleration",
-                "s",
-                "l",
-            )
-        )
-    )
-    assert keep_to_path(scene, late, blocker_of(scene), 6.0) is None
-    assert keep_to_path(scene, None, blocker_of(scene), 6.0) is None
