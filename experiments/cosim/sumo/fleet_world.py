@@ -289,7 +289,7 @@ class SumoFleetWorld:
                 x, y, angle = frames.front_from_rear_axle(ego, body)
                 ghost = self._ghosts.get(name)
                 if ghost is not None:
-                    ghost.update(ego, body, (x, y))
+                    x, y = ghost.update(ego, body, (x, y))
                 # a negative speed would hand the ego back to SUMO's driver
                 api.setSpeed(name, max(ego.speed, 0.0))
                 api.moveToXY(name, "", -1, x, y, angle, KEEP_ROUTE_EXACT)

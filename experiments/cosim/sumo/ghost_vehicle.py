@@ -12,9 +12,17 @@ SUMO itself notes, too, that the ego is over a line, but only in the step in whi
 moves the ego from one lane object to another, and with a duration of lane changes it
 forgets to take that back: long after, cars in the lane that the ego has left brake with
 all they have when it passes them. Once the body is inside its lane, the ego is put into
-the lane beside and back, which happens between two steps and clears the note.
+the lane beside and back, which happens between two steps and clears the note. The note
+must be gone, too, when the ego leaves the lanes of its route: SUMO 1.28 then forgets
+which lanes the rear of a long body is in, but not those of the note, and the process
+dies as soon as a vehicle there asks how far back the ego reaches.
+
+A long body swings out of the lanes of its turn inside a junction, where SUMO would drop
+it from the traffic, to be driven into. `Ghost.update` therefore says where SUMO is to
+have the front bumper: there in the middle of the nearest lane.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -96,6 +104,26 @@ def corners(ego: CartesianState, vehicle: Vehicle) -> FloatArray:
     )
 
 
+def beside_lanes(
+    strips: Sequence[Strip], front: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the point of the nearest lane beside a front bumper that is on none.
+
+    Args:
+        strips: Where it may be.
+        front: Centre of the front bumper [m].
+
+    Returns:
+        The point of its centre line [m]; `front` where the lane is no part of a
+        junction: beside a road, SUMO's traffic passes it.
+    """
+    lanes = [lane for strip in strips for lane in strip.lanes]
+    lane = min(lanes, key=lambda x: math.dist(front, x.foot(*front)))
+    foot = lane.foot(*front)
+    at_end = foot in (lane.at(0.0)[:2], lane.at(lane.length)[:2])
+    return foot if at_end or lane.edge.startswith(INSIDE_JUNCTION) else front
+
+
 class Ghost:
     """The ghost of one ego inside SUMO.
 
@@ -137,7 +165,7 @@ class Ghost:
 
     def update(
         self, ego: CartesianState, vehicle: Vehicle, front: tuple[float, float]
-    ) -> None:
+    ) -> tuple[float, float]:
         """Move the ghost to where the ego, about to be moved to `ego`, needs it.
 
         Args:
@@ -145,18 +173,26 @@ class Ghost:
             vehicle: The ego's dimensions.
             front: Centre of its front bumper [m].
 
+        Returns:
+            Where SUMO is to have the front bumper: `front`, or a point on the lanes of
+            the ego's route beside it, where it has swung out of them in a junction [m].
+
         Raises:
             libsumo.TraCIException: If SUMO refuses; the session wraps it.
         """
         alive = self.pose is not None
-        self.pose = _pose_in(self._strips[self._locate(front)], front, ego, vehicle)
+        on_lanes = self._locate(front)
+        strip = self._strips[self._strip]
+        self.pose = _pose_in(strip, front, ego, vehicle) if on_lanes else None
         if self.pose is not None:
             self._place(self.pose, max(ego.speed, 0.0), alive=alive)
             self._noted = True
         elif alive:
             self._sumo.vehicle.remove(self.id)
-        elif self._noted:  # a step later: SUMO has the ego inside its lane too
+        # a step later: SUMO has the ego inside its lane too
+        if not on_lanes or (self._noted and self.pose is None and not alive):
             self._noted = not _clear_note(self._sumo, self._ego_id)
+        return front if on_lanes else beside_lanes(self._ahead(), front)
 
     def remove(self) -> None:
         """Take the ghost out of SUMO, where there is one."""
@@ -164,15 +200,17 @@ class Ghost:
             self._sumo.vehicle.remove(self.id)
             self.pose = None
 
-    def _locate(self, front: tuple[float, float]) -> int:
-        """Return the strip that the ego is on, from the last one on."""
-        for index in range(
-            self._strip, min(self._strip + LOOK_AHEAD, len(self._strips))
-        ):
-            if self._strips[index].lane_of(*front) is not None:
+    def _locate(self, front: tuple[float, float]) -> bool:
+        """Find the strip that the ego is on, from the last one on, if it is on one."""
+        for index, strip in enumerate(self._ahead(), start=self._strip):
+            if strip.lane_of(*front) is not None:
                 self._strip = index
-                break
-        return self._strip
+                return True
+        return False
+
+    def _ahead(self) -> tuple[Strip, ...]:
+        """Return the strips in which the ego may be now."""
+        return self._strips[self._strip : self._strip + LOOK_AHEAD]
 
     def _place(self, pose: GhostPose, speed: float, *, alive: bool) -> None:
         """Add the ghost if there is none and move it to its pose."""

@@ -22,7 +22,7 @@ OVERHANG = 20.0  # how far a lane's ends are carried on straight, for long bodie
 SAME_POINT = 1e-9  # closer points of a centre line are one [m]
 NEXT_LANE: Final = 0  # places in a link of `lane.getLinks`
 INTERNAL_LANE: Final = 4
-STRIP_MARGIN = 1.0  # a front bumper farther outside its edge is not on it [m]
+STRIP_MARGIN = 0.4  # SUMO drops a front bumper half a body outside; before it [m]
 PLANE = 2  # coordinates of a point
 TWO = 2  # points of a line, lanes side by side
 TRAFFIC_CLASS = "passenger"  # of all vehicles in the demand files
@@ -59,6 +59,11 @@ class Lane:
         """
         station, offset = _foot_point(self.points, self.stations, x, y, OVERHANG)
         return float(station), float(offset)
+
+    def foot(self, x: float, y: float) -> tuple[float, float]:
+        """Return the nearest point of the centre line, ends included [m]."""
+        station, _ = _foot_point(self.points, self.stations, x, y, 0.0)
+        return self.at(float(station))[:2]
 
     def at(self, station: float) -> tuple[float, float, float]:
         """Return (x, y) [m] and heading [rad] of the centre line at an arc length."""
@@ -205,7 +210,7 @@ class Strip:
     """
 
     def __init__(self, lanes: Sequence[Lane]) -> None:
-        self._lanes = tuple(lanes)
+        self.lanes = tuple(lanes)
         ends = np.cumsum([lane.stations.size for lane in lanes])
         self._table = StripTable(
             freeze(np.concatenate([lane.points for lane in lanes])),
@@ -236,7 +241,7 @@ class Strip:
             The lane, and the arc length of the front bumper on it [m].
         """
         index, station = _reached_lane(self._table, front, pose, body)
-        return None if index < 0 else (self._lanes[index], station)
+        return None if index < 0 else (self.lanes[index], station)
 
 
 @inlined

@@ -190,10 +190,11 @@ class SumoWorld:
         if not all(map(math.isfinite, (ego.x, ego.y, ego.heading, ego.speed))):
             # SUMO accepts NaN silently and goes on with it.
             raise SimulationError(f"the ego cannot be moved to {ego}")
-        x, y, angle = frames.front_from_rear_axle(ego, self._vehicle)
+        *front, angle = frames.front_from_rear_axle(ego, self._vehicle)
+        x, y = self._ego_front = (front[0], front[1])
         with sumo_errors(sumo, "moving the ego"):
             if self._ghost is not None:
-                self._ghost.update(ego, self._vehicle, (x, y))
+                x, y = self._ghost.update(ego, self._vehicle, self._ego_front)
             # A negative speed would hand the ego back to SUMO's driver.
             sumo.vehicle.setSpeed(EGO_ID, max(ego.speed, 0.0))
             sumo.vehicle.moveToXY(EGO_ID, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
@@ -206,7 +207,6 @@ class SumoWorld:
                 self._count_collision(sumo)
         if self._settings.gui:
             self._keep_pace()
-        self._ego_front = (x, y)
         self._steps += 1
         return ego
 

@@ -7,8 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.cosim.collision_monitor import CollisionMonitor
-from experiments.cosim.sumo.ghost_vehicle import corners, ghost_pose, lane_of
-from experiments.cosim.sumo.lanes import Lane
+from experiments.cosim.sumo.ghost_vehicle import (
+    beside_lanes,
+    corners,
+    ghost_pose,
+    lane_of,
+)
+from experiments.cosim.sumo.lanes import Lane, Strip
 from planner.reference_path.frenet import state_on_path
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, line
@@ -259,3 +264,42 @@ def test_the_ghost_keeps_up_above_every_limit(straight, speed):
         if not inside:
             assert libsumo.vehicle.getLaneID("ghost@ego") == "own_2"
             assert libsumo.vehicle.getSpeed("ghost@ego") == speed
+
+
+def test_a_front_that_swings_out_in_a_junction_is_put_on_the_nearest_lane():
+    def lane(name, *points):
+        return Strip([Lane(f"{name}_0", name, 0, WIDTH, np.array(points))])
+
+    strips = [
+        lane("in", (0.0, 0.0), (20.0, 0.0)),
+        lane(":turn", (20.0, 0.0), (26.0, -6.0)),
+        lane("out", (26.0, -6.0), (26.0, -40.0)),
+    ]
+    assert beside_lanes(strips, (22.0, 3.0)) == pytest.approx((20.0, 0.0))  # beyond
+    assert beside_lanes(strips, (26.0, 0.0)) == pytest.approx((23.0, -3.0))
+    assert beside_lanes(strips, (29.0, -4.0)) == pytest.approx((26.0, -6.0))  # before
+    for beside_a_road in (10.0, 4.0), (30.0, -20.0):
+        assert beside_lanes(strips, beside_a_road) == beside_a_road
+
+
+@pytest.mark.sumo
+def test_sumo_keeps_an_ego_that_swings_out_of_its_lanes_in_a_junction(straight):
+    libsumo = pytest.importorskip("libsumo")
+    path = ReferencePath.from_segments(
+        [line(140.0), arc(7.5 * math.pi, 1.0 / 15.0), line(250.0)],
+        (-150.0, -5.0, 0.0),
+    )
+    net = network("intersection")
+    world = straight(
+        net_file=net.net_file, route=net.route, path=path, start_s=118.0, start_speed=6
+    )
+    world.enter()
+    lanes = []
+    for k in range(1, 80):
+        s = 118.0 + 6.0 * k * world.step
+        aside = 7.0 * math.sin(min(max((s - 130.0) / 24.0, 0.0), 1.0) * math.pi)
+        world.advance(state_on_path(path, s, aside, 6.0))
+        lanes.append(libsumo.vehicle.getLaneID("ego"))
+    world.close()
+    assert "" not in lanes
+    assert lanes[-1] == ":centre_14_0"
