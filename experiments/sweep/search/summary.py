@@ -129,14 +129,20 @@ def table_lines(found: SearchFindings, folder: Path) -> list[str]:
     """Return the lines of the table at the end of a search."""
     trials = found.trials
     failures = sum(trial.failed for trial in trials)
+    invalid = sum(trial.is_void for trial in trials)
     first = found.first_failure
     lines = [
-        f"{failures} of {len(trials)} trials failed"
+        f"{failures} of {len(trials) - invalid} trials failed"
         + ("" if first is None else f", first trial {first}")
     ]
-    invalid = sum(trial.is_void for trial in trials)
     if invalid:
-        lines.append(f"{invalid} trials have no result: no valid scenario, or no value")
+        counted = f"{invalid} more say" if invalid > 1 else "1 more says"
+        lines.append(
+            f"{counted} nothing: the scenario cannot be run so, or the objective does "
+            "not apply; why:"
+        )
+        words = "SELECT status, reason, count(*) AS runs FROM runs GROUP BY ALL"
+        lines.append(f'  rearview results {shlex.quote(str(folder))} --sql "{words}"')
     if found.mild_fails:
         lines.append(f"it fails at the mild values already: {shown(found.mild)}")
     for k, cluster in enumerate(found.clusters):
