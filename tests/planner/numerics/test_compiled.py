@@ -200,6 +200,8 @@ def test_a_full_disk_is_said_once_and_leaves_no_partial_file(
         self.touch()
         raise OSError(28, "No space left on device")
 
+    # numba reads the environment anew where another test has changed it
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(Path, "write_bytes", full)
     kernel_cache._say_once.cache_clear()
