@@ -1,6 +1,5 @@
 """The moment of a metric: the step in which its value occurred."""
 
-import json
 from collections.abc import Callable, Mapping
 from typing import Final
 
@@ -13,6 +12,7 @@ from experiments.metrics import (
     cut_in,
     efficiency,
     exposure,
+    impact,
     right_of_way,
     safety,
 )
@@ -89,7 +89,8 @@ def moments_beside_the_trace(episode: MeasuredEpisode) -> dict[str, int]:
 
 def first_contact(trace: Trace) -> int | None:
     """Find the first step in which the ego touched a body."""
-    return first([bool(json.loads(cell)) for cell in trace.steps["contacts"]])
+    found = impact.first_contact(trace)
+    return None if found is None else found[0]
 
 
 def least_clearance(trace: Trace) -> int | None:
