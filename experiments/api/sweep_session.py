@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from experiments.comparison.results import RUN_ID, Row, rebuild, refresh, rows
+from experiments.config.counted import counted
 from experiments.config.sweep import Sweep
 from experiments.config.sweep_file import planner_folders
 from experiments.config.yaml_reader import Document
@@ -110,7 +111,7 @@ class SweepSession:
                 raise
         statuses = ", ".join(f"{n} {name}" for name, n in counts.by_status.items())
         yield (
-            f"{counts.done} runs in {duration(counts.elapsed)} "
+            f"{counted(counts.done, 'run')} in {duration(counts.elapsed)} "
             f"({counts.rate:.2f} runs/s): {statuses}"
         )
         for failure, count in counts.by_failure.items():
@@ -127,9 +128,11 @@ class SweepSession:
         """Describe the numbers of planned and finished runs."""
         there = f", {found.there} of them finished" if found.there else ""
         others = (
-            f"; {found.others} other runs stay in its results" if found.others else ""
+            f"; its results keep {counted(found.others, 'other run')}"
+            if found.others
+            else ""
         )
-        return f"{self._sweep.name}: {found.planned} runs{there}{others}"
+        return f"{self._sweep.name}: {counted(found.planned, 'run')}{there}{others}"
 
     def _estimate(self, found: Survey, log: Path) -> tuple[str, WorkerSettings]:
         """Time one run of each kind and extrapolate to all."""

@@ -8,6 +8,7 @@ from experiments.api.frames import frame, table_of
 from experiments.api.runs import Run
 from experiments.api.sweep_session import SweepSession
 from experiments.comparison.results import ALL_RUNS, Row, rows
+from experiments.config.counted import counted
 from experiments.config.sweep_file import load_sweep, sweep_of
 from experiments.errors import ConfigError
 from experiments.report.figures.save import save_figure
@@ -81,7 +82,7 @@ class SweepResults:
 
     def __repr__(self) -> str:
         """Name the folder and the number of runs."""
-        return f"<SweepResults {self._folder}: {len(self)} runs>"
+        return f"<SweepResults {self._folder}: {counted(len(self), 'run')}>"
 
 
 def sweep(

@@ -15,6 +15,8 @@ from experiments.cli.scenario_options import (
     SeedNumber,
 )
 from experiments.cli.user_errors import report_user_errors
+from experiments.config.counted import counted
+from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError, ResultsError
 
 if TYPE_CHECKING:
@@ -94,7 +96,14 @@ def net(
         from sumo_nets.catalogue import networks
         from sumo_nets.net_reader import read_net
 
-        found = read_net(net_path(network) if network in networks() else Path(network))
+        shipped = networks()
+        file = net_path(network) if network in shipped else Path(network)
+        if not file.exists() and file.suffix != ".xml":
+            raise ConfigError(
+                f"{network}: is neither a network file nor a shipped network; "
+                f"{unknown_name(network, list(shipped))}"
+            )
+        found = read_net(file)
         roads = [edge for edge in found.roads if edge.drivable_lanes]
         roads.sort(key=lambda edge: -edge.drivable_lanes[0].length)
         signals = {
@@ -105,9 +114,9 @@ def net(
         meeting = sum(junction.kind not in ends for junction in nodes)
         side = "left" if found.left_hand else "right"
         sys.stdout.write(
-            f"{found.file}: {len(roads)} edges for cars, "
-            f"{_counted(meeting, 'junction')}, "
-            f"{_counted(len(signals - {''}), 'signal')}, "
+            f"{found.file}: {counted(len(roads), 'edge')} for cars, "
+            f"{counted(meeting, 'junction')}, "
+            f"{counted(len(signals - {''}), 'signal')}, "
             f"traffic on the {side}\n"
         )
         _print_edges(roads if everything else roads[:LISTED])
@@ -121,11 +130,6 @@ def net(
             sys.stdout.write(
                 f"{save_picture('net', output, lambda: draw_network(road_map))}\n"
             )
-
-
-def _counted(count: int, noun: str) -> str:
-    """Format a number of things."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def _print_edges(edges: "list[Edge]") -> None:
@@ -173,8 +177,10 @@ def check(
     Exit status: 0 it can be run, 2 it cannot.
     """
     with report_user_errors():
+        from experiments.cli.shown_log import shown_log
         from experiments.config.scenario_file import load_scenario
         from experiments.episode.preview import preview
+        from experiments.world_setup import road
 
         loaded = load_scenario(
             scenario,
@@ -183,7 +189,8 @@ def check(
             overrides=overrides or (),
             allow_planners=allow_planner or (),
         )
-        found = preview(loaded)
+        with shown_log(road.log):
+            found = preview(loaded)
         width = max(len(name) for name, _ in found.facts)
         for name, words in found.facts:
             sys.stdout.write(f"{name:<{width}}  {words}\n")

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from experiments.config.counted import counted
+
 if TYPE_CHECKING:
     from experiments.comparison.gate import Condition
     from experiments.comparison.results import Row
@@ -62,5 +64,8 @@ class Gate:
         for verdict in failing:
             sys.stdout.write(f"failed: {verdict}\n")
         if verdicts and not failing:
-            sys.stdout.write(f"passed: {len(verdicts)} conditions\n")
+            asked = counted(len(conditions), "condition")
+            groups = len(verdicts) // len(conditions)  # of a scenario and a planner
+            each = f" for each of {groups} scenarios and planners" if groups > 1 else ""
+            sys.stdout.write(f"passed: {asked}{each}\n")
         return not failing

@@ -130,7 +130,12 @@ def _worst(
                 words = f"seed {row[columns.SEED]}: {_label(row)} {shown}"
                 best = loss, group, words
     if best is None:
-        raise ConfigError(f"--worst {metric}: no run of {labels[0]} to compare with")
+        lacks = (
+            f"{labels[0]} is the only planner of the sweep; allowed: a sweep with two"
+            if len(labels) == 1
+            else f"no run of {labels[0]} to compare with"
+        )
+        raise ConfigError(f"--worst {metric}: {lacks}")
     return best[1], best[2]
 
 

@@ -82,7 +82,9 @@ def _route(scenario: Scenario, layout: Layout) -> list[tuple[str, str]]:
     facts = [("scenario", f"{scenario.name}, planner {scenario.planner.name}")]
     if network is not None:
         facts.append(("network", str(network.net_file)))
-        facts.append(("route", f"{' '.join(network.route)}, lane {network.lane}"))
+        found = route_path(network.net_file, network.route, network.lane)
+        lane = found.lanes[0].rpartition("_")[2]  # it may not be the one asked for
+        facts.append(("route", f"{' '.join(network.route)}, lane {lane}"))
     facts.append(("path", f"{path.length:.0f} m, goal at {layout.task.goal:.0f} m"))
     stops = [f"{stop.signal} at {stop.s:.0f} m" for stop in layout.road.stop_lines]
     if stops:

@@ -10,6 +10,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from experiments.config.counted import counted
 from experiments.storage.run_files import replace_json
 from experiments.sweep.folder import PROGRESS
 from experiments.sweep.task import RunReport
@@ -169,10 +170,8 @@ def _write_line(name: str, counts: Counts) -> None:
 def in_words(counts: Counts) -> str:
     """Summarise the progress in one line."""
     lost = f", {counts.lost} of them lost" if counts.lost else ""
-    return (
-        f"{counts.done} of {counts.missing} runs done{lost}, {counts.rate:.2f} runs/s, "
-        f"{duration(counts.left)} left"
-    )
+    done = f"{counts.done} of {counted(counts.missing, 'run')} done{lost}"
+    return f"{done}, {counts.rate:.2f} runs/s, {duration(counts.left)} left"
 
 
 def duration(seconds: float | None) -> str:

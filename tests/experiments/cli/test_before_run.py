@@ -14,6 +14,7 @@ from experiments.config.scenario_file import load_scenario
 from experiments.config.sweep_file import load_sweep
 from experiments.episode.preview import preview
 from experiments.sweep.plan import Plan
+from sumo_nets.build import net_path
 from tests.docs.documents import parse
 
 
@@ -146,3 +147,19 @@ def test_the_shell_is_told_the_commands():
         check=False,
     )
     assert done.stdout.split() == ["compare", "compare-runs", "compile"]
+
+
+def test_an_unknown_network_is_told_from_a_missing_file(capsys):
+    code, out, err = called(capsys, "net", "intersectoin")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "neither a network file nor a shipped network; did you mean inter" in err
+
+
+def test_check_names_the_lane_that_is_driven(capsys):
+    file = net_path("intersection")
+    network = f"network={{file: {file}, route: [west_in, north_out], lane: 0}}"
+    code, out, err = called(capsys, "check", "intersection", "--set", network)
+    assert code == 0
+    assert err.startswith("rearview: ")
+    assert "lane 0" in err
+    assert re.search(r"^route +west_in north_out, lane [12]$", out, re.MULTILINE)

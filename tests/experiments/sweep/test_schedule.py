@@ -584,7 +584,7 @@ def test_runs_that_are_not_asked_for_are_said(tmp_path, monkeypatch, capsys):
     pretend(write_sweep(tmp_path, 3), out)
     sweep = write_sweep(tmp_path, 2)
     app(["sweep", sweep, "--out", str(out)], standalone_mode=False)
-    words = "light: 2 runs, 2 of them finished; 1 other runs stay in its results"
+    words = "light: 2 runs, 2 of them finished; its results keep 1 other run"
     assert words in capsys.readouterr().out
 
 
