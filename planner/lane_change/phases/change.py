@@ -28,9 +28,11 @@ from planner.lane_change.phases.memory import (
     rest_of,
     settled,
 )
+from planner.lane_change.phases.gentle import is_gentle
 from planner.lane_change.phases.yielding import with_yielding
 from planner.lane_change.road_edges import worst_reach
 from planner.lane_change.settings import LaneChangeSettings
+from planner.lane_change.speed.passing_orders import Side
 from planner.lane_change.speed.plan import plan_speed
 from planner.lane_change.surroundings import in_lane
 from planner.states import BoolArray, Path
@@ -69,6 +71,10 @@ def go_on(
             return _wait_at_line(here, waiting, followers, settings, counts)
         committed = True
     elif not committed and speed.profile is not None:
+        if lets_go_by(change.order, speed.order) and not is_gentle(
+            speed.profile, settings
+        ):
+            return None
         blockage = blockage_ahead(here, change.lane)
         if not has_way_out(here, change.target, blockage, speed.profile, 0.0, settings):
             return None
@@ -91,6 +97,16 @@ def go_on(
     if speed.profile is not None:
         return replace(candidate, speed=speed, why="those behind have to react")
     return soften(here, replace(candidate, speed=speed), settings)
+
+
+def lets_go_by(
+    before: tuple[tuple[str, Side], ...], now: tuple[tuple[str, Side], ...]
+) -> bool:
+    """Tell whether a vehicle goes first now that the ego was to go ahead of."""
+    first = dict(before)
+    return any(
+        side is Side.AFTER and first.get(name) is Side.BEFORE for name, side in now
+    )
 
 
 def _followed(

@@ -14,8 +14,10 @@ from planner.lane_change.phases.gap_safety import has_way_out
 from planner.lane_change.phases.keep import keep
 from planner.lane_change.phases.memory import Change, Memory, Phase
 from planner.lane_change.phases.seek import refusal
+from planner.lane_change.phases.gentle import is_gentle
 from planner.lane_change.phases.yielding import with_yielding
 from planner.lane_change.settings import LaneChangeSettings
+from planner.lane_change.speed.passing_orders import Side
 from planner.lane_change.speed.plan import plan_speed
 from planner.lane_change.surroundings import in_lane
 
@@ -88,6 +90,9 @@ def _change_into(
     counts.speeds(speed)
     if speed.profile is None:
         return None
+    if not (is_in_gap(speed.order, plan) or is_gentle(speed.profile, settings)):
+        counts.hard_braking()
+        return None
     blockage = blockage_ahead(here, lane)
     if not has_way_out(here, plan.target, blockage, speed.profile, 0.0, settings):
         counts.no_way_out()
@@ -102,6 +107,14 @@ def _change_into(
         why=str(plan),
         gap=plan.name,
     )
+
+
+def is_in_gap(order: tuple[tuple[str, Side], ...], plan: GapPlan) -> bool:
+    """Tell whether a passing order leads into a gap, not behind it or ahead of it."""
+    sides = dict(order)
+    if plan.ahead is not None and sides.get(plan.ahead) is Side.BEFORE:
+        return False
+    return plan.behind is None or sides.get(plan.behind) is not Side.AFTER
 
 
 def _path_into(
