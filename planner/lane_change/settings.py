@@ -66,6 +66,7 @@ class SpeedSettings:
     max_jerk: float = 5.0  # [m/s³]
     along_margin: float = 1.0  # between footprints [m]
     across_margin: float = 0.3  # [m]
+    lateral_acceleration: float = 2.2  # up to which it goes through bends [m/s²]
     front_gap: float = 2.0  # d0 to a vehicle ahead, beyond the margin [m]
     front_headway: float = 0.8  # tau to it [s]
     rear_gap: float = 1.0  # d0 to a vehicle behind, beyond the margin [m]
@@ -101,14 +102,19 @@ class GapSettings:
     aside_time: float = 2.5  # a change before a blockage begins as much earlier [s]
     acceleration: float = 1.2  # of the ego while it adjusts [m/s²]
     braking: float = 1.5  # [m/s²]
-    front_headway: float = 0.6  # to the vehicle ahead during the change [s]
+    sight: float = 120.0  # behind the ego; who comes from farther is not seen [m]
+    front_headway: float = 0.3  # to the vehicle ahead during the change [s]
     rear_headway: float = 0.5  # of the one behind, who is predicted to yield [s]
     reaction: float = 1.0  # of the one behind, for RSS [s]
+    # that the ego promises not to exceed while it changes, for RSS [m/s²]
+    promised_braking: float = 3.5
     yielding: float = 1.0  # braking that is predicted of it [m/s²]
     # of the change itself where there is room; `path.lateral_acceleration` where a
     # change that needs no more leads nowhere [m/s²]
     lateral_acceleration: float = 1.0
     braking_weight: float = 1.5  # of braking behind [s per m/s²]
+    missing_weight: float = 0.5  # of what a gap is too short now [s/m]
+    most_missing: float = 12.0  # a gap that lacks more is none [m]
     wait_weight: float = 0.1  # of each second before the change [-]
     room_weight: float = 3.0  # of having no room left before a blockage [s]
     room_scale: float = 150.0  # with as much there is enough [m]
@@ -159,6 +165,16 @@ class LaneChangeSettings:
         if self.gaps.rule is GapRule.PLACES:
             return self.manoeuvre.reaction
         return self.gaps.reaction
+
+    def promised_braking(self, service: float) -> float:
+        """Return the braking that the ego promises in a change, for RSS [m/s²].
+
+        Args:
+            service: Its service braking [m/s²].
+        """
+        if self.gaps.rule is GapRule.PLACES:
+            return service
+        return min(self.gaps.promised_braking, service)
 
     @property
     def calm_path(self) -> PathSettings:

@@ -12,7 +12,7 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
     """Check the gap in the target lane by RSS before the body enters it.
 
     The driver behind reacts after `reaction` and brakes with `rear_braking`; the ego
-    promises to brake no harder than its service braking. To a vehicle
+    promises to brake no harder than `promised_braking`. To a vehicle
     ahead the ego itself keeps a distance from which it can stop, reacting in one step.
     Without `rss_gate` every gap is taken for safe.
     """
@@ -29,7 +29,7 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
         np.full(bodies.speed.shape, speed),
         settings.rear_reaction,
         settings.manoeuvre.rear_braking,
-        limits.max_deceleration,
+        settings.promised_braking(limits.max_deceleration),
     )
     if np.any(rear_gap[behind] < need[behind]):
         return False

@@ -11,10 +11,10 @@ from planner.lane_change.path import ChangePath, ChangeTarget, best_change
 from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.cycle_view import Situation, blockage_ahead, speed_task
 from planner.lane_change.phases.gap_safety import has_way_out
+from planner.lane_change.phases.gentle import is_gentle
 from planner.lane_change.phases.keep import keep
 from planner.lane_change.phases.memory import Change, Memory, Phase
 from planner.lane_change.phases.seek import refusal
-from planner.lane_change.phases.gentle import is_gentle
 from planner.lane_change.phases.yielding import with_yielding
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.passing_orders import Side
@@ -56,7 +56,7 @@ def seek_gap(
     if not plans:
         return None
     for plan in plans[:TRIED]:
-        if plan.entry > AT_ONCE:
+        if plan.entry > AT_ONCE or plan.missing > 0.0:
             continue
         candidate = _change_into(here, lane, plan, settings, counts)
         if candidate is not None:
