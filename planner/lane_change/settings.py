@@ -103,7 +103,8 @@ class GapSettings:
     acceleration: float = 1.2  # of the ego while it adjusts [m/s²]
     braking: float = 1.5  # [m/s²]
     sight: float = 120.0  # behind the ego; who comes from farther is not seen [m]
-    front_headway: float = 0.3  # to the vehicle ahead during the change [s]
+    front_headway: float = 0.3  # to the vehicle ahead when the body enters [s]
+    opened_headway: float = 0.6  # to which it is opened during the change [s]
     rear_headway: float = 0.5  # of the one behind, who is predicted to yield [s]
     reaction: float = 1.0  # of the one behind, for RSS [s]
     # that the ego promises not to exceed while it changes, for RSS [m/s²]
@@ -135,7 +136,7 @@ class GapSettings:
 class ManoeuvreSettings:
     """When to change, and what has to be true before the body enters the lane."""
 
-    gain: float = 1.0  # advantage that is worth a change [m/s]
+    gain: float = 0.5  # advantage that is worth a change [m/s]
     starts: tuple[float, ...] = (0.0, 15.0, 30.0, 50.0, 80.0)  # of a change ahead [m]
     start_weight: float = 0.3  # cost of each metre that a change is put off [1/m]
     pull_out_room: float = 16.0  # kept to a blockage while waiting beside it [m]
@@ -189,6 +190,6 @@ class LaneChangeSettings:
             return self.speed
         return replace(
             self.speed,
-            front_headway=min(self.gaps.front_headway, self.speed.front_headway),
+            front_headway=min(self.gaps.opened_headway, self.speed.front_headway),
             rear_headway=min(self.gaps.rear_headway, self.speed.rear_headway),
         )

@@ -21,7 +21,8 @@ from planner.lane_change.phases.cycle_view import (
     blockage_end,
 )
 from planner.lane_change.settings import GapSettings, LaneChangeSettings
-from planner.states import BoolArray, FloatArray
+from planner.lane_change.surroundings import claims_lane
+from planner.states import FloatArray
 from planner.vehicle import body_scale
 
 QUEUE_GAP = 2.5  # between vehicles that wait at a blockage [m]
@@ -164,7 +165,11 @@ def _own_lane(
 ) -> OwnLane:
     """Describe what is ahead in the ego's own lane."""
     bodies = here.bodies
-    ahead = ~here.behind & _inside(here, lane) & (bodies.s > here.scene.ego_frenet.s)
+    ahead = (
+        ~here.behind
+        & claims_lane(here.scene, bodies, lane)
+        & (bodies.s > here.scene.ego_frenet.s)
+    )
     ahead[: bodies.n_static] = False
     rear, speed = math.inf, 0.0
     if ahead.any():
@@ -196,7 +201,7 @@ def _lane(here: Situation, target: int, rules: GapSettings) -> _Lane:
     come from where sight ends, as fast as the ego wants to go.
     """
     bodies, scene = here.bodies, here.scene
-    inside = np.flatnonzero(_inside(here, target) & np.isfinite(bodies.s))
+    inside = np.flatnonzero(claims_lane(scene, bodies, target) & np.isfinite(bodies.s))
     front = (bodies.s + bodies.half_length)[inside]
     order = np.argsort(-front, kind="stable")
     inside, front = inside[order], front[order]
@@ -216,15 +221,6 @@ def _lane(here: Situation, target: int, rules: GapSettings) -> _Lane:
     traffic = lane_traffic(front, length, speed, wish, rules.step, rules.n_times)
     ids = here.ahead.ids
     return _Lane((*(ids[k] for k in inside.tolist()), None), traffic)
-
-
-def _inside(here: Situation, lane: int) -> BoolArray:
-    """Mark the bodies that are in a lane now or after their lateral motion."""
-    bodies, lanes = here.bodies, here.scene.lanes
-    centre = np.interp(bodies.s, lanes.s, lanes.centre[lane])
-    half = 0.5 * np.interp(bodies.s, lanes.s, lanes.width[lane])
-    now = np.abs(bodies.l - centre) < half
-    return np.asarray(now | (np.abs(bodies.later_l - centre) < half))
 
 
 def _near_gaps(lane: LaneTraffic, ego: EgoStart, rules: GapSettings) -> range:
