@@ -24,6 +24,9 @@ from planner.lane_change.surroundings import in_lane
 # An entry this near is tried: the speed program adjusts what lacks, and others seldom
 # do exactly what was rolled out [s]
 AT_ONCE = 1.0
+# A change into a gap that is as much too short begins: whether it is safe is decided
+# where the body is about to enter, a second and a half later [m]
+ALMOST = 3.0
 TRIED = 2  # gaps whose change is planned in full in one cycle
 
 
@@ -56,7 +59,7 @@ def seek_gap(
     if not plans:
         return None
     for plan in plans[:TRIED]:
-        if plan.entry > AT_ONCE or plan.missing > 0.0:
+        if plan.entry > AT_ONCE or plan.missing > ALMOST:
             continue
         candidate = _change_into(here, lane, plan, settings, counts)
         if candidate is not None:
