@@ -116,7 +116,7 @@ class GapSettings:
     braking_weight: float = 1.5  # of braking behind [s per m/s²]
     missing_weight: float = 0.5  # of what a gap is too short now [s/m]
     most_missing: float = 12.0  # a gap that lacks more is none [m]
-    wait_weight: float = 0.1  # of each second before the change [-]
+    wait_weight: float = 0.4  # of each second before the change [-]
     room_weight: float = 3.0  # of having no room left before a blockage [s]
     room_scale: float = 150.0  # with as much there is enough [m]
     effort_weight: float = 0.02  # of the ego's squared acceleration [s⁴/m²]
@@ -184,12 +184,21 @@ class LaneChangeSettings:
         return replace(self.path, lateral_acceleration=lateral)
 
     @property
-    def in_change(self) -> SpeedSettings:
-        """Speed settings while changing: headways of a gap that is being entered."""
+    def entering(self) -> SpeedSettings:
+        """Speed settings until the body enters a gap: as short as gaps may be."""
+        return self._with_headway(self.gaps.front_headway)
+
+    @property
+    def committed(self) -> SpeedSettings:
+        """Speed settings inside a gap, which is opened ahead."""
+        return self._with_headway(self.gaps.opened_headway)
+
+    def _with_headway(self, front: float) -> SpeedSettings:
+        """Return speed settings with the headways of a change."""
         if self.gaps.rule is GapRule.PLACES:
             return self.speed
         return replace(
             self.speed,
-            front_headway=min(self.gaps.opened_headway, self.speed.front_headway),
+            front_headway=min(front, self.speed.front_headway),
             rear_headway=min(self.gaps.rear_headway, self.speed.rear_headway),
         )

@@ -62,7 +62,12 @@ def go_on(
         here, change.target, entering_in + settings.gaps.reaction, settings
     )
     speed = plan_speed(
-        path, scene.vehicle, users, ~followers, speed_task(here), settings.in_change
+        path,
+        scene.vehicle,
+        users,
+        ~followers,
+        speed_task(here),
+        settings.committed if committed else settings.entering,
     )
     counts.speeds(speed)
     entering = about_to_enter(scene, change.lane, change.target, scene.step)
@@ -86,7 +91,7 @@ def go_on(
         here.ahead,
         ~here.behind,
         speed_task(here),
-        settings.in_change,
+        settings.committed,
     )
     counts.speeds(speed)
     if speed.profile is not None:

@@ -88,7 +88,7 @@ def _change_into(
         with_yielding(here, plan.target, begins, settings),
         ~followers,
         speed_task(here),
-        settings.in_change,
+        settings.entering,
     )
     counts.speeds(speed)
     if speed.profile is None:
