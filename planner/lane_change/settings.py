@@ -105,7 +105,7 @@ class GapSettings:
     sight: float = 120.0  # behind the ego; who comes from farther is not seen [m]
     front_headway: float = 0.3  # to the vehicle ahead when the body enters [s]
     opened_headway: float = 0.6  # to which it is opened during the change [s]
-    rear_headway: float = 0.5  # of the one behind, who is predicted to yield [s]
+    rear_headway: float = 0.3  # of the one behind, who is predicted to yield [s]
     reaction: float = 1.0  # of the one behind, for RSS [s]
     # that the ego promises not to exceed while it changes, for RSS [m/s²]
     promised_braking: float = 3.5
@@ -113,7 +113,7 @@ class GapSettings:
     # of the change itself where there is room; `path.lateral_acceleration` where a
     # change that needs no more leads nowhere [m/s²]
     lateral_acceleration: float = 1.0
-    braking_weight: float = 1.5  # of braking behind [s per m/s²]
+    braking_weight: float = 1.2  # of braking behind [s per m/s²]
     missing_weight: float = 0.5  # of what a gap is too short now [s/m]
     most_missing: float = 12.0  # a gap that lacks more is none [m]
     wait_weight: float = 0.4  # of each second before the change [-]
