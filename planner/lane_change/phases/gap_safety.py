@@ -43,7 +43,8 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
         limits.emergency_deceleration,
         limits.emergency_deceleration,
     )
-    return not np.any(front_gap[ahead] < need[ahead])
+    least = settings.speed.along_margin + settings.speed.front_gap
+    return not np.any(front_gap[ahead] < np.maximum(need[ahead], least))
 
 
 def has_way_out(
