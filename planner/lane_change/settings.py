@@ -66,6 +66,7 @@ class SpeedSettings:
     max_jerk: float = 5.0  # [m/s³]
     along_margin: float = 1.0  # between footprints [m]
     across_margin: float = 0.3  # [m]
+    lateral_acceleration: float = 2.2  # up to which it goes through bends [m/s²]
     front_gap: float = 2.0  # d0 to a vehicle ahead, beyond the margin [m]
     front_headway: float = 0.8  # tau to it [s]
     rear_gap: float = 1.0  # d0 to a vehicle behind, beyond the margin [m]
@@ -101,15 +102,21 @@ class GapSettings:
     aside_time: float = 2.5  # a change before a blockage begins as much earlier [s]
     acceleration: float = 1.2  # of the ego while it adjusts [m/s²]
     braking: float = 1.5  # [m/s²]
-    front_headway: float = 0.6  # to the vehicle ahead during the change [s]
-    rear_headway: float = 0.5  # of the one behind, who is predicted to yield [s]
+    sight: float = 120.0  # behind the ego; who comes from farther is not seen [m]
+    front_headway: float = 0.3  # to the vehicle ahead when the body enters [s]
+    opened_headway: float = 0.6  # to which it is opened during the change [s]
+    rear_headway: float = 0.3  # of the one behind, who is predicted to yield [s]
     reaction: float = 1.0  # of the one behind, for RSS [s]
+    # that the ego promises not to exceed while it changes, for RSS [m/s²]
+    promised_braking: float = 3.5
     yielding: float = 1.0  # braking that is predicted of it [m/s²]
     # of the change itself where there is room; `path.lateral_acceleration` where a
     # change that needs no more leads nowhere [m/s²]
     lateral_acceleration: float = 1.0
-    braking_weight: float = 1.5  # of braking behind [s per m/s²]
-    wait_weight: float = 0.1  # of each second before the change [-]
+    braking_weight: float = 1.2  # of braking behind [s per m/s²]
+    missing_weight: float = 0.5  # of what a gap is too short now [s/m]
+    most_missing: float = 12.0  # a gap that lacks more is none [m]
+    wait_weight: float = 0.4  # of each second before the change [-]
     room_weight: float = 3.0  # of having no room left before a blockage [s]
     room_scale: float = 150.0  # with as much there is enough [m]
     effort_weight: float = 0.02  # of the ego's squared acceleration [s⁴/m²]
@@ -129,7 +136,7 @@ class GapSettings:
 class ManoeuvreSettings:
     """When to change, and what has to be true before the body enters the lane."""
 
-    gain: float = 1.0  # advantage that is worth a change [m/s]
+    gain: float = 0.5  # advantage that is worth a change [m/s]
     starts: tuple[float, ...] = (0.0, 15.0, 30.0, 50.0, 80.0)  # of a change ahead [m]
     start_weight: float = 0.3  # cost of each metre that a change is put off [1/m]
     pull_out_room: float = 16.0  # kept to a blockage while waiting beside it [m]
@@ -160,6 +167,16 @@ class LaneChangeSettings:
             return self.manoeuvre.reaction
         return self.gaps.reaction
 
+    def promised_braking(self, service: float) -> float:
+        """Return the braking that the ego promises in a change, for RSS [m/s²].
+
+        Args:
+            service: Its service braking [m/s²].
+        """
+        if self.gaps.rule is GapRule.PLACES:
+            return service
+        return min(self.gaps.promised_braking, service)
+
     @property
     def calm_path(self) -> PathSettings:
         """Path settings of a change where there is room."""
@@ -167,12 +184,21 @@ class LaneChangeSettings:
         return replace(self.path, lateral_acceleration=lateral)
 
     @property
-    def in_change(self) -> SpeedSettings:
-        """Speed settings while changing: headways of a gap that is being entered."""
+    def entering(self) -> SpeedSettings:
+        """Speed settings until the body enters a gap: as short as gaps may be."""
+        return self._with_headway(self.gaps.front_headway)
+
+    @property
+    def committed(self) -> SpeedSettings:
+        """Speed settings inside a gap, which is opened ahead."""
+        return self._with_headway(self.gaps.opened_headway)
+
+    def _with_headway(self, front: float) -> SpeedSettings:
+        """Return speed settings with the headways of a change."""
         if self.gaps.rule is GapRule.PLACES:
             return self.speed
         return replace(
             self.speed,
-            front_headway=min(self.gaps.front_headway, self.speed.front_headway),
+            front_headway=min(front, self.speed.front_headway),
             rear_headway=min(self.gaps.rear_headway, self.speed.rear_headway),
         )

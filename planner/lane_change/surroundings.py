@@ -26,8 +26,28 @@ def in_lane(scene: Scene, bodies: BodiesAhead, index: int) -> BoolArray:
     Returns:
         (n,).
     """
+    now, later = _inside(scene, bodies, index)
+    return np.asarray(now & later)
+
+
+def claims_lane(scene: Scene, bodies: BodiesAhead, index: int) -> BoolArray:
+    """Mark the bodies that are in a lane or on their way into it, (n,).
+
+    Args:
+        scene: Of this cycle, with lanes.
+        bodies: On the road.
+        index: Of the lane.
+    """
+    now, later = _inside(scene, bodies, index)
+    return np.asarray(now | later)
+
+
+def _inside(
+    scene: Scene, bodies: BodiesAhead, index: int
+) -> tuple[BoolArray, BoolArray]:
+    """Mark the bodies in a lane: now, and after their lateral motion."""
     lanes = scene.lanes
     centre = np.interp(bodies.s, lanes.s, lanes.centre[index])
     half = 0.5 * np.interp(bodies.s, lanes.s, lanes.width[index])
     now = np.abs(bodies.l - centre) < half
-    return np.asarray(now & (np.abs(bodies.later_l - centre) < half))
+    return np.asarray(now), np.asarray(np.abs(bodies.later_l - centre) < half)

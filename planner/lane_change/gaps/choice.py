@@ -21,11 +21,14 @@ from planner.lane_change.phases.cycle_view import (
     blockage_end,
 )
 from planner.lane_change.settings import GapSettings, LaneChangeSettings
-from planner.states import BoolArray, FloatArray
+from planner.lane_change.surroundings import claims_lane
+from planner.states import FloatArray
 from planner.vehicle import body_scale
 
 QUEUE_GAP = 2.5  # between vehicles that wait at a blockage [m]
 LEAST_ROOM = 5.0  # of a car, in which it may come past a blockage [m]
+UNSEEN = 20.0  # behind the last vehicle, if that is where sight ends [m]
+UNSEEN_LENGTH = 5.0  # of who comes from there [m]
 FOLLOWING = 3.0  # headway below which a vehicle would rather go faster [s]
 
 
@@ -39,6 +42,7 @@ class GapPlan:
     cost: float  # [s]
     entry: float  # time until the change begins [s]
     braking: float  # expected of the one behind [m/s²]
+    missing: float  # of the distances that safety asks for [m]
     distance: FloatArray  # of the way from now, (n,) [m]
     speed: FloatArray  # (n,) [m/s]
     step: float  # between the points of the way [s]
@@ -59,16 +63,18 @@ class GapPlan:
         """Describe the gap for explanations."""
         place = f"behind {self.ahead}" if self.ahead else "with nobody ahead"
         place += f", ahead of {self.behind}" if self.behind else ", with nobody behind"
+        lacks = f", {self.missing:.1f} m short" if self.missing > 0.0 else ""
         return (
-            f"gap {place} in {self.entry:.1f} s, braking {self.braking:.1f} m/s² there"
+            f"gap {place} in {self.entry:.1f} s{lacks}, "
+            f"braking {self.braking:.1f} m/s² there"
         )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lane:
-    """The vehicles of a lane, from the foremost back."""
+    """The vehicles of a lane, from the foremost back; the last one is out of sight."""
 
-    ids: tuple[str, ...]
+    ids: tuple[str | None, ...]
     traffic: LaneTraffic
 
 
@@ -98,7 +104,8 @@ def choose_gaps(
     speed = max(scene.ego.speed, 0.0)
     ego = EgoStart(front, vehicle.length, speed, scene.target_speed)
     own = _own_lane(here, lane, front, settings)
-    numbers = _numbers(rules, settings, vehicle.limits.max_deceleration)
+    braking = settings.promised_braking(vehicle.limits.max_deceleration)
+    numbers = _numbers(rules, settings, braking)
     found = []
     for target in targets:
         there = _lane(here, target, rules)
@@ -111,10 +118,11 @@ def choose_gaps(
             plan = GapPlan(
                 target,
                 there.ids[gap - 1] if gap > 0 else None,
-                there.ids[gap] if gap < len(there.ids) else None,
+                there.ids[gap],
                 entry.cost,
                 entry.at * rules.step,
                 entry.braking,
+                entry.missing,
                 motion[0],
                 motion[1],
                 rules.step,
@@ -143,6 +151,8 @@ def _numbers(
         settings.manoeuvre.rear_braking,
         braking,
         rules.braking_weight,
+        rules.missing_weight,
+        rules.most_missing,
         rules.wait_weight,
         rules.room_weight,
         rules.room_scale,
@@ -155,7 +165,11 @@ def _own_lane(
 ) -> OwnLane:
     """Describe what is ahead in the ego's own lane."""
     bodies = here.bodies
-    ahead = ~here.behind & _inside(here, lane) & (bodies.s > here.scene.ego_frenet.s)
+    ahead = (
+        ~here.behind
+        & claims_lane(here.scene, bodies, lane)
+        & (bodies.s > here.scene.ego_frenet.s)
+    )
     ahead[: bodies.n_static] = False
     rear, speed = math.inf, 0.0
     if ahead.any():
@@ -181,9 +195,13 @@ def _own_lane(
 
 
 def _lane(here: Situation, target: int, rules: GapSettings) -> _Lane:
-    """Roll out the vehicles of a lane as if the ego did not come."""
+    """Roll out the vehicles of a lane as if the ego did not come.
+
+    Whoever comes behind the last one that is seen is not seen yet: one more is taken to
+    come from where sight ends, as fast as the ego wants to go.
+    """
     bodies, scene = here.bodies, here.scene
-    inside = np.flatnonzero(_inside(here, target) & np.isfinite(bodies.s))
+    inside = np.flatnonzero(claims_lane(scene, bodies, target) & np.isfinite(bodies.s))
     front = (bodies.s + bodies.half_length)[inside]
     order = np.argsort(-front, kind="stable")
     inside, front = inside[order], front[order]
@@ -194,23 +212,20 @@ def _lane(here: Situation, target: int, rules: GapSettings) -> _Lane:
     hurried = 0.5 * (speed + scene.target_speed)
     wish = np.where(headway < FOLLOWING, np.maximum(speed, hurried), speed)
     wish[inside < bodies.n_static] = 0.0
+    unseen = min(scene.ego_frenet.s - rules.sight, front.min(initial=np.inf) - UNSEEN)
+    front, length = np.append(front, unseen), np.append(length, UNSEEN_LENGTH)
+    speed, wish = (
+        np.append(speed, scene.target_speed),
+        np.append(wish, scene.target_speed),
+    )
     traffic = lane_traffic(front, length, speed, wish, rules.step, rules.n_times)
     ids = here.ahead.ids
-    return _Lane(tuple(ids[k] for k in inside.tolist()), traffic)
-
-
-def _inside(here: Situation, lane: int) -> BoolArray:
-    """Mark the bodies that are in a lane now or after their lateral motion."""
-    bodies, lanes = here.bodies, here.scene.lanes
-    centre = np.interp(bodies.s, lanes.s, lanes.centre[lane])
-    half = 0.5 * np.interp(bodies.s, lanes.s, lanes.width[lane])
-    now = np.abs(bodies.l - centre) < half
-    return np.asarray(now | (np.abs(bodies.later_l - centre) < half))
+    return _Lane((*(ids[k] for k in inside.tolist()), None), traffic)
 
 
 def _near_gaps(lane: LaneTraffic, ego: EgoStart, rules: GapSettings) -> range:
     """Return the gaps about the ego: `gaps_ahead` and `gaps_behind` of the nearest."""
-    n = lane.front.shape[0]
+    n = lane.front.shape[0] - 1  # without the one out of sight
     beside = int(np.count_nonzero(lane.front[:, 0] > ego.front - 0.5 * ego.length))
     first = max(beside - rules.gaps_ahead, 0)
     return range(first, min(beside + rules.gaps_behind, n) + 1)

@@ -3,7 +3,8 @@
 One dimension: front and rear bumpers along the reference path. The vehicles of the lane
 follow each other by IDM without the ego; the ego adjusts to a gap in its own lane, goes
 into it, and follows the vehicle ahead. Where it may go in is a matter of distances
-(RSS) alone; what it costs those behind is the expected braking of `reaction`.
+(RSS) alone; what it costs those behind is the expected braking of `reaction`. A gap in
+which some metres are missing has a price, too: gaps change by as much within seconds.
 """
 
 import math
@@ -20,12 +21,14 @@ from planner.states import FloatArray
 IDM_TIME_GAP, IDM_GAP = 0.8, 2.5  # [s, m]
 COMFORTABLE_GAP = 1.2  # time gap that the ego would leave behind it [s]
 IDM_ACCELERATION, IDM_BRAKING = 1.5, 2.0  # [m/s²]
-ADJUST_TIME = 3.0  # in which the ego comes to its place beside a gap [s]
+# In which the ego comes to its place beside a gap, each tried: the longer, the less its
+# speed differs from that of the lane when it goes in [s]
+ADJUST_TIMES = (3.0, 6.0, 12.0)
 AIM_INSIDE = 4.0  # behind the nearest place behind a vehicle, or it takes for ever [m]
 RESPONSE_TIME = 1.2  # in which it comes to the speed for that [s]
 FOLLOW_TIME = 3.0  # in which it comes to its distance behind a vehicle [s]
 HARD = 3.0  # braking of the ego where it has to [m/s²]
-LEAST_GAIN = 0.25  # by which the follower has to brake less at a later entry [m/s²]
+LEAST_GAIN = 0.4  # by which a later entry has to be cheaper for others [s]
 
 
 class LaneTraffic(NamedTuple):
@@ -70,6 +73,8 @@ class RolloutRules(NamedTuple):
     rear_braking: float
     ego_braking: float
     braking_weight: float
+    missing_weight: float
+    most_missing: float
     wait_weight: float
     room_weight: float
     room_scale: float
@@ -92,6 +97,14 @@ class Entry(NamedTuple):
     cost: float  # lost time and what stands for it, inf without a way [s]
     at: int  # step in which the change begins, -1 without a way
     braking: float  # expected of the follower, beyond what it brakes anyway [m/s²]
+    missing: float  # of the distances that safety asks for [m]
+
+
+class Room(NamedTuple):
+    """What a gap offers if the change begins in a step."""
+
+    missing: float  # of the distances that safety asks for, inf if it is no gap [m]
+    braking: float  # expected of the follower, beyond what it brakes anyway [m/s²]
 
 
 @compiled
@@ -103,7 +116,12 @@ def lane_traffic(
     step: float,
     n_times: int,
 ) -> LaneTraffic:
-    """Let the vehicles of a lane follow each other by IDM.
+    """Let the vehicles of a lane follow each other by IDM+.
+
+    Of the free road and the vehicle ahead, the one that asks for less counts, instead
+    of their sum: in the sum, who drives as fast as it wishes keeps three times the gap,
+    and gaps close in the rollout that stay open on the road (Schakel, van Arem, Netten,
+    Effects of cooperative adaptive cruise control on traffic flow stability, 2010).
 
     Args:
         front: Of the front bumpers, from the foremost back, (n,) [m].
@@ -128,8 +146,7 @@ def lane_traffic(
                 gap = max(rears[j - 1, i] - place, 0.5)
                 dynamic = v * IDM_TIME_GAP + v * (v - speeds[j - 1, i]) / root
                 desired = IDM_GAP + max(dynamic, 0.0)
-                if gap < 4.0 * desired:
-                    rate -= IDM_ACCELERATION * (desired / gap) ** 2
+                rate = min(rate, IDM_ACCELERATION * (1.0 - (desired / gap) ** 2))
             after = max(v + step * max(rate, -IDM_BRAKING), 0.0)
             place, v = place + 0.5 * step * (v + after), after
     return LaneTraffic(fronts, rears, speeds)
@@ -143,28 +160,14 @@ def best_entry(case: GapCase, motion: FloatArray) -> Entry:
         case: See there.
         motion: Filled with distance [m] and speed [m/s] of the way, (2, n_times).
     """
-    ego, own, rules = case.ego, case.own, case.rules
-    n = motion.shape[1]
-    after = np.empty((2, n))
-    best = Entry(np.inf, -1, 0.0)
-    place, v, effort, calmest = ego.front, ego.speed, 0.0, np.inf
-    for i in range(n):
-        motion[0, i], motion[1, i] = place - ego.front, v
-        braking = _braking_at(i, place, v, case)
-        if braking < calmest - LEAST_GAIN:
-            calmest = braking
-            lost, more = _follow(i, place, v, case, after)
-            cost = lost + rules.braking_weight * braking
-            cost += rules.wait_weight * rules.step * i
-            spare = min(own.wait, own.leader_stop) - place
-            cost += rules.room_weight * max(1.0 - spare / rules.room_scale, 0.0) ** 2
-            cost += rules.effort_weight * (effort + more)
-            if cost < best.cost:
-                best = Entry(cost, i, braking)
-        rate = _adjusting(i, place, v, case)
-        effort += rate * rate * rules.step
-        faster = max(v + rules.step * rate, 0.0)
-        place, v = place + 0.5 * rules.step * (v + faster), faster
+    ego, n = case.ego, motion.shape[1]
+    way, after = np.empty((2, n)), np.empty((2, n))
+    best = Entry(np.inf, -1, 0.0, 0.0)
+    for adjust in ADJUST_TIMES:
+        found = _entry_within(adjust, case, way, after)
+        if found.cost < best.cost:
+            best = found
+            motion[:, : best.at + 1] = way[:, : best.at + 1]
     if best.at >= 0:
         place, v = ego.front + motion[0, best.at], motion[1, best.at]
         _follow(best.at, place, v, case, after)
@@ -173,31 +176,62 @@ def best_entry(case: GapCase, motion: FloatArray) -> Entry:
 
 
 @inlined
-def _braking_at(i: int, place: float, v: float, case: GapCase) -> float:
-    """Return the braking expected if a change begins in a step; inf if it may not."""
+def _entry_within(
+    adjust: float, case: GapCase, way: FloatArray, after: FloatArray
+) -> Entry:
+    """Find the best entry of one way beside the gap, which is written to `way`."""
+    ego, own, rules = case.ego, case.own, case.rules
+    best = Entry(np.inf, -1, 0.0, 0.0)
+    place, v, effort, cheapest = ego.front, ego.speed, 0.0, np.inf
+    for i in range(way.shape[1]):
+        way[0, i], way[1, i] = place - ego.front, v
+        room = _room_at(i, place, v, case)
+        price = rules.braking_weight * room.braking
+        price += rules.missing_weight * room.missing
+        if price < cheapest - LEAST_GAIN:
+            cheapest = price
+            lost, more = _follow(i, place, v, case, after)
+            cost = lost + price + rules.wait_weight * rules.step * i
+            spare = min(own.wait, own.leader_stop) - place
+            cost += rules.room_weight * max(1.0 - spare / rules.room_scale, 0.0) ** 2
+            cost += rules.effort_weight * (effort + more)
+            if cost < best.cost:
+                best = Entry(cost, i, room.braking, room.missing)
+        rate = _adjusting(i, place, v, case, adjust)
+        effort += rate * rate * rules.step
+        faster = max(v + rules.step * rate, 0.0)
+        place, v = place + 0.5 * rules.step * (v + faster), faster
+    return best
+
+
+@inlined
+def _room_at(i: int, place: float, v: float, case: GapCase) -> Room:
+    """Return what the gap offers if the change begins in a step."""
     ego, own, lane, gap, rules = case
     n, n_times = lane.front.shape
     cross = i + int(rules.line_time / rules.step)
     if cross >= n_times or place > own.aside - rules.aside_time * v:
-        return np.inf
+        return Room(np.inf, 0.0)
     there = place + rules.line_time * v
+    missing = 0.0
     if gap > 0:
         ahead = lane.rear[gap - 1, cross] - there
         closing = max(v - lane.speed[gap - 1, cross], 0.0)
         need = rules.front_gap + rules.front_headway * v
-        if ahead < need + closing * closing / (2.0 * rules.braking):
-            return np.inf
+        missing += max(need + closing * closing / (2.0 * rules.braking) - ahead, 0.0)
     if gap == n:
-        return 0.0
+        return Room(missing if missing <= rules.most_missing else np.inf, 0.0)
     rear, follower = there - ego.length, lane.speed[gap, cross]
     behind = rear - lane.front[gap, cross]
-    if behind < max(_safe_distance(follower, v, rules), rules.front_gap):
-        return np.inf
+    need = max(_safe_distance(follower, v, rules), rules.front_gap)
+    missing += max(need - behind, 0.0)
+    if missing > rules.most_missing:
+        return Room(np.inf, 0.0)
     anyway = 0.0
     if gap > 0:
         room = lane.rear[gap - 1, cross] - lane.front[gap, cross]
         anyway = expected_braking(room, follower, lane.speed[gap - 1, cross])
-    return max(expected_braking(behind, follower, v) - anyway, 0.0)
+    return Room(missing, max(expected_braking(behind, follower, v) - anyway, 0.0))
 
 
 @inlined
@@ -208,7 +242,9 @@ def _safe_distance(follower: float, v: float, rules: RolloutRules) -> float:
 
 
 @inlined
-def _speed_beside(i: int, place: float, v: float, case: GapCase) -> float:
+def _speed_beside(
+    i: int, place: float, v: float, case: GapCase, adjust: float
+) -> float:
     """Return the speed at which the ego comes to its place beside a gap [m/s]."""
     ego, _, lane, gap, rules = case
     low, high, pace = -np.inf, np.inf, ego.wish
@@ -231,17 +267,17 @@ def _speed_beside(i: int, place: float, v: float, case: GapCase) -> float:
     if wanted == place:  # as fast as the gap allows
         target = ego.wish
         if gap > 0:
-            target = pace + (high - place) / ADJUST_TIME
+            target = pace + (high - place) / adjust
     else:
-        target = pace + (wanted - place) / ADJUST_TIME
+        target = pace + (wanted - place) / adjust
     return min(max(target, 0.0), ego.wish)
 
 
 @inlined
-def _adjusting(i: int, place: float, v: float, case: GapCase) -> float:
+def _adjusting(i: int, place: float, v: float, case: GapCase, adjust: float) -> float:
     """Return the ego's acceleration on the way to its place beside a gap [m/s²]."""
     own, rules = case.own, case.rules
-    target = _speed_beside(i, place, v, case)
+    target = _speed_beside(i, place, v, case, adjust)
     rate = (target - v) / RESPONSE_TIME
     rate = min(max(rate, -rules.braking), rules.acceleration)
     if own.wait < np.inf:

@@ -40,6 +40,10 @@ class SearchCounts:
         """Count a plan that cannot be taken back."""
         self._remove("no way out", 1)
 
+    def hard_braking(self) -> None:
+        """Count a change that would let the gap go by, braking hard."""
+        self._remove("hard braking", 1)
+
     def speeds(self, plan: SpeedPlan) -> None:
         """Count the orders of one speed plan."""
         self.candidates += max(len(plan.alternatives), 1)

@@ -11,9 +11,11 @@ from planner.lane_change.phases.cycle_view import (
     STANDSTILL_ROOM,
     Situation,
     blockage_ahead,
+    hard_stop,
     speed_task,
 )
 from planner.lane_change.phases.gap_safety import gap_is_safe, has_way_out
+from planner.lane_change.phases.gentle import is_gentle
 from planner.lane_change.phases.keep import keep, soften
 from planner.lane_change.phases.memory import (
     COMMIT_MARGIN,
@@ -31,7 +33,8 @@ from planner.lane_change.phases.memory import (
 from planner.lane_change.phases.yielding import with_yielding
 from planner.lane_change.road_edges import worst_reach
 from planner.lane_change.settings import LaneChangeSettings
-from planner.lane_change.speed.plan import plan_speed
+from planner.lane_change.speed.passing_orders import Side
+from planner.lane_change.speed.plan import SpeedPlan, plan_speed
 from planner.lane_change.surroundings import in_lane
 from planner.states import BoolArray, Path
 from planner.vehicle import body_scale
@@ -59,7 +62,12 @@ def go_on(
         here, change.target, entering_in + settings.gaps.reaction, settings
     )
     speed = plan_speed(
-        path, scene.vehicle, users, ~followers, speed_task(here), settings.in_change
+        path,
+        scene.vehicle,
+        users,
+        ~followers,
+        speed_task(here),
+        settings.committed if committed else settings.entering,
     )
     counts.speeds(speed)
     entering = about_to_enter(scene, change.lane, change.target, scene.step)
@@ -68,10 +76,8 @@ def go_on(
             waiting = PlanCandidate(Phase.CHANGE, change.lane, path, speed, change)
             return _wait_at_line(here, waiting, followers, settings, counts)
         committed = True
-    elif not committed and speed.profile is not None:
-        blockage = blockage_ahead(here, change.lane)
-        if not has_way_out(here, change.target, blockage, speed.profile, 0.0, settings):
-            return None
+    elif not committed and _is_given_up(here, change, speed, settings):
+        return None
     phase = Phase.COMMITTED if committed else Phase.CHANGE
     going = replace(change, order=speed.order)
     candidate = PlanCandidate(phase, change.lane, path, speed, going)
@@ -85,12 +91,44 @@ def go_on(
         here.ahead,
         ~here.behind,
         speed_task(here),
-        settings.in_change,
+        settings.committed,
     )
     counts.speeds(speed)
     if speed.profile is not None:
         return replace(candidate, speed=speed, why="those behind have to react")
     return soften(here, replace(candidate, speed=speed), settings)
+
+
+def _is_given_up(
+    here: Situation, change: Change, speed: SpeedPlan, settings: LaneChangeSettings
+) -> bool:
+    """Tell whether a change that does not bind the ego yet is no longer worth it.
+
+    It cannot be taken back in a cycle, or it would brake hard to let a vehicle go first
+    that it was begun ahead of, where there is room to stay in the lane instead.
+    """
+    if speed.profile is None:
+        return False
+    blockage = blockage_ahead(here, change.lane)
+    if not has_way_out(here, change.target, blockage, speed.profile, 0.0, settings):
+        return True
+    room = settings.manoeuvre.pull_out_room * body_scale(here.scene.vehicle)
+    stop = hard_stop(here, max(here.scene.ego.speed, 0.0), settings)
+    return (
+        stop < blockage - room
+        and lets_go_by(change.order, speed.order)
+        and not is_gentle(speed.profile, settings)
+    )
+
+
+def lets_go_by(
+    before: tuple[tuple[str, Side], ...], now: tuple[tuple[str, Side], ...]
+) -> bool:
+    """Tell whether a vehicle goes first now that the ego was to go ahead of."""
+    first = dict(before)
+    return any(
+        side is Side.AFTER and first.get(name) is Side.BEFORE for name, side in now
+    )
 
 
 def _followed(

@@ -4,7 +4,7 @@ import numpy as np
 
 from planner.lane_change.phases.cycle_view import Situation, can_still_wait
 from planner.lane_change.settings import LaneChangeSettings
-from planner.lane_change.surroundings import in_lane
+from planner.lane_change.surroundings import claims_lane
 from planner.states import FloatArray, SpeedProfile
 
 
@@ -12,15 +12,16 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
     """Check the gap in the target lane by RSS before the body enters it.
 
     The driver behind reacts after `reaction` and brakes with `rear_braking`; the ego
-    promises to brake no harder than its service braking. To a vehicle
-    ahead the ego itself keeps a distance from which it can stop, reacting in one step.
-    Without `rss_gate` every gap is taken for safe.
+    promises to brake no harder than `promised_braking`. To a vehicle ahead the ego
+    itself keeps a distance from which it can stop, reacting in one step. Who is still
+    on the way into the lane counts, and who is on the way out of it. Without
+    `rss_gate` every gap is taken for safe.
     """
     if not settings.manoeuvre.rss_gate:
         return True
     scene, bodies = here.scene, here.bodies
     ego, vehicle = scene.ego_frenet, scene.vehicle
-    there = in_lane(scene, bodies, target)
+    there = claims_lane(scene, bodies, target)
     limits, speed = vehicle.limits, scene.ego.speed
     rear_gap = ego.s - vehicle.rear_overhang - (bodies.s + bodies.half_length)
     behind = there & (bodies.s < ego.s)
@@ -29,7 +30,7 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
         np.full(bodies.speed.shape, speed),
         settings.rear_reaction,
         settings.manoeuvre.rear_braking,
-        limits.max_deceleration,
+        settings.promised_braking(limits.max_deceleration),
     )
     if np.any(rear_gap[behind] < need[behind]):
         return False
@@ -42,7 +43,8 @@ def gap_is_safe(here: Situation, target: int, settings: LaneChangeSettings) -> b
         limits.emergency_deceleration,
         limits.emergency_deceleration,
     )
-    return not np.any(front_gap[ahead] < need[ahead])
+    least = settings.speed.along_margin + settings.speed.front_gap
+    return not np.any(front_gap[ahead] < np.maximum(need[ahead], least))
 
 
 def has_way_out(

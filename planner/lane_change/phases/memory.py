@@ -6,6 +6,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from planner.lane_change.speed.passing_orders import Side
 from planner.scene import Scene
 from planner.states import Path, Trajectory
 from planner.vehicle import Vehicle
@@ -35,7 +36,7 @@ class Change:
     target: int
     path: Path  # from where it was planned
     end: float  # distance along `path` where the lateral motion is over [m]
-    order: tuple[tuple[str, str], ...] = ()  # passing order of the last cycle
+    order: tuple[tuple[str, Side], ...] = ()  # passing order of the last cycle
 
 
 @dataclass(frozen=True, slots=True)

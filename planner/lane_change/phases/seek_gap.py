@@ -11,17 +11,22 @@ from planner.lane_change.path import ChangePath, ChangeTarget, best_change
 from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.cycle_view import Situation, blockage_ahead, speed_task
 from planner.lane_change.phases.gap_safety import has_way_out
+from planner.lane_change.phases.gentle import is_gentle
 from planner.lane_change.phases.keep import keep
 from planner.lane_change.phases.memory import Change, Memory, Phase
 from planner.lane_change.phases.seek import refusal
 from planner.lane_change.phases.yielding import with_yielding
 from planner.lane_change.settings import LaneChangeSettings
+from planner.lane_change.speed.passing_orders import Side
 from planner.lane_change.speed.plan import plan_speed
 from planner.lane_change.surroundings import in_lane
 
 # An entry this near is tried: the speed program adjusts what lacks, and others seldom
 # do exactly what was rolled out [s]
 AT_ONCE = 1.0
+# A change into a gap that is as much too short begins: whether it is safe is decided
+# where the body is about to enter, a second and a half later [m]
+ALMOST = 3.0
 TRIED = 2  # gaps whose change is planned in full in one cycle
 
 
@@ -54,7 +59,7 @@ def seek_gap(
     if not plans:
         return None
     for plan in plans[:TRIED]:
-        if plan.entry > AT_ONCE:
+        if plan.entry > AT_ONCE or plan.missing > ALMOST:
             continue
         candidate = _change_into(here, lane, plan, settings, counts)
         if candidate is not None:
@@ -83,10 +88,13 @@ def _change_into(
         with_yielding(here, plan.target, begins, settings),
         ~followers,
         speed_task(here),
-        settings.in_change,
+        settings.entering,
     )
     counts.speeds(speed)
     if speed.profile is None:
+        return None
+    if not (is_in_gap(speed.order, plan) or is_gentle(speed.profile, settings)):
+        counts.hard_braking()
         return None
     blockage = blockage_ahead(here, lane)
     if not has_way_out(here, plan.target, blockage, speed.profile, 0.0, settings):
@@ -102,6 +110,14 @@ def _change_into(
         why=str(plan),
         gap=plan.name,
     )
+
+
+def is_in_gap(order: tuple[tuple[str, Side], ...], plan: GapPlan) -> bool:
+    """Tell whether a passing order leads into a gap, not behind it or ahead of it."""
+    sides = dict(order)
+    if plan.ahead is not None and sides.get(plan.ahead) is Side.BEFORE:
+        return False
+    return plan.behind is None or sides.get(plan.behind) is not Side.AFTER
 
 
 def _path_into(

@@ -121,7 +121,7 @@ def plan_speed(
     orders, nodes = _orders(
         graph, bounds, reach, start.speed, limits, task, end, settings
     )
-    caps = speed_caps(path, vehicle, task, times)
+    caps = speed_caps(path, vehicle, task, times, settings.lateral_acceleration)
     solved = solve_orders(orders, reach, start, caps, task, vehicle, settings, cutoff)
     return _chosen(graph, orders, nodes, solved, times)
 
@@ -244,7 +244,7 @@ def soft_speed(
         np.minimum(upper, end),
         headway.min(axis=0, initial=np.inf),
     )
-    caps = speed_caps(path, vehicle, task, times)
+    caps = speed_caps(path, vehicle, task, times, settings.lateral_acceleration)
     problem = program(order, start, caps, task, vehicle, settings)
     solution = solve_soft(problem)
     if solution.status is not QpStatus.SOLVED:

@@ -21,6 +21,8 @@ from planner.states import FloatArray, Path, freeze
 from planner.vehicle import Vehicle
 
 ROUNDING = 1e-9  # by which bounds of the distance give way [m]
+# constant accelerations whose places the bounds of speed in bends are taken from
+DRIVES = (-1.5, 0.0, 1.0, 2.5)  # [m/s²]
 JERK_TIME = 1.5  # in which an acceleration has surely turned into braking [s]
 
 
@@ -107,18 +109,31 @@ def start_state(
 
 
 def speed_caps(
-    path: Path, vehicle: Vehicle, task: SpeedTask, times: FloatArray
+    path: Path,
+    vehicle: Vehicle,
+    task: SpeedTask,
+    times: FloatArray,
+    comfort: float = math.inf,
 ) -> FloatArray:
     """Bound the speed at each knot by the curvature there, (n_knots,) [m/s].
 
-    The bound depends on the place, the program knows times: the place is taken from a
-    drive at the wished speed; the ego is expected between half of it and all of it.
+    The bound depends on the place, the program knows times: the places are those of
+    drives that brake, go on or accelerate from the speed now (`DRIVES`), and of one at
+    the wished speed.
+
+    Args:
+        path: Of the ego's rear axle.
+        vehicle: Its limits.
+        task: Speed now and target speed.
+        times: Of the knots [s].
+        comfort: Lateral acceleration that is kept where the vehicle could do more
+            [m/s²].
     """
     limits = vehicle.limits
     return _caps(
         path.distance,
         path.curvature,
-        limits.max_lateral_acceleration,
+        min(limits.max_lateral_acceleration, comfort),
         limits.max_speed,
         max(task.target_speed, task.speed),
         task.speed,
@@ -146,8 +161,16 @@ def _caps(
     if local.min() >= fastest:
         return np.full(times.size, fastest)
     caps = interpolated(wish * times, distance, local)
-    caps = np.minimum(caps, interpolated(0.75 * wish * times, distance, local))
-    caps = np.minimum(caps, interpolated(0.5 * wish * times, distance, local))
+    place = np.empty(times.size)
+    for rate in DRIVES:
+        end = 0.0 if rate < 0.0 else wish
+        until = abs(end - speed) / abs(rate) if rate != 0.0 else np.inf
+        for k in range(times.size):
+            t = min(times[k], until)
+            place[k] = speed * t + 0.5 * rate * t * t
+            if times[k] > until:
+                place[k] += end * (times[k] - until)
+        caps = np.minimum(caps, interpolated(place, distance, local))
     for k in range(times.size):
         # braking builds up: from the present speed down to the bound
         possible = speed - 0.8 * braking * max(times[k] - 1.0, 0.0)

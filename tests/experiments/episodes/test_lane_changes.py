@@ -13,6 +13,7 @@ import pytest
 from experiments.config.scenario import Simulation
 from experiments.config.scenario_file import load_scenario
 from experiments.episode.run import run_episode
+from experiments.trace.files import read_trace
 from experiments.world_setup.layout import make_layout
 from planner.prediction import PREDICTORS
 
@@ -197,3 +198,17 @@ def test_the_scene_knows_the_lanes(name, centres):
         if name == "intersection" and s == 150.0:
             expected[0] = 0.0  # inside the junction: the right lane does not turn left
         assert widths == pytest.approx(expected, abs=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.sumo
+def test_a_change_is_not_braked_to_a_stand_behind_the_whole_platoon(tmp_path):
+    """Begun ahead of a car that could not be passed, it braked with 4.5 m/s²."""
+    overrides = ["traffic.density=dense", "traffic.reaction_s=1.0"]
+    scenario = load_scenario("lane_change", seed=4, overrides=overrides)
+    result = run_episode(scenario, out=tmp_path)
+    assert result.row["status"] == "arrived"
+    steps = read_trace(result.folder).steps
+    before = steps["time_s"] < 30.0
+    assert steps["acceleration_mps2"][before].min() > -2.5
+    assert result.row["max_abs_lateral_acceleration_mps2"] < 2.5

@@ -348,3 +348,11 @@ def test_a_binding_change_goes_on_from_where_the_ego_is(aside):
     begin = plan.trajectory.at(0.0)
     assert math.hypot(begin.x - ego.x, begin.y - ego.y) < 0.1
     assert plan.trajectory.l[-1] == pytest.approx(1.75, abs=0.05)
+
+
+def test_bends_of_a_change_are_taken_slowly_from_a_standstill_too():
+    """The bound of speed is read where the ego will be, not where it wishes to be."""
+    driven = drive(150, obstacles=wall(118.0), speed=0.5)
+    lateral = [scene.ego.speed**2 * abs(scene.ego.curvature) for scene in driven.scenes]
+    assert max(lateral) < 2.5
+    assert driven.last.ego_frenet.s > 130.0

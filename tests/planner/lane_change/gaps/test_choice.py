@@ -32,7 +32,19 @@ def test_an_empty_lane_is_entered_at_once():
     (plan,) = choose([])
     assert ids(plan) == (None, None)
     assert plan.entry == 0.0
-    assert plan.braking == 0.0
+    assert plan.braking < 0.05  # of who comes from where sight ends
+
+
+def test_who_is_not_seen_yet_may_come_behind_the_last_one():
+    """A slow ego does not count on the road being empty beyond its sight."""
+    row = [Car(40.0, BESIDE, SPEED), Car(-10.0, BESIDE, SPEED)]
+    plans = {ids(plan): plan for plan in choose(row, speed=2.0)}
+    assert plans[("car.1", None)].missing > 0.0
+    near = LaneChangeSettings(gaps=GapSettings(sight=400.0))
+    scene = on_lanes(cars=row, obstacles=wall(500.0), speed=2.0)
+    seen = choose_gaps(look(scene, near), 0, (1,), None, near)
+    last = next(plan for plan in seen if ids(plan) == ("car.1", None))
+    assert last.missing == 0.0
 
 
 def test_a_wide_gap_beside_is_entered_at_once_ahead_of_a_distant_car():
@@ -45,10 +57,11 @@ def test_a_wide_gap_beside_is_entered_at_once_ahead_of_a_distant_car():
 def test_between_cars_too_close_together_it_does_not_go_now():
     row = [Car(s, BESIDE, SPEED) for s in (120.0, 100.0, 80.0)]
     for plan in choose(row):
-        assert plan.entry > 0.0
+        assert plan.entry > 0.0 or plan.missing > 1.0
     assert choose(row)[0].behind is None  # rather behind all of them
     for plan in choose(row, room=90.0):  # before they have drawn apart
-        assert ids(plan) not in {("car.0", "car.1"), ("car.1", "car.2")}
+        between = {("car.0", "car.1"), ("car.1", "car.2")}
+        assert plan.missing > 5.0 or ids(plan) not in between
 
 
 def test_it_steps_down_to_the_gap_whose_follower_brakes_less():
@@ -90,7 +103,7 @@ def test_an_entry_now_is_safe_by_rss_where_the_body_crosses_the_line(
         assert np.all(np.diff(plan.distance) >= 0.0)
         assert plan.speed.min() >= 0.0
         assert plan.distance[0] == 0.0
-        if plan.entry > 0.0 or plan.behind is None:
+        if plan.entry > 0.0 or plan.behind is None or plan.missing > 0.0:
             continue
         rear = 100.0 - vehicle.rear_overhang + RULES.line_time * speed
         gap = rear - (car.s + 0.5 * car.length + RULES.line_time * pace)
@@ -99,7 +112,7 @@ def test_an_entry_now_is_safe_by_rss_where_the_body_crosses_the_line(
             np.array(speed),
             RULES.reaction,
             SETTINGS.manoeuvre.rear_braking,
-            vehicle.limits.max_deceleration,
+            RULES.promised_braking,
         )
         assert gap >= float(need) - 1e-9
 

@@ -139,7 +139,7 @@ def brute_force(scene: Scene, wish: float) -> float:
     task = SpeedTask(scene.ego.speed, scene.ego.acceleration, wish)
     start = start_state(task, CAR, SETTINGS)
     bounds = demands(graph, SETTINGS, start.speed, times)
-    caps = speed_caps(path, CAR, task, times)
+    caps = speed_caps(path, CAR, task, times, SETTINGS.lateral_acceleration)
     best = math.inf
     for sides in itertools.product((Side.BEFORE, Side.AFTER), repeat=len(graph.ids)):
         lower, upper = np.full(times.size, -1.0), np.full(times.size, path.distance[-1])
@@ -189,7 +189,7 @@ def test_an_order_that_was_given_up_costs_at_least_what_is_said():
         start = start_state(task, CAR, SETTINGS)
         bounds = demands(graph, SETTINGS, start.speed, times)
         reach = reachable(start.speed, start.acceleration, LIMITS, 5.0, times)
-        caps = speed_caps(path, CAR, task, times)
+        caps = speed_caps(path, CAR, task, times, SETTINGS.lateral_acceleration)
         said = {a.sides: a for a in plan.alternatives}
         orders, _ = possible_orders(graph, bounds, reach, path.distance[-1], 64)
         for order in orders:
