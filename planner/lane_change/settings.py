@@ -113,7 +113,7 @@ class GapSettings:
     # of the change itself where there is room; `path.lateral_acceleration` where a
     # change that needs no more leads nowhere [m/s²]
     lateral_acceleration: float = 1.0
-    braking_weight: float = 1.2  # of braking behind [s per m/s²]
+    braking_weight: float = 2.5  # of braking behind [s per m/s²]
     missing_weight: float = 0.5  # of what a gap is too short now [s/m]
     most_missing: float = 12.0  # a gap that lacks more is none [m]
     wait_weight: float = 0.4  # of each second before the change [-]
