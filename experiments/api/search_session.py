@@ -20,7 +20,11 @@ from experiments.sweep.search.clusters import cluster_failures
 from experiments.sweep.search.coverage import space_coverage
 from experiments.sweep.search.exploration import SearchTrial, explore
 from experiments.sweep.search.objective import check_objective
-from experiments.sweep.search.proposals import make_proposer
+from experiments.sweep.search.proposals import (
+    RandomProposer,
+    estimate_of,
+    make_proposer,
+)
 from experiments.sweep.search.reduction import reduce_failures
 from experiments.sweep.search.resume import asked_content, note_asked, require_same
 from experiments.sweep.search.runs import (
@@ -36,6 +40,7 @@ from experiments.sweep.search.summary import (
     first_failure,
     table_lines,
 )
+from experiments.world_setup.layout import make_layout
 
 
 class SearchSession:
@@ -54,9 +59,10 @@ class SearchSession:
         self._folder = folder
         self._workers, self._limit = workers, limit
         self._space = SearchSpace(search.space)
-        make_proposer(search.method, self._space, 0, 1)  # its package may be missing
         base = self._first_run([])
         self._mild = self._space.mild_point(base.scenario.resolved())
+        self._goal = self._space.coordinates(self._mild)
+        self._proposer = make_proposer(search, self._space, self._goal)
         self._asked = asked_content(search, self._check_space())
 
     def preview(self) -> str:
@@ -122,10 +128,11 @@ class SearchSession:
         """Run everything in its order, which is always the same."""
         search, space = self._search, self._space
         mild = runs.run([self._mild])[0]
-        trials = explore(search, space, runs.run)
+        trials = explore(search, space, runs.run, self._proposer)
         against = None
         if search.against is not None:
-            against = explore(search, space, runs.run, "random", search.seed + 1)
+            chance = RandomProposer(space, search.seed + 1)
+            against = explore(search, space, runs.run, chance)
         clusters = cluster_failures(space, trials)
         reduced = reduce_failures(
             [one.worst for one in clusters[: search.reduce]],
@@ -143,14 +150,29 @@ class SearchSession:
             reduced,
             space_coverage(space, [trial.coordinates for trial in trials]),
             against,
+            estimate_of(self._proposer),
         )
 
     def _check_space(self) -> dict[str, object]:
-        """Check the mild point and both ends of every key; return the mild scenario."""
+        """Check the mild point and both ends of every key; return the mild scenario.
+
+        Each is laid out as well: an obstacle may lie beyond the road.
+        """
         for key, one in self._search.space.items():
             for value in extremes(one):
-                self._first_run([{**self._mild, key: value}])
-        return self._first_run([self._mild]).scenario.resolved()
+                self._check_point(key, {**self._mild, key: value})
+        return self._check_point("", self._mild).scenario.resolved()
+
+    def _check_point(self, key: str, point: Point) -> PlannedRun:
+        """Plan a point and lay it out; raises ConfigError at the key's own place."""
+        run = self._first_run([point])
+        try:
+            make_layout(run.scenario)
+        except ConfigError as error:
+            where = self._document.where(("space", key) if key else ("space",))
+            value = f"{key}: {point[key]}" if key else "the mild values"
+            raise ConfigError(f"{where}: {value}: {error}") from error
+        return run
 
     def _first_run(self, points: Sequence[Point]) -> PlannedRun:
         """Plan a run; raises ConfigError if it is no valid scenario."""

@@ -24,7 +24,8 @@ from experiments.metrics import columns
 from experiments.metrics.row import row_without_episode
 from experiments.sweep.search.clusters import cluster_failures
 from experiments.sweep.search.coverage import space_coverage
-from experiments.sweep.search.exploration import Tried, explore
+from experiments.sweep.search.exploration import Tried
+from experiments.sweep.search.exploration import explore as explore_with
 from experiments.sweep.search.objective import TrialJudgement, judge
 from experiments.sweep.search.proposals import make_proposer
 from experiments.sweep.search.reduction import reduce_failures
@@ -35,13 +36,19 @@ WHOLE = SearchRange(range=(1, 4))
 LOG = SearchRange(range=(0.01, 100.0), log=True)
 WHOLE_LOG = SearchRange(range=(1, 1000), log=True)
 CHOICE = SearchRange(choice=("left", "right", "both"))
-METHODS = ("random", "sobol", "tpe", "cma_es")
+METHODS = ("random", "sobol", "directed", "tpe", "cma_es", "subset")
 
 
 def search_of(space, **keys):
     return Search(
         name="s", scenario="cut_in", planner={"name": "cruise"}, space=space, **keys
     )
+
+
+def explore(search, space, run):
+    """Run the trials of a search whose mild point is where all coordinates are 0."""
+    proposer = make_proposer(search, space, np.zeros(len(space.keys)))
+    return explore_with(search, space, run, proposer)
 
 
 def fails_near(corner, radius, kind="contact"):
@@ -131,7 +138,9 @@ def test_a_run_that_could_not_be_made_is_no_failure():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_same_seed_gives_the_same_trials(method):
-    search = search_of({"x": FLOAT, "y": FLOAT}, method=method, budget=30, batch=7)
+    search = search_of(
+        {"x": FLOAT, "y": FLOAT}, method=method, budget=30, batch=7, level_trials=20
+    )
     space = SearchSpace(search.space)
     run = fails_near({"x": 9.0, "y": 9.0}, 1.0)
     one, other = explore(search, space, run), explore(search, space, run)
@@ -142,7 +151,9 @@ def test_the_same_seed_gives_the_same_trials(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_choices_and_whole_numbers_can_be_searched(method):
-    search = search_of({"x": WHOLE, "side": CHOICE}, method=method, budget=20)
+    search = search_of(
+        {"x": WHOLE, "side": CHOICE}, method=method, budget=20, level_trials=20
+    )
     space = SearchSpace(search.space)
 
     def run(points):
@@ -155,7 +166,7 @@ def test_choices_and_whole_numbers_can_be_searched(method):
     assert seen == {"left", "right", "both"}
 
 
-@pytest.mark.parametrize("method", ["tpe", "cma_es"])
+@pytest.mark.parametrize("method", ["directed", "tpe", "cma_es"])
 def test_a_method_that_learns_finds_a_rare_failure_sooner(method):
     space = SearchSpace({"x": FLOAT, "y": FLOAT, "z": FLOAT})
     run = fails_near({"x": 8.0, "y": 2.0, "z": 5.0}, 0.5)
@@ -171,7 +182,7 @@ def test_a_method_that_learns_finds_a_rare_failure_sooner(method):
     assert needed[method] <= 0.5 * needed["random"]  # a ball of 0.1 % of the space
 
 
-@pytest.mark.parametrize("method", ["tpe", "cma_es"])
+@pytest.mark.parametrize("method", ["directed", "tpe", "cma_es"])
 def test_a_method_that_learns_leaves_a_valley_without_failures(method):
     """A wide valley at small x holds no failure; a narrow one at large x does."""
     space = SearchSpace({"x": FLOAT, "y": FLOAT})
@@ -200,7 +211,7 @@ def test_a_method_that_learns_leaves_a_valley_without_failures(method):
 def test_a_missing_package_is_named(method, package, monkeypatch):
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(ConfigError, match=f"method: {method} needs {package}: pip"):
-        make_proposer(method, SearchSpace({"x": FLOAT}), 0, 10)
+        explore(search_of({"x": FLOAT}, method=method), SearchSpace({"x": FLOAT}), None)
 
 
 def test_failures_are_grouped_by_kind_and_place():
@@ -284,7 +295,7 @@ BAD = {
     "objective: min_tcc_s": "objective.direction: is missing; allowed",
     "objective: {metric: min_tcc_s, direction: minimise}": "did you mean min_ttc_s",
     "objective: {metric: status, direction: minimise}": "status: no such metric",
-    "method: anneal": "allowed: random, sobol, tpe, cma_es",
+    "method: anneal": "allowed: random, sobol, directed, tpe",
     "against: random": "against: is random as the method is",
     "set: {conflict.gap_m: 3.0}": "conflict.gap_m: is in space too",
     "scenario: cut_out_": "no such scenario",
