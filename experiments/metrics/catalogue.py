@@ -31,6 +31,8 @@ from experiments.metrics import (
 from experiments.metrics.computation import PlanningClock
 from experiments.metrics.fleet_catalogue import FLEET_METRICS
 from experiments.metrics.metric import Better, CellKind, MeasuredEpisode, Metric
+from experiments.metrics.verdict.braking import braking_verdicts, hardest_braking
+from experiments.metrics.verdict.records import Fault
 
 LOWER, HIGHER = Better.LOWER, Better.HIGHER
 TEXT, WHOLE, FLAG = CellKind.TEXT, CellKind.WHOLE, CellKind.FLAG
@@ -93,6 +95,12 @@ def _avoidable_until(episode: MeasuredEpisode) -> float | None:
     if found is None or not found.is_avoidable:
         return None
     return float(episode.trace.steps["time_s"][found.step])
+
+
+def _hard_braking(episode: MeasuredEpisode) -> str | None:
+    """Return the verdict of the hardest braking."""
+    found = hardest_braking(episode.trace)
+    return None if found is None else str(found.fault)
 
 
 _IDENTITY = (
@@ -179,6 +187,25 @@ _SAFETY = (
         "never be avoided",
         unit="s",
         digits=1,
+    ),
+    Metric(
+        column=columns.HARD_BRAKING_VERDICT,
+        label="verdict of hard braking",
+        kind=TEXT,
+        compute=_hard_braking,
+        formula="whose fault the hardest braking of the ego or of a follower is, from "
+        "3 m/s² on, in the words of `verdict`; null without one",
+    ),
+    Metric(
+        column=columns.HARD_BRAKINGS_CAUSED,
+        label="hard brakings caused",
+        kind=WHOLE,
+        compute=lambda e: sum(
+            one.fault is Fault.EGO for one in braking_verdicts(e.trace)
+        ),
+        formula="brakings of the ego and of its followers with 3 m/s² or more that the "
+        "ego is at fault for",
+        better=LOWER,
     ),
     Metric(
         column=columns.IMPACT_SPEED,

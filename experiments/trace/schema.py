@@ -246,7 +246,7 @@ def empty_table(name: str) -> Table:
     return {key: column([], kind) for key, kind in MODEL_TABLES[name].items()}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Trace:
     """One recorded episode; the columns of each table stand in `TABLES`."""
 
