@@ -5,6 +5,7 @@ and the reference in the documentation are all derived from this list.
 `python -m experiments.metrics.catalogue` prints the reference as Markdown.
 """
 
+import math
 import sys
 from collections.abc import Mapping
 from functools import partial
@@ -101,6 +102,12 @@ def _hard_braking(episode: MeasuredEpisode) -> str | None:
     """Return the verdict of the hardest braking."""
     found = hardest_braking(episode.trace)
     return None if found is None else str(found.fault)
+
+
+def _importance_weight(episode: MeasuredEpisode) -> float | None:
+    """Return the likelihood ratio of a run whose errors were drawn more often."""
+    found = episode.trace.weights["log_weight"]
+    return math.exp(float(found[-1])) if len(found) else None
 
 
 _IDENTITY = (
@@ -915,6 +922,14 @@ _WORLD = (
         compute=lambda e: True if e.recorded_traffic else None,
         formula="world commonroad: the others follow a recording and do not react to "
         "the ego; null in other worlds",
+    ),
+    Metric(
+        column=columns.IMPORTANCE_WEIGHT,
+        label="importance weight",
+        compute=_importance_weight,
+        formula="how much likelier the drivers' errors are with the rates asked for "
+        "than with those of `traffic.drivers.near_ego_factor`; null without one",
+        digits=4,
     ),
 )
 

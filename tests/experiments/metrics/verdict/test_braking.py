@@ -57,7 +57,7 @@ def test_nobody_brakes_hard():
 
 
 def test_who_cuts_in_closely_is_at_fault_for_the_ego_that_brakes():
-    other = motion(START + 34.0, 9.0, l=changes_lane(20))
+    other = motion(START + 31.0, 9.0, l=changes_lane(20))
     found = hardest_braking(drive(motion(START, 15.0, 32), other=other))
     assert found.fault is Fault.OTHER
     assert "moves into the way" in found.why

@@ -1,0 +1,217 @@
+"""The page `search_efficiency.md`: after how many runs planted defects are found.
+
+`python -m tests.bench.search_efficiency runs/efficiency -o docs/search_efficiency.md`
+runs what is missing in its folder, and writes the page. Runs are episodes in memory, by
+the planner, loop and metrics of any run, without files.
+"""
+
+import argparse
+import json
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from experiments.comparison.inference import wilson
+from experiments.config.search import Search
+from experiments.config.search_file import load_search
+from experiments.config.yaml_reader import Document
+from experiments.cosim.loop import run_loop
+from experiments.episode.recorder import Recorder
+from experiments.episode.run import episode_options, make_scenario_planner
+from experiments.episode.run_folder import OutputOptions
+from experiments.metrics.row import metric_row
+from experiments.sweep.plan import PlannedRun
+from experiments.sweep.search.exploration import Tried, explore
+from experiments.sweep.search.objective import judge
+from experiments.sweep.search.proposals import make_proposer
+from experiments.sweep.search.runs import sweep_of_points
+from experiments.sweep.search.space import SearchSpace
+from experiments.trace.recording import RunFacts, build_trace
+from experiments.world_setup.layout import make_layout
+from experiments.world_setup.vehicle_model import make_plant
+from experiments.world_setup.world import make_world
+from tests.experiments.sweep.search import planted
+
+DEFECTS = {
+    "weak": "brakes with 1 m/s² above 27.2 m/s (of 12.5 to 30)",
+    "late": "reacts 1.2 s late above 27.2 m/s",
+    "lorries": "does not see vehicles longer than 15.7 m (of 4 to 16)",
+    "window": "sees nothing at gaps of 16 to 34 m",
+    "left": "does not see obstacles more than 1.65 m to the left (of ±5)",
+}
+METHODS = ("directed", "tpe", "cma_es")
+BUDGET = 500
+RANDOM_TRIALS = 1000
+HEADER = """# How soon searches find planted defects
+
+Written by `python -m tests.bench.search_efficiency`; nothing is typed in by hand. Five
+defects were planted in a simple lane keeper
+(`tests/experiments/sweep/search/broken_planner.py`, thresholds `RARE`), each in a space
+of four or five keys (`planted.py` beside it) in which the lane keeper without a defect
+fails nowhere. At random each run fails with the share in the second column
+(95 %: Wilson), so the first failure comes with a median of ln 2 / share runs. Of each
+cell: median of the first failure over its seeds (all of them in brackets), in runs, and
+that median over the median at random; **bold** where it is a tenth or less. Objective
+`near_miss`, batches of 8, budget 500.
+"""
+
+
+class Planted(NamedTuple):
+    """A defect with its search."""
+
+    search: Search
+    document: Document
+    space: SearchSpace
+
+
+def load(defect: str, folder: Path) -> Planted:
+    """Write and read the search of a defect."""
+    path = planted.write_search(folder, defect, rare=True, objective="near_miss")
+    search, document = load_search(path, ("broken_planner",))
+    return Planted(search, document, SearchSpace(search.space))
+
+
+def episode(run: PlannedRun) -> dict[str, Any]:
+    """Drive an episode in memory; return its row."""
+    scenario = run.scenario
+    layout = make_layout(scenario)
+    recorder = Recorder(None, None)
+    world = make_world(scenario, layout, Path(), gui=False)
+    options = episode_options(scenario, layout, OutputOptions())
+    planner, plant = make_scenario_planner(scenario), make_plant(scenario)
+    ending = run_loop(world, planner, plant, layout.task, options, recorder)
+    world.close()
+    simulation = scenario.simulation
+    facts = RunFacts(
+        scenario.name, scenario.planner.name, simulation.seed, simulation.step_s
+    )
+    times = recorder.elapsed
+    return metric_row(
+        build_trace(facts, layout.road, layout.task, recorder.records, ending, times)
+    )
+
+
+def runner(one: Planted) -> Callable[[Sequence[Any]], list[Tried]]:
+    """Return what runs points and judges them."""
+
+    def run(points: Sequence[Any]) -> list[Tried]:
+        _, plan = sweep_of_points(one.search, one.document, points)
+        rows = [episode(planned) for planned in plan]
+        return [Tried("", judge(one.search.objective, row)) for row in rows]
+
+    return run
+
+
+def first_failure(one: Planted, method: str, seed: int) -> int | None:
+    """Return the number of the first trial that fails."""
+    changes = {"method": method, "seed": seed, "budget": BUDGET}
+    search = one.search.model_copy(update={**changes, "stop_after_failures": 1})
+    mild = one.space.coordinates(one.space.mild_point({}))
+    proposer = make_proposer(search, one.space, mild)
+    trials = explore(search, one.space, runner(one), proposer)
+    return next((trial.number for trial in trials if trial.failed), None)
+
+
+def random_failures(one: Planted, seed: int, count: int) -> int:
+    """Count the failures of random points."""
+    generator = np.random.default_rng(seed)
+    points = [
+        one.space.point(generator.random(len(one.space.keys))) for _ in range(count)
+    ]
+    return sum(tried.judgement.failed for tried in runner(one)(points))
+
+
+class Kept:
+    """Results in a file, a line each, so that the command resumes."""
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self._file = folder / "efficiency.jsonl"
+        self.found: dict[str, Any] = {}
+        if self._file.exists():
+            for line in self._file.read_text(encoding="utf-8").splitlines():
+                self.found.update(json.loads(line))
+
+    def get(self, key: str, compute: Callable[[], Any]) -> None:
+        """Compute and keep a result that is not there."""
+        if key not in self.found:
+            self.found[key] = compute()
+            with self._file.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({key: self.found[key]}) + "\n")
+
+
+def measure(kept: Kept, defects: Sequence[str], seeds: int, chance: int) -> None:
+    """Run what is missing: every seed of all methods, then random points."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        sys.path.insert(0, str(planted.HERE))
+        loaded = {defect: load(defect, folder / defect) for defect in defects}
+        for seed in range(seeds):
+            for defect, one in loaded.items():
+                for method in METHODS:
+                    key = f"{defect} {method} {seed}"
+                    kept.get(key, partial(first_failure, one, method, seed))
+        for part in range(chance // 100):
+            for defect, one in loaded.items():
+                key = f"{defect} at random {part}"
+                kept.get(key, partial(random_failures, one, part, 100))
+
+
+def page(found: dict[str, Any]) -> Iterator[str]:
+    """Write the page."""
+    yield HEADER
+    yield f"| defect | fails at random | median at random | {' | '.join(METHODS)} |"
+    yield "|---" * (len(METHODS) + 3) + "|"
+    for defect, words in DEFECTS.items():
+        parts = [v for k, v in found.items() if k.startswith(f"{defect} at random")]
+        share = wilson(sum(parts), max(100 * len(parts), 1))
+        median = np.log(2.0) / share.value if share.value else np.inf
+        cells = [
+            words,
+            f"{share.value:.1%} ({share.low:.1%} to {share.high:.1%}, "
+            f"{100 * len(parts)} runs)",
+            f"{median:.0f}",
+        ]
+        cells += [_cell(found, f"{defect} {name} ", median) for name in METHODS]
+        yield f"| {' | '.join(cells)} |"
+
+
+def _cell(found: dict[str, Any], start: str, at_random: float) -> str:
+    """Write what a method needed."""
+    firsts = [value for key, value in found.items() if key.startswith(start)]
+    if not firsts:
+        return "-"
+    median = float(np.median([np.inf if one is None else one for one in firsts]))
+    listed = sorted(firsts, key=lambda one: np.inf if one is None else one)
+    words = ", ".join("none" if one is None else str(one) for one in listed)
+    ratio = median / at_random
+    text = f"{median:.0f}, {ratio:.2f} of it ({words})"
+    return f"**{text}**" if ratio <= 0.1 else text
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run what is missing, and write the page."""
+    parser = argparse.ArgumentParser(prog="search_efficiency", description=__doc__)
+    parser.add_argument("folder", type=Path, help="of the results")
+    parser.add_argument("--seeds", type=int, default=5, help="of each method")
+    parser.add_argument("--chance", type=int, default=RANDOM_TRIALS)
+    parser.add_argument("--only", choices=list(DEFECTS), action="append")
+    parser.add_argument("-o", "--output", type=Path)
+    options = parser.parse_args(arguments)
+    kept = Kept(options.folder)
+    measure(kept, options.only or list(DEFECTS), options.seeds, options.chance)
+    text = "\n".join(page(kept.found)) + "\n"
+    if options.output is None:
+        sys.stdout.write(text)
+    else:
+        options.output.write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
