@@ -67,10 +67,11 @@ class SearchSession:
 
     def preview(self) -> str:
         """Describe what would run; write nothing."""
-        search = self._search
+        search, count = self._search, len(self._space.keys)
+        keys = f"{count} keys" if count > 1 else "1 key"
         return (
             f"{search.name}: {search.method}, {search.budget} trials in "
-            f"{len(self._space.keys)} keys, at most {search.most_runs} runs"
+            f"{keys}, at most {search.most_runs} runs"
         )
 
     def drive(self) -> Iterator[str]:
@@ -165,10 +166,13 @@ class SearchSession:
 
     def _check_point(self, key: str, point: Point) -> PlannedRun:
         """Plan a point and lay it out; raises ConfigError at the key's own place."""
-        run = self._first_run([point])
         try:
+            run = self._first_run([point])
             make_layout(run.scenario)
         except ConfigError as error:
+            if str(error).startswith(f"{self._document.name}:"):
+                raise
+            # the scenario is sound without the point: the key or its value is not
             where = self._document.where(("space", key) if key else ("space",))
             value = f"{key}: {point[key]}" if key else "the mild values"
             raise ConfigError(f"{where}: {value}: {error}") from error

@@ -214,6 +214,46 @@ def test_a_missing_package_is_named(method, package, monkeypatch):
         explore(search_of({"x": FLOAT}, method=method), SearchSpace({"x": FLOAT}), None)
 
 
+def test_a_near_miss_slopes_where_clearance_does_not():
+    objective = SearchObjective(metric="near_miss")
+    calm = {"min_clearance_m": 4.0, "min_ttc_s": 4.0, "max_drac_mps2": 2.0}
+    late = {**calm, "min_ttc_s": 3.0}
+    hard = {**late, "max_drac_mps2": 6.0}
+    values = [judge(objective, row(**one)).robustness for one in (calm, late, hard)]
+    assert values[0] > values[1] > values[2] > 0.0
+    assert judge(objective, row()).robustness is None
+    crash = row(status="collision", collisions=1, impact_speed_mps=7.0)
+    assert judge(objective, crash).robustness == -7.0
+
+
+def test_a_directed_search_begins_at_the_end_farthest_from_the_mild_values():
+    ranges = {"x": FLOAT, "y": FLOAT, "z": FLOAT, "side": CHOICE}
+    space = SearchSpace(ranges)
+    search = search_of(ranges, method="directed", budget=16)
+    proposer = make_proposer(search, space, np.array([0.0, 1.0, 0.0, 0.5]))
+    asked = [space.point(at) for at in proposer.ask(8)]
+    assert [asked[0][key] for key in "xyz"] == [9.0, 1.0, 9.0]
+    ends = {tuple(point[key] for key in "xyz") for point in asked}
+    assert len(ends) == 8  # every three keys have all combinations
+    assert {point["side"] for point in asked} == {"left", "right", "both"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (
+            {"objective": {"metric": "min_ttc_s", "direction": "minimise"}},
+            "with method subset: a number",
+        ),
+        ({"stop_after_failures": 2}, "would end an estimate early"),
+        ({"budget": 30}, "at least level_trials, 200"),
+    ],
+)
+def test_what_makes_no_estimate_is_refused(keys, message):
+    with pytest.raises(ValueError, match=message):
+        search_of({"x": FLOAT}, method="subset", **{"budget": 200, **keys})
+
+
 def test_failures_are_grouped_by_kind_and_place():
     space = SearchSpace({"x": FLOAT, "side": CHOICE})
     search = search_of(space.ranges, budget=64, method="sobol")
@@ -299,6 +339,13 @@ BAD = {
     "against: random": "against: is random as the method is",
     "set: {conflict.gap_m: 3.0}": "conflict.gap_m: is in space too",
     "scenario: cut_out_": "no such scenario",
+    "space: {simulation.duration_s: [0.0, 5.0]}": "search.yaml:4: simulation.duration",
+    "space: {traffic.drivers.cooperation: [0.0, 1.0]}": (
+        "search.yaml:4: traffic.drivers.cooperation: 0.0: "
+    ),
+    "space: {conflict.profile: {choice: [linear]}}": "conflict.profile.choice",
+    "method: {subset: 1}": "method",
+    "budget: 0": "budget: is 0; allowed",
 }
 
 
