@@ -19,6 +19,7 @@ from experiments.sweep.progress import Counts, SweepProgress, sweep_progress
 from experiments.sweep.search.clusters import cluster_failures
 from experiments.sweep.search.coverage import space_coverage
 from experiments.sweep.search.exploration import SearchTrial, explore
+from experiments.sweep.search.files import FOUND
 from experiments.sweep.search.objective import check_objective
 from experiments.sweep.search.proposals import (
     RandomProposer,
@@ -34,7 +35,6 @@ from experiments.sweep.search.runs import (
 )
 from experiments.sweep.search.space import SearchSpace, extremes
 from experiments.sweep.search.summary import (
-    FOUND,
     SearchFindings,
     as_plain,
     first_failure,

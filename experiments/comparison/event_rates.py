@@ -18,8 +18,7 @@ from experiments.config.search import SUBSET
 from experiments.errors import ConfigError
 from experiments.metrics import columns
 from experiments.storage.json_files import read_json
-from experiments.sweep.search.resume import ASKED
-from experiments.sweep.search.summary import FOUND, PROBABILITY
+from experiments.sweep.search.files import ASKED, FOUND, PROBABILITY
 from planner.states import FloatArray
 
 USUAL_EVENT = "collisions > 0"

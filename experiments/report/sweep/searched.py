@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.storage.json_files import read_json
-from experiments.sweep.search.resume import ASKED
-from experiments.sweep.search.summary import FOUND, PROBABILITY, shown
+from experiments.sweep.search.files import ASKED, FOUND, PROBABILITY, shown
 
 
 @dataclass(frozen=True, slots=True)

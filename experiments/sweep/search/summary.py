@@ -12,11 +12,9 @@ from experiments.config.search import Search
 from experiments.sweep.search.clusters import FailureCluster
 from experiments.sweep.search.coverage import SpaceCoverage
 from experiments.sweep.search.exploration import SearchTrial
+from experiments.sweep.search.files import FOUND, PROBABILITY, shown
 from experiments.sweep.search.reduction import Reduced
 from experiments.sweep.search.subset_simulation import SubsetEstimate
-
-FOUND = "search.json"
-PROBABILITY = "probability"  # its key: of a failure
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,8 +203,3 @@ def probability_line(found: SubsetEstimate) -> str:
         f"a failure has a probability of {found.probability:.2g} "
         f"(95 %: {found.low:.2g} to {found.high:.2g}; {levels})"
     )
-
-
-def shown(point: Mapping[str, Any]) -> str:
-    """Show the values of a point."""
-    return ", ".join(f"{key} {value}" for key, value in point.items())
