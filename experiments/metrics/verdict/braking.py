@@ -28,7 +28,7 @@ BRIDGED = 0.5  # shorter pauses do not end a braking [s]
 BEFORE = 6.0  # the beginning of the braking, that is looked at [s]
 REACTION = USUAL_LIMITS.other_reaction  # [s]
 MOVE = 2.0  # in which a move into the way happens [s]
-LATEST = 0.5  # after the beginning, in which its cause comes into the way [s]
+LATEST = 2.0  # after the beginning, in which its cause comes into the way [s]
 CROSSING = 0.6  # headings that differ by more cross [rad]
 LEAST_GAP = 0.1  # [m]
 
