@@ -93,6 +93,11 @@ class SearchObjective(Strict):
         description="of a column: a worse value is a failure; default: only how an "
         "episode ends is",
     )
+    blame: Literal["anyone", "ego"] = Field(
+        default="anyone",
+        description="ego: a contact that is not the ego's fault, or shared, is no "
+        "failure",
+    )
 
     @model_validator(mode="after")
     def _fits_metric(self) -> Self:

@@ -14,8 +14,10 @@ from experiments.errors import ConfigError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS
 from experiments.metrics.metric import CellKind
+from experiments.metrics.verdict.records import Fault
 from experiments.sweep.task import Failure
 
+BLAMELESS = 1.0  # robustness where others are to blame: nothing to look for there
 LEAST = 1e-9  # below zero, of a failure that the objective does not see
 BROKEN = frozenset(  # endings that are a failure, whatever the objective
     (
@@ -73,6 +75,9 @@ def judge(
     """
     if failure in IMPOSSIBLE:
         return TrialJudgement(None)
+    if objective.blame == "ego" and row[columns.COLLISIONS]:
+        if row[columns.VERDICT] not in (Fault.EGO, Fault.SHARED):
+            return TrialJudgement(BLAMELESS)
     value = robustness(objective, row)
     return TrialJudgement(value, _kind(row, value, objective))
 

@@ -226,6 +226,16 @@ def test_a_near_miss_slopes_where_clearance_does_not():
     assert judge(objective, crash).robustness == -7.0
 
 
+def test_contacts_that_are_not_the_egos_fault_can_be_left_out():
+    objective = SearchObjective(metric="near_miss", blame="ego")
+    crash = {"status": "collision", "collisions": 1, "impact_speed_mps": 7.0}
+    faults = {"ego at fault": True, "shared": True, "other at fault": False}
+    for verdict, fails in faults.items():
+        found = judge(objective, row(**crash, verdict=verdict))
+        assert found.failed is fails
+        assert (found.robustness < 0.0) is fails
+
+
 def test_a_directed_search_begins_at_the_end_farthest_from_the_mild_values():
     ranges = {"x": FLOAT, "y": FLOAT, "z": FLOAT, "side": CHOICE}
     space = SearchSpace(ranges)
