@@ -75,9 +75,9 @@ def judge(
     """
     if failure in IMPOSSIBLE:
         return TrialJudgement(None)
-    if objective.blame == "ego" and row[columns.COLLISIONS]:
-        if row[columns.VERDICT] not in (Fault.EGO, Fault.SHARED):
-            return TrialJudgement(BLAMELESS)
+    blamed = row[columns.VERDICT] in (Fault.EGO, Fault.SHARED)
+    if objective.blame == "ego" and row[columns.COLLISIONS] and not blamed:
+        return TrialJudgement(BLAMELESS)
     value = robustness(objective, row)
     return TrialJudgement(value, _kind(row, value, objective))
 
