@@ -44,20 +44,28 @@ DEFECTS = {
     "window": "sees nothing at gaps of 16 to 34 m",
     "left": "does not see obstacles more than 1.65 m to the left (of ±5)",
 }
-METHODS = ("directed", "tpe", "cma_es")
-BUDGET = 500
-RANDOM_TRIALS = 1000
-HEADER = """# How soon searches find planted defects
+METHODS = ("directed", "tpe")
+BUDGET = 200
+RANDOM_TRIALS = 400
+HEADER = f"""# How soon searches find planted defects
 
 Written by `python -m tests.bench.search_efficiency`; nothing is typed in by hand. Five
 defects were planted in a simple lane keeper
 (`tests/experiments/sweep/search/broken_planner.py`, thresholds `RARE`), each in a space
 of four or five keys (`planted.py` beside it) in which the lane keeper without a defect
 fails nowhere. At random each run fails with the share in the second column
-(95 %: Wilson), so the first failure comes with a median of ln 2 / share runs. Of each
-cell: median of the first failure over its seeds (all of them in brackets), in runs, and
-that median over the median at random; **bold** where it is a tenth or less. Objective
-`near_miss`, batches of 8, budget 500.
+(95 %: Wilson), so the first failure comes with a median of ln 2 / share runs. A cell:
+the median of a method's first failure over its seeds, what part that is of the median
+at random, and the first failures themselves (none: not within {BUDGET} runs); **bold**
+where it is a tenth or less. Objective `near_miss`, batches of 8.
+"""
+READING = """
+`directed` finds at once what breaks at the end of all ranges that is farthest from the
+mild values: fast, close, slow ahead, long. That is where three of these defects were
+planted, and where testers plant theirs; it says nothing about defects elsewhere. Inside
+the ranges (gaps of 16 to 34 m, obstacles a little to the left) it needs the slope of
+the objective, and is sooner than chance by less: the first 16 runs, at the ends, teach
+it little there.
 """
 
 
@@ -151,15 +159,16 @@ def measure(kept: Kept, defects: Sequence[str], seeds: int, chance: int) -> None
         folder = Path(place)
         sys.path.insert(0, str(planted.HERE))
         loaded = {defect: load(defect, folder / defect) for defect in defects}
-        for seed in range(seeds):
-            for defect, one in loaded.items():
-                for method in METHODS:
+        for method in METHODS:
+            for seed in range(seeds):
+                for defect, one in loaded.items():
                     key = f"{defect} {method} {seed}"
                     kept.get(key, partial(first_failure, one, method, seed))
-        for part in range(chance // 100):
-            for defect, one in loaded.items():
-                key = f"{defect} at random {part}"
-                kept.get(key, partial(random_failures, one, part, 100))
+            if method == METHODS[0]:
+                for part in range(chance // 100):
+                    for defect, one in loaded.items():
+                        key = f"{defect} at random {part}"
+                        kept.get(key, partial(random_failures, one, part, 100))
 
 
 def page(found: dict[str, Any]) -> Iterator[str]:
@@ -179,6 +188,7 @@ def page(found: dict[str, Any]) -> Iterator[str]:
         ]
         cells += [_cell(found, f"{defect} {name} ", median) for name in METHODS]
         yield f"| {' | '.join(cells)} |"
+    yield READING
 
 
 def _cell(found: dict[str, Any], start: str, at_random: float) -> str:
@@ -205,7 +215,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     kept = Kept(options.folder)
     measure(kept, options.only or list(DEFECTS), options.seeds, options.chance)
-    text = "\n".join(page(kept.found)) + "\n"
+    text = "\n".join(page(kept.found)).rstrip() + "\n"
     if options.output is None:
         sys.stdout.write(text)
     else:
