@@ -31,6 +31,7 @@ MOVE = 2.0  # in which a move into the way happens [s]
 LATEST = 2.0  # after the beginning, in which its cause comes into the way [s]
 CROSSING = 0.6  # headings that differ by more cross [rad]
 LEAST_GAP = 0.1  # [m]
+MOST_OTHERS = 12  # vehicles looked at, the nearest to the ego
 
 
 class BrakingStretch(NamedTuple):
@@ -179,14 +180,19 @@ def _reason(trace: Trace, stretch: BrakingStretch) -> _Reason | None:
 
 
 def _others(trace: Trace, stretch: BrakingStretch, rows: IntArray) -> list[str]:
-    """List who may be in the way of the one that brakes."""
-    index = trace.steps["index"][stretch.first]
-    here = trace.vehicles["id"][trace.vehicles["index"] == index]
-    late = trace.vehicles["id"][
-        trace.vehicles["index"] == trace.steps["index"][rows[-1]]
-    ]
-    names = [*map(str, here), *map(str, late), *map(str, trace.obstacles["id"]), EGO]
-    return [name for name in dict.fromkeys(names) if name != stretch.who]
+    """List who may be in the way of the one that brakes: the nearest to the ego."""
+    table, steps = trace.vehicles, trace.steps
+    names: dict[str, None] = {EGO: None}
+    for row in (stretch.first, int(rows[-1])):
+        here = np.flatnonzero(table["index"] == steps["index"][row])
+        apart = np.hypot(
+            table["x_m"][here] - steps["x_m"][row],
+            table["y_m"][here] - steps["y_m"][row],
+        )
+        nearest = here[np.argsort(apart, kind="stable")][:MOST_OTHERS]
+        names |= dict.fromkeys(map(str, table["id"][nearest]))
+    names |= dict.fromkeys(map(str, trace.obstacles["id"]))
+    return [name for name in names if name != stretch.who]
 
 
 def _track(
