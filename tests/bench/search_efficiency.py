@@ -108,9 +108,12 @@ def runner(one: Planted) -> Callable[[Sequence[Any]], list[Tried]]:
     """Return what runs points and judges them."""
 
     def run(points: Sequence[Any]) -> list[Tried]:
-        _, plan = sweep_of_points(one.search, one.document, points)
-        rows = [episode(planned) for planned in plan]
-        return [Tried("", judge(one.search.objective, row)) for row in rows]
+        names = [json.dumps(point) for point in points]
+        new = dict(zip(names, points, strict=True))  # one may be proposed twice
+        _, plan = sweep_of_points(one.search, one.document, list(new.values()))
+        rows = dict(zip(new, map(episode, plan), strict=True))
+        objective = one.search.objective
+        return [Tried("", judge(objective, rows[name])) for name in names]
 
     return run
 
