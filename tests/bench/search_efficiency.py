@@ -156,22 +156,30 @@ class Kept:
                 file.write(json.dumps({key: self.found[key]}) + "\n")
 
 
-def measure(kept: Kept, defects: Sequence[str], seeds: int, chance: int) -> None:
-    """Run what is missing: every seed of all methods, then random points."""
+class Asked(NamedTuple):
+    """What is to be measured."""
+
+    defects: Sequence[str]
+    methods: Sequence[str]
+    seeds: int
+    chance: int  # random points of each defect
+
+
+def measure(kept: Kept, asked: Asked) -> None:
+    """Run what is missing: every seed of a method after the other, random points."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         sys.path.insert(0, str(planted.HERE))
-        loaded = {defect: load(defect, folder / defect) for defect in defects}
-        for method in METHODS:
-            for seed in range(seeds):
+        loaded = {defect: load(defect, folder / defect) for defect in asked.defects}
+        for method in asked.methods:
+            for seed in range(asked.seeds):
                 for defect, one in loaded.items():
                     key = f"{defect} {method} {seed}"
                     kept.get(key, partial(first_failure, one, method, seed))
-            if method == METHODS[0]:
-                for part in range(chance // 100):
-                    for defect, one in loaded.items():
-                        key = f"{defect} at random {part}"
-                        kept.get(key, partial(random_failures, one, part, 100))
+        for part in range(asked.chance // 100):
+            for defect, one in loaded.items():
+                key = f"{defect} at random {part}"
+                kept.get(key, partial(random_failures, one, part, 100))
 
 
 def page(found: dict[str, Any]) -> Iterator[str]:
@@ -214,10 +222,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=5, help="of each method")
     parser.add_argument("--chance", type=int, default=RANDOM_TRIALS)
     parser.add_argument("--only", choices=list(DEFECTS), action="append")
+    parser.add_argument("--method", choices=METHODS, action="append")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)
     kept = Kept(options.folder)
-    measure(kept, options.only or list(DEFECTS), options.seeds, options.chance)
+    methods = METHODS if options.method is None else options.method
+    defects = options.only or list(DEFECTS)
+    measure(kept, Asked(defects, methods, options.seeds, options.chance))
     text = "\n".join(page(kept.found)).rstrip() + "\n"
     if options.output is None:
         sys.stdout.write(text)
