@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from experiments.comparison.inference import wilson
+from experiments.comparison.location import LEAST_VALUES
 from experiments.comparison.results import LABEL, Row, rows
 from experiments.errors import ConfigError, ExperimentError
 from experiments.evidence.populations.ranking import (
@@ -51,7 +52,7 @@ HEADER = f"""# Who else drives: populations of drivers
 
 Written by `python -m experiments.evidence.populations.document`; nothing is typed in by
 hand. What a population is stands in
-[Scenario files](reference/scenario_files.md#populations-of-drivers).
+[Scenario files](reference/scenario_files.md#populations-and-errors).
 
 ## The traffic itself
 
@@ -66,9 +67,8 @@ motorways lies between 0.8 and 1.6 s (Treiber and Kesting, Traffic Flow Dynamics
 gaps that are kept are longer than `T`. Steady-state time gaps of single drivers vary by
 up to 64 % of their mean (naturalistic driving on the Dulles airport road, Washington,
 168,053 samples). Two seconds are advised, and many keep less (SWOV fact sheet, Headway
-times and road safety). No published
-figure for hard braking or TTC uses these definitions: those columns compare the
-populations with each other.
+times and road safety). No published figure for hard braking or TTC uses these
+definitions: those columns compare the populations with each other.
 """
 
 
@@ -136,10 +136,13 @@ def _endings(found: Sequence[Row]) -> Iterator[str]:
 
 def _ranked(found: Sequence[Row], metric: str) -> Iterator[str]:
     """Write the order by one metric."""
+    cells = rankings(found, metric)
+    if not cells:
+        return
     yield f"### {METRICS[metric].label_with_unit}\n"
     yield "| relaxation [s] | population | order, best first: mean (95 %) | seeds |"
     yield "|---|---|---|---|"
-    for cell in rankings(found, metric):
+    for cell in cells:
         named = []
         for label, found_mean in zip(cell.order, cell.means, strict=True):
             low, high = found_mean.low, found_mean.high
@@ -149,7 +152,9 @@ def _ranked(found: Sequence[Row], metric: str) -> Iterator[str]:
         yield f"| {' | '.join(row)} | {cell.seeds} |"
     changes = flips(found, metric)
     yield ""
-    if not changes:
+    if not any(one.known for cell in cells for one in cell.means):
+        yield f"Too few seeds for intervals (at least {LEAST_VALUES}): no finding.\n"
+    elif not changes:
         yield (
             "No two planners change places between populations with intervals that "
             "exclude 0 on both sides.\n"
