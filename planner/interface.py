@@ -20,6 +20,14 @@ class PlanStatus(StrEnum):
     INVALID_SCENE = "invalid_scene"
 
 
+class Indicator(StrEnum):
+    """To which side a planner wants to change lanes, for others to see."""
+
+    NONE = ""
+    LEFT = "left"
+    RIGHT = "right"
+
+
 @dataclass(frozen=True, slots=True)
 class PlanStats:
     """Why a cycle ended as it did.
@@ -75,7 +83,8 @@ class PlanResult:
     planner: the caller passes it to the next cycle unchanged. `alternatives` returns
     some of the trajectories considered, `speed_graph` the s-T graph behind the chosen
     one, for display. They are calls so that only a display pays for them; make them
-    right after the cycle, since they keep all of its data alive.
+    right after the cycle, since they keep all of its data alive. `indicator` is what
+    other drivers get to see of the planner's intention.
     """
 
     status: PlanStatus
@@ -84,6 +93,7 @@ class PlanResult:
     stats: PlanStats = field(default_factory=PlanStats)
     alternatives: Callable[[], tuple[Alternative, ...]] | None = None
     speed_graph: Callable[[], SpeedGraph | None] | None = None
+    indicator: Indicator = Indicator.NONE
 
 
 class Planner(Protocol):

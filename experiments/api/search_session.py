@@ -19,8 +19,13 @@ from experiments.sweep.progress import Counts, SweepProgress, sweep_progress
 from experiments.sweep.search.clusters import cluster_failures
 from experiments.sweep.search.coverage import space_coverage
 from experiments.sweep.search.exploration import SearchTrial, explore
+from experiments.sweep.search.files import FOUND
 from experiments.sweep.search.objective import check_objective
-from experiments.sweep.search.proposals import make_proposer
+from experiments.sweep.search.proposals import (
+    RandomProposer,
+    estimate_of,
+    make_proposer,
+)
 from experiments.sweep.search.reduction import reduce_failures
 from experiments.sweep.search.resume import asked_content, note_asked, require_same
 from experiments.sweep.search.runs import (
@@ -30,12 +35,12 @@ from experiments.sweep.search.runs import (
 )
 from experiments.sweep.search.space import SearchSpace, extremes
 from experiments.sweep.search.summary import (
-    FOUND,
     SearchFindings,
     as_plain,
     first_failure,
     table_lines,
 )
+from experiments.world_setup.layout import make_layout
 
 
 class SearchSession:
@@ -54,17 +59,19 @@ class SearchSession:
         self._folder = folder
         self._workers, self._limit = workers, limit
         self._space = SearchSpace(search.space)
-        make_proposer(search.method, self._space, 0, 1)  # its package may be missing
         base = self._first_run([])
         self._mild = self._space.mild_point(base.scenario.resolved())
+        self._goal = self._space.coordinates(self._mild)
+        self._proposer = make_proposer(search, self._space, self._goal)
         self._asked = asked_content(search, self._check_space())
 
     def preview(self) -> str:
         """Describe what would run; write nothing."""
-        search = self._search
+        search, count = self._search, len(self._space.keys)
+        keys = f"{count} keys" if count > 1 else "1 key"
         return (
             f"{search.name}: {search.method}, {search.budget} trials in "
-            f"{len(self._space.keys)} keys, at most {search.most_runs} runs"
+            f"{keys}, at most {search.most_runs} runs"
         )
 
     def drive(self) -> Iterator[str]:
@@ -122,10 +129,11 @@ class SearchSession:
         """Run everything in its order, which is always the same."""
         search, space = self._search, self._space
         mild = runs.run([self._mild])[0]
-        trials = explore(search, space, runs.run)
+        trials = explore(search, space, runs.run, self._proposer)
         against = None
         if search.against is not None:
-            against = explore(search, space, runs.run, "random", search.seed + 1)
+            chance = RandomProposer(space, search.seed + 1)
+            against = explore(search, space, runs.run, chance)
         clusters = cluster_failures(space, trials)
         reduced = reduce_failures(
             [one.worst for one in clusters[: search.reduce]],
@@ -143,14 +151,32 @@ class SearchSession:
             reduced,
             space_coverage(space, [trial.coordinates for trial in trials]),
             against,
+            estimate_of(self._proposer),
         )
 
     def _check_space(self) -> dict[str, object]:
-        """Check the mild point and both ends of every key; return the mild scenario."""
+        """Check the mild point and both ends of every key; return the mild scenario.
+
+        Each is laid out as well: an obstacle may lie beyond the road.
+        """
         for key, one in self._search.space.items():
             for value in extremes(one):
-                self._first_run([{**self._mild, key: value}])
-        return self._first_run([self._mild]).scenario.resolved()
+                self._check_point(key, {**self._mild, key: value})
+        return self._check_point("", self._mild).scenario.resolved()
+
+    def _check_point(self, key: str, point: Point) -> PlannedRun:
+        """Plan a point and lay it out; raises ConfigError at the key's own place."""
+        try:
+            run = self._first_run([point])
+            make_layout(run.scenario)
+        except ConfigError as error:
+            if str(error).startswith(f"{self._document.name}:"):
+                raise
+            # the scenario is sound without the point: the key or its value is not
+            where = self._document.where(("space", key) if key else ("space",))
+            value = f"{key}: {point[key]}" if key else "the mild values"
+            raise ConfigError(f"{where}: {value}: {error}") from error
+        return run
 
     def _first_run(self, points: Sequence[Point]) -> PlannedRun:
         """Plan a run; raises ConfigError if it is no valid scenario."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from experiments.cli.user_errors import report_user_errors
+from experiments.errors import ConfigError
 
 if TYPE_CHECKING:
     from experiments.comparison.event_rates import EventRate
@@ -23,8 +24,9 @@ def rate(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
     *,
     event: Annotated[
-        str, typer.Option(help="Condition on a row, as SQL.")
-    ] = "collisions > 0",
+        str | None,
+        typer.Option(help="Condition on a row, as SQL.  [collisions > 0]"),
+    ] = None,
     weight: Annotated[
         str | None,
         typer.Option(
@@ -38,13 +40,27 @@ def rate(
 ) -> None:
     """Estimate how often an event happens to each planner, with 95 % intervals.
 
+    Of a search with method subset: how probable a failure is in its space.
+
     Example: rearview rate sweeps/smoke --event "collisions > 0 OR min_ttc_s < 1"
 
     Exit status: 0 done, 2 bad input.
     """
     with report_user_errors():
-        from experiments.comparison.event_rates import event_rates
+        from experiments.comparison.event_rates import (
+            USUAL_EVENT,
+            event_rates,
+            searched_probability,
+        )
 
+        searched = searched_probability(folder)
+        if searched is not None:
+            if event is not None or weight is not None:
+                problem = "is not for a subset simulation, which has counted its own"
+                raise ConfigError(f"--event, --weight: {problem}; allowed: none")
+            sys.stdout.write(_probability(searched, as_json=as_json))
+            return
+        event = event or USUAL_EVENT
         found = event_rates(folder, event, weight)
         if as_json:
             sys.stdout.write(json.dumps([_as_json(one) for one in found]) + "\n")
@@ -65,6 +81,15 @@ def _lines(one: "EventRate") -> str:
     if one.effective < kept - 0.5:
         text += f"  effective sample size {one.effective:.0f} of {kept}\n"
     return text
+
+
+def _probability(value: "Interval", *, as_json: bool) -> str:
+    """Format the probability of a failure that was searched."""
+    if as_json:
+        return json.dumps({"per_run": [value.value, value.low, value.high]}) + "\n"
+    if not value.value:
+        return f"failures\n  per run       below {value.high:.3g} (95 %)\n"
+    return f"failures\n  per run       {_interval(value)}\n"
 
 
 def _interval(value: "Interval") -> str:

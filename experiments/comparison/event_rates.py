@@ -14,7 +14,11 @@ from scipy import stats
 from experiments.comparison.inference import wilson
 from experiments.comparison.location import CONFIDENCE, Interval
 from experiments.comparison.results import rows
+from experiments.config.search import SUBSET
 from experiments.errors import ConfigError
+from experiments.metrics import columns
+from experiments.storage.json_files import read_json
+from experiments.sweep.search.files import ASKED, FOUND, PROBABILITY
 from planner.states import FloatArray
 
 USUAL_EVENT = "collisions > 0"
@@ -109,11 +113,16 @@ def event_rates(
         folder: Of the sweep.
         event: Condition on a row, as SQL.
         weight: How much likelier each run is than the sweep has made it, as an SQL
-            expression; None: all runs count the same.
+            expression; None: the runs' own `importance_weight` where they have one,
+            else all count the same.
 
     Raises:
-        ConfigError: If SQL cannot understand one of them, or a weight is no number.
+        ConfigError: If SQL cannot understand one of them, a weight is no number, or
+            the folder is of a search whose trials are no sample.
     """
+    sampled = sample_of(folder)
+    if weight is None and _has_weights(folder):
+        weight = f"coalesce({columns.IMPORTANCE_WEIGHT}, 1.0)"
     expression = "1.0" if weight is None else weight
     rows(folder, f"SELECT ({event}) FROM runs LIMIT 1", "--event")
     rows(folder, f"SELECT ({expression})::DOUBLE FROM runs LIMIT 1", "--weight")
@@ -121,13 +130,63 @@ def event_rates(
         folder,
         f"SELECT label, {_LOST} AS lost, coalesce(({event}), false) AS event, "
         f"({expression})::DOUBLE AS weight, coalesce(distance_m, 0.0) AS distance_m "
-        "FROM runs ORDER BY label",
+        "FROM runs ORDER BY label, run_id",
     )
+    if sampled is not None:  # of a search, without the runs that were not drawn
+        kept = rows(folder, "SELECT run_id FROM runs ORDER BY label, run_id")
+        is_drawn = [row["run_id"] in sampled for row in kept]
+        found = [row for row, drawn in zip(found, is_drawn, strict=True) if drawn]
     labels = sorted({str(row["label"]) for row in found})
     return [
         _rate(label, [r for r in found if r["label"] == label], weighted=bool(weight))
         for label in labels
     ]
+
+
+def sample_of(folder: Path) -> frozenset[str] | None:
+    """Return the runs of a search that are a sample of its space; None of a sweep.
+
+    Raises:
+        ConfigError: If the folder is of a search whose trials were not drawn at random.
+    """
+    if not (folder / ASKED).is_file():
+        return None
+    method = read_json(folder / ASKED).get("method")
+    if method != "random":
+        raise ConfigError(
+            f"{folder}: was searched with {method}: its trials are no sample; allowed: "
+            "a sweep, or a search with method random or subset"
+        )
+    if not (folder / FOUND).is_file():
+        problem = "is a search that is not finished"
+        raise ConfigError(f"{folder}: {problem}; allowed: a finished one")
+    trials = read_json(folder / FOUND)["trials"]
+    return frozenset(str(trial["run_id"]) for trial in trials)
+
+
+def searched_probability(folder: Path) -> Interval | None:
+    """Return the probability of a failure that a subset simulation has estimated.
+
+    None of other folders.
+
+    Raises:
+        ConfigError: If the search is not finished.
+    """
+    if not (folder / ASKED).is_file():
+        return None
+    if read_json(folder / ASKED).get("method") != SUBSET:
+        return None
+    if not (folder / FOUND).is_file():
+        problem = "is a search that is not finished"
+        raise ConfigError(f"{folder}: {problem}; allowed: a finished one")
+    found = read_json(folder / FOUND)[PROBABILITY]
+    return Interval(found["probability"], found["low"], found["high"])
+
+
+def _has_weights(folder: Path) -> bool:
+    """Check whether runs carry weights of their own."""
+    asked = f"SELECT count({columns.IMPORTANCE_WEIGHT}) AS n FROM runs"
+    return bool(rows(folder, asked)[0]["n"])
 
 
 def _rate(label: str, runs: list[dict[str, object]], *, weighted: bool) -> EventRate:

@@ -1,8 +1,8 @@
 """The drivers of the background traffic: who they are, and what they do wrong."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from experiments.config.base import Share, Strict, mismatch
 from sumo_nets.driver_population import POPULATIONS
@@ -36,6 +36,31 @@ class Drivers(Strict):
     stalls_per_h: PerHour = Field(
         default=0.0, description="each driver stops in the lane for 10 to 30 s"
     )
+    cut_ins_per_h: PerHour = Field(
+        default=0.0,
+        description="for 3 to 10 s each driver changes lanes for little, into gaps "
+        "a quarter as long as usual",
+    )
+    red_lights_per_h: PerHour = Field(
+        default=0.0, description="each driver heeds no red light for 5 to 20 s"
+    )
+    right_of_way_violations_per_h: PerHour = Field(
+        default=0.0, description="each driver gives no way at junctions for 5 to 20 s"
+    )
+    late_mergers: Share = Field(
+        default=0.0,
+        description="share of drivers who leave a lane that ends at the last moment",
+    )
+    cooperation: Share = Field(
+        default=0.0,
+        description="probability that a driver opens a gap for an ego that indicates "
+        "a lane change",
+    )
+    near_ego_factor: Annotated[float, Field(ge=1.0, le=1000.0)] = Field(
+        default=1.0,
+        description="errors begin so many times as often within 50 m of the ego; the "
+        "run's importance_weight says how much likelier it is without",
+    )
 
     @classmethod
     def read(cls, value: Any) -> Any:
@@ -52,4 +77,19 @@ class Drivers(Strict):
         """Whether drivers do anything wrong."""
         away = POPULATIONS[self.population].glances is not None
         distracted = away and self.distraction > 0.0
-        return distracted or self.hard_brakes_per_h > 0.0 or self.stalls_per_h > 0.0
+        rates = (
+            self.hard_brakes_per_h,
+            self.stalls_per_h,
+            self.cut_ins_per_h,
+            self.red_lights_per_h,
+            self.right_of_way_violations_per_h,
+        )
+        return distracted or max(rates) > 0.0 or self.late_mergers > 0.0
+
+    @model_validator(mode="after")
+    def _has_errors_to_sample(self) -> Self:
+        """Reject a factor on errors that never happen."""
+        if self.near_ego_factor > 1.0 and not self.err:
+            problem = f"is {self.near_ego_factor:g} of no errors; allowed: 1"
+            raise mismatch("near_ego_factor", problem)
+        return self

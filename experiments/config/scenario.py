@@ -275,8 +275,12 @@ class Scenario(Strict):
         drivers = self.traffic.drivers
         if drivers is not None and drivers.err:
             problem = "err, which is of a single ego; allowed: distraction: 0 and no "
-            problem += "hard_brakes_per_h and stalls_per_h"
+            problem += "other errors"
             raise mismatch("traffic.drivers", problem)
+        if drivers is not None and drivers.cooperation > 0.0:
+            raise mismatch(
+                "traffic.drivers.cooperation", "is of a single ego; allowed: 0"
+            )
 
     @model_validator(mode="after")
     def _fits_world(self) -> Self:

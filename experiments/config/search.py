@@ -8,8 +8,11 @@ from experiments.config.axes import MAX_SEED, Number, Value
 from experiments.config.base import Strict, as_section, mismatch
 from experiments.config.sweep import KeepTraces, SweptPlanner
 
-CLEARANCE = "clearance"  # objective that is no column: continued by the impact speed
-Method = Literal["random", "sobol", "tpe", "cma_es"]
+# objectives that are no columns: after a contact they go on as the impact speed
+CLEARANCE = "clearance"
+NEAR_MISS = "near_miss"
+Method = Literal["random", "sobol", "directed", "tpe", "cma_es", "subset"]
+SUBSET: Method = "subset"  # estimates a probability; the others look for failures
 Direction = Literal["minimise", "maximise"]
 
 
@@ -75,8 +78,9 @@ class SearchObjective(Strict):
     metric: str = Field(
         default=CLEARANCE,
         min_length=1,
-        description="clearance: the least one minus margin_m, after a contact minus "
-        "the impact speed [m/s]; or a column of the results",
+        description="clearance: the least one minus margin_m; near_miss: how close it "
+        "came by clearance, time and braking together; both after a contact minus the "
+        "impact speed [m/s]; or a column of the results",
     )
     margin_m: Annotated[float, Field(ge=0.0, le=100.0)] = Field(
         default=0.0, description="clearance: less of it is a failure"
@@ -89,20 +93,32 @@ class SearchObjective(Strict):
         description="of a column: a worse value is a failure; default: only how an "
         "episode ends is",
     )
+    blame: Literal["anyone", "ego"] = Field(
+        default="anyone",
+        description="ego: a contact that is not the ego's fault, or shared, is no "
+        "failure",
+    )
 
     @model_validator(mode="after")
     def _fits_metric(self) -> Self:
         """Reject keys of the other kind of objective."""
-        if self.metric == CLEARANCE:
+        if self.metric != CLEARANCE and self.margin_m:
+            problem = f"is of clearance; allowed with {self.metric}: 0"
+            raise mismatch("margin_m", problem)
+        if self.metric in (CLEARANCE, NEAR_MISS):
             for key in ("direction", "fails_beyond"):
                 if getattr(self, key) is not None:
-                    raise mismatch(key, "is of a column; allowed with clearance: none")
+                    problem = f"is of a column; allowed with {self.metric}: none"
+                    raise mismatch(key, problem)
         elif self.direction is None:
             problem = "is missing; allowed: minimise, maximise"
             raise mismatch("direction", problem)
-        elif self.margin_m:
-            raise mismatch("margin_m", "is of clearance; allowed with a column: 0")
         return self
+
+    @property
+    def has_threshold(self) -> bool:
+        """Whether it says by itself from where on it is a failure."""
+        return self.metric in (CLEARANCE, NEAR_MISS) or self.fails_beyond is not None
 
 
 class Search(Strict):
@@ -141,7 +157,11 @@ class Search(Strict):
     ] = SearchObjective()
     method: Method = Field(
         default="random",
-        description="tpe and cma_es need the extra `search`",
+        description="tpe and cma_es need the extra `search`; subset estimates how "
+        "probable a failure is, every key uniform over its range",
+    )
+    level_trials: Annotated[int, Field(ge=20, le=100_000)] = Field(
+        default=200, description="subset: trials of one level"
     )
     budget: Annotated[int, Field(ge=1, le=100_000)] = Field(
         default=200, description="trials, before failures are reduced"
@@ -181,6 +201,8 @@ class Search(Strict):
         if self.against == self.method:
             problem = f"is {self.method} as the method is; allowed: another method"
             raise mismatch("against", problem)
+        if self.method == SUBSET:
+            self._check_subset()
         if self.planner.axes.count > 1:
             raise mismatch("planner.axes", "make several; allowed: one planner")
         for section, keys in (("set", self.set), ("planner.set", self.planner.set)):
@@ -188,6 +210,18 @@ class Search(Strict):
                 if key in self.space:
                     raise mismatch(section, f"{key}: is in space too; allowed: one")
         return self
+
+    def _check_subset(self) -> None:
+        """Reject what makes no estimate."""
+        if not self.objective.has_threshold:
+            problem = "is missing; allowed with method subset: a number"
+            raise mismatch("objective.fails_beyond", problem)
+        if self.stop_after_failures is not None:
+            problem = "would end an estimate early; allowed with method subset: none"
+            raise mismatch("stop_after_failures", problem)
+        if self.budget < self.level_trials:
+            least = f"at least level_trials, {self.level_trials}"
+            raise mismatch("budget", f"is {self.budget}; allowed: {least}")
 
     @property
     def most_runs(self) -> int:

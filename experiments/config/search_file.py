@@ -10,6 +10,7 @@ from experiments.config.file_kinds import hint_at_scenario, hint_at_sweep
 from experiments.config.planner_modules import require_allowed
 from experiments.config.scenario_file import tuples
 from experiments.config.search import Search
+from experiments.config.shipped_files import anchored, find_file, shipped_names
 from experiments.config.validation_errors import describe
 from experiments.config.yaml_reader import Document, read_document
 from experiments.errors import ConfigError
@@ -20,7 +21,7 @@ SEARCH_SCHEMA_FILE = SEARCH_FOLDER / "search.schema.json"
 
 def search_names() -> list[str]:
     """List the shipped searches."""
-    return sorted(path.stem for path in SEARCH_FOLDER.glob("*.yaml"))
+    return shipped_names(SEARCH_FOLDER)
 
 
 def load_search(
@@ -39,7 +40,8 @@ def load_search(
     Raises:
         ConfigError: One line that names the file, the key and what is allowed.
     """
-    path = _find(name)
+    other = hint_at_scenario(name) or hint_at_sweep(name)
+    path = find_file(name, SEARCH_FOLDER, "search", other)
     document = read_document(path)
     data = document.data
     if not isinstance(data, dict):
@@ -48,11 +50,8 @@ def load_search(
         other = hint_at_scenario(name, data) or hint_at_sweep(name, data)
         if other is not None:
             raise ConfigError(f"{path}: {other}")
-    scenario = data.get("scenario")
-    if isinstance(scenario, str) and (
-        scenario.endswith((".yaml", ".yml", ".xml")) or "/" in scenario
-    ):
-        data["scenario"] = str((path.parent / scenario).resolve())
+    if "scenario" in data:
+        data["scenario"] = anchored(data["scenario"], path.parent)
     try:
         search = Search.model_validate(tuples(data))
     except ValidationError as error:
@@ -74,18 +73,3 @@ def search_schema() -> dict[str, Any]:
     """Build the JSON Schema of a search file."""
     schema = Search.model_json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
-
-
-def _find(name: str) -> Path:
-    """Resolve a shipped name or a path to the path of the file."""
-    path = Path(name)
-    if name and path.is_dir():
-        raise ConfigError(f"{name}: is a folder; allowed: a search file")
-    if name.endswith((".yaml", ".yml")) or "/" in name:
-        return path
-    if name not in search_names():
-        other = hint_at_scenario(name) or hint_at_sweep(name)
-        listed = ", ".join(search_names())
-        words = other or f"no such search; allowed: {listed}, or a .yaml file"
-        raise ConfigError(f"{name or repr(name)}: {words}")
-    return SEARCH_FOLDER / f"{name}.yaml"

@@ -11,8 +11,9 @@ from pydantic import ValidationError
 from experiments.config.file_kinds import hint_at_scenario
 from experiments.config.planner_modules import require_allowed
 from experiments.config.scenario_file import tuples
+from experiments.config.shipped_files import anchored, find_file, shipped_names
 from experiments.config.sweep import Sweep
-from experiments.config.validation_errors import describe, unknown_name
+from experiments.config.validation_errors import describe
 from experiments.config.yaml_reader import Document, read_document
 from experiments.errors import ConfigError
 
@@ -22,7 +23,7 @@ SCHEMA_FILE = SWEEP_FOLDER / "sweep.schema.json"
 
 def sweep_names() -> list[str]:
     """List the shipped sweeps."""
-    return sorted(path.stem for path in SWEEP_FOLDER.glob("*.yaml"))
+    return shipped_names(SWEEP_FOLDER)
 
 
 def find_sweep(name: str) -> Path:
@@ -31,20 +32,7 @@ def find_sweep(name: str) -> Path:
     Raises:
         ConfigError: If there is neither a file nor a shipped sweep of that name.
     """
-    path = Path(name)
-    if path.is_dir() and name:
-        raise ConfigError(f"{name}: is a folder; allowed: a sweep file")
-    if name.endswith((".yaml", ".yml")) or "/" in name:
-        return path
-    if name not in sweep_names():
-        other = hint_at_scenario(name)
-        if other is not None:
-            raise ConfigError(f"{name}: {other}")
-        hint = unknown_name(name, sweep_names())
-        raise ConfigError(
-            f"{name or repr(name)}: no such sweep; {hint}, or a .yaml file"
-        )
-    return SWEEP_FOLDER / f"{name}.yaml"
+    return find_file(name, SWEEP_FOLDER, "sweep", hint_at_scenario(name))
 
 
 def load_sweep(
@@ -116,8 +104,4 @@ def _anchor_scenarios(data: dict[str, Any], folder: Path) -> None:
     scenarios = data.get("scenarios")
     if not isinstance(scenarios, list):
         return
-    for index, name in enumerate(scenarios):
-        if isinstance(name, str) and (
-            name.endswith((".yaml", ".yml", ".xml")) or "/" in name
-        ):
-            scenarios[index] = str((folder / name).resolve())
+    data["scenarios"] = [anchored(name, folder) for name in scenarios]

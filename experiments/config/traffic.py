@@ -147,6 +147,9 @@ class Traffic(Strict):
         """Reject tempers or models beside a population."""
         if self.drivers is None:
             return self
+        if not self.has_flow and self.slow_leader is None:
+            problem = f"{self.drivers.population}: of no vehicles; allowed: with a flow"
+            raise mismatch("drivers", problem)
         usual = dict(
             zip(
                 ("cautious_share", "aggressive_share"),

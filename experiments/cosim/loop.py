@@ -12,7 +12,7 @@ from experiments.cosim.plant import PlannerOutputError, Plant
 from experiments.cosim.records import Ending, EpisodeStatus, StepRecord
 from experiments.cosim.right_of_way import JunctionTraffic
 from experiments.cosim.road import EgoTask
-from experiments.cosim.world import World
+from experiments.cosim.world import SeesIndicator, World
 from experiments.errors import EntryError, SimulationError
 from planner.interface import Planner
 from planner.scene import Scene
@@ -109,7 +109,10 @@ class RunningEpisode:
         Raises:
             PlannerOutputError: If there is nothing that can be driven.
         """
-        return self._driver.drive(record)
+        record, ego = self._driver.drive(record)
+        if isinstance(self._world, SeesIndicator) and record.plan is not None:
+            self._world.indicate(record.plan.indicator)
+        return record, ego
 
     def scene(self, record: StepRecord) -> Scene | None:
         """Return the scene that a plan is made for; None if none is made now."""

@@ -51,6 +51,7 @@ class TrafficState:
     looks: Mapping[str, VehicleLook] = field(default_factory=dict)  # where known
     erring: tuple[tuple[str, str], ...] = ()  # drivers who err, by id, and how
     future: KnownFuture | None = None  # if planners may know it
+    log_weight: float | None = None  # of errors drawn more often than asked for
 
 
 @dataclass(frozen=True, slots=True)

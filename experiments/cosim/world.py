@@ -4,6 +4,7 @@ from typing import Protocol, runtime_checkable
 
 from experiments.cosim.records import TrafficState
 from experiments.cosim.road import Road
+from planner.interface import Indicator
 from planner.states import CartesianState, Trajectory
 
 
@@ -37,6 +38,15 @@ class World(Protocol):
 
     def close(self) -> None:
         """Remove the ego and end the simulation; allowed at any time."""
+        ...
+
+
+@runtime_checkable
+class SeesIndicator(Protocol):
+    """A world whose drivers react to the ego's indicator."""
+
+    def indicate(self, indicator: Indicator) -> None:
+        """Show what the ego indicates from now on."""
         ...
 
 

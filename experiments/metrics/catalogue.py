@@ -5,6 +5,7 @@ and the reference in the documentation are all derived from this list.
 `python -m experiments.metrics.catalogue` prints the reference as Markdown.
 """
 
+import math
 import sys
 from collections.abc import Mapping
 from functools import partial
@@ -31,6 +32,8 @@ from experiments.metrics import (
 from experiments.metrics.computation import PlanningClock
 from experiments.metrics.fleet_catalogue import FLEET_METRICS
 from experiments.metrics.metric import Better, CellKind, MeasuredEpisode, Metric
+from experiments.metrics.verdict.braking import braking_verdicts, hardest_braking
+from experiments.metrics.verdict.records import Fault
 
 LOWER, HIGHER = Better.LOWER, Better.HIGHER
 TEXT, WHOLE, FLAG = CellKind.TEXT, CellKind.WHOLE, CellKind.FLAG
@@ -93,6 +96,18 @@ def _avoidable_until(episode: MeasuredEpisode) -> float | None:
     if found is None or not found.is_avoidable:
         return None
     return float(episode.trace.steps["time_s"][found.step])
+
+
+def _hard_braking(episode: MeasuredEpisode) -> str | None:
+    """Return the verdict of the hardest braking."""
+    found = hardest_braking(episode.trace)
+    return None if found is None else str(found.fault)
+
+
+def _importance_weight(episode: MeasuredEpisode) -> float | None:
+    """Return the likelihood ratio of a run whose errors were drawn more often."""
+    found = episode.trace.weights["log_weight"]
+    return math.exp(float(found[-1])) if len(found) else None
 
 
 _IDENTITY = (
@@ -179,6 +194,25 @@ _SAFETY = (
         "never be avoided",
         unit="s",
         digits=1,
+    ),
+    Metric(
+        column=columns.HARD_BRAKING_VERDICT,
+        label="verdict of hard braking",
+        kind=TEXT,
+        compute=_hard_braking,
+        formula="whose fault the hardest braking of the ego or of a follower is, from "
+        "3 m/s² on, in the words of `verdict`; null without one",
+    ),
+    Metric(
+        column=columns.HARD_BRAKINGS_CAUSED,
+        label="hard brakings caused",
+        kind=WHOLE,
+        compute=lambda e: sum(
+            one.fault is Fault.EGO for one in braking_verdicts(e.trace)
+        ),
+        formula="brakings of the ego and of its followers with 3 m/s² or more that the "
+        "ego is at fault for",
+        better=LOWER,
     ),
     Metric(
         column=columns.IMPACT_SPEED,
@@ -888,6 +922,14 @@ _WORLD = (
         compute=lambda e: True if e.recorded_traffic else None,
         formula="world commonroad: the others follow a recording and do not react to "
         "the ego; null in other worlds",
+    ),
+    Metric(
+        column=columns.IMPORTANCE_WEIGHT,
+        label="importance weight",
+        compute=_importance_weight,
+        formula="how much likelier the drivers' errors are with the rates asked for "
+        "than with those of `traffic.drivers.near_ego_factor`; null without one",
+        digits=4,
     ),
 )
 

@@ -12,23 +12,20 @@ from typing import Final
 
 import numpy as np
 
-from experiments.metrics.followers import followings
 from experiments.metrics.lane_crossings import lane_crossings
 from experiments.metrics.moments import (
     least_clearance,
     least_time_to_collision,
 )
 from experiments.metrics.tracking import tracked, unseen
+from experiments.metrics.verdict.braking import EGO, braking_verdicts, stretches_of
 from experiments.metrics.verdict.of_trace import verdict_of
 from experiments.trace.schema import Trace
 from planner.interface import PlanStatus
 from planner.scene import OFF_ROAD_TOLERANCE
-from planner.states import BoolArray
 
-HARD_BRAKING = 3.0  # of the ego or a follower, from which on it is an event [m/s²]
 STANDING = 0.1  # slower is standing [m/s]
 STOOD = 1.0  # a shorter stand is no event [s]
-BRIDGED = 0.5  # stretches of one kind that are closer are one [s]
 LASTING = 0.3  # a phase of a planner that is shorter is no event [s]
 AT_LIMIT = 0.5  # share of a step at a limit, from which on it is an event
 UNSEEN_REACH = 10.0  # from the rear axle; farther ones may well be hidden [m]
@@ -149,7 +146,7 @@ def _last_chance(trace: Trace) -> Iterator[Event]:
 def _off_road(trace: Trace) -> Iterator[Event]:
     """Find the stretches off the road."""
     beyond = np.ma.filled(trace.steps["off_road_m"], 0.0)
-    for first, last in _stretches(trace, beyond > OFF_ROAD_TOLERANCE):
+    for first, last in stretches_of(trace, beyond > OFF_ROAD_TOLERANCE):
         most = float(beyond[first : last + 1].max())
         words = f"off the road by up to {most:.2f} m"
         yield Event(EventKind.OFF_ROAD, first, words, last, value=most, unit="m")
@@ -161,43 +158,28 @@ def _fallbacks(trace: Trace) -> Iterator[Event]:
     for status in sorted(set(statuses.tolist()) - {str(PlanStatus.OK)}):
         braking = status == PlanStatus.EMERGENCY_BRAKING
         kind = EventKind.EMERGENCY if braking else EventKind.FALLBACK
-        for first, last in _stretches(trace, statuses == status):
+        for first, last in stretches_of(trace, statuses == status):
             words = status.replace("_", " ")
             yield Event(kind, first, words, last, value=last - first + 1, unit="cycles")
 
 
-def _ego_braking(trace: Trace) -> Iterator[Event]:
-    """Find the stretches in which the ego brakes hard."""
-    rate = np.ma.getdata(trace.steps["acceleration_mps2"])
-    for first, last in _stretches(trace, rate <= -HARD_BRAKING):
-        most = float(-rate[first : last + 1].min())
-        words = f"ego brakes with up to {most:.1f} m/s²"
-        yield Event(EventKind.EGO_BRAKING, first, words, last, "ego", most, "m/s²")
-
-
-def _follower_braking(trace: Trace) -> Iterator[Event]:
-    """Find the stretches in which a follower brakes hard."""
-    indices = np.ma.getdata(trace.steps["index"])
-    for run in followings(trace):
-        rows = np.searchsorted(indices, run.index)
-        for first, last in _stretches(trace, run.acceleration <= -HARD_BRAKING):
-            most = float(-run.acceleration[first : last + 1].min())
-            yield Event(
-                EventKind.FOLLOWER_BRAKING,
-                int(rows[first]),
-                f"{run.id} behind brakes with up to {most:.1f} m/s²",
-                int(rows[last]),
-                run.id,
-                most,
-                "m/s²",
-            )
+def _braking(trace: Trace) -> Iterator[Event]:
+    """Find where the ego or a follower brakes hard, and whose fault it is."""
+    for found in braking_verdicts(trace):
+        who, first, last, most = found.stretch
+        kind = EventKind.EGO_BRAKING if who == EGO else EventKind.FOLLOWER_BRAKING
+        name = "ego" if who == EGO else f"{who} behind"
+        cause = f" ({found.cause})" if found.cause not in ("", EGO) else ""
+        judged = f"{found.fault}: {found.why}{cause}"
+        words = f"{name} brakes with up to {most:.1f} m/s²; {judged}"
+        yield Event(kind, first, words, last, who, most, "m/s²")
 
 
 def _limits(trace: Trace) -> Iterator[Event]:
     """Find the stretches in which steering, drive or grip is at a limit."""
     share = np.nan_to_num(tracked(trace, "limited"))
     step = float(trace.fact("step_s"))
-    for first, last in _stretches(trace, share >= AT_LIMIT):
+    for first, last in stretches_of(trace, share >= AT_LIMIT):
         lasted = (last - first + 1) * step
         words = f"at a limit of steering, drive or grip for {lasted:.1f} s"
         yield Event(EventKind.AT_LIMIT, first, words, last, "ego", lasted, "s")
@@ -229,7 +211,7 @@ def _unseen(trace: Trace) -> Iterator[Event]:
     for name, rows in unseen(trace, UNSEEN_REACH).items():
         marks[:] = False
         marks[rows] = True
-        for first, last in _stretches(trace, marks):
+        for first, last in stretches_of(trace, marks):
             lasted = float(time[last] - time[first]) + float(trace.fact("step_s"))
             if lasted >= MISSED:
                 words = f"{name} nearby is not seen for {lasted:.1f} s"
@@ -321,7 +303,7 @@ def _standing(trace: Trace) -> Iterator[Event]:
     """Find the stretches in which the ego stands."""
     time = np.ma.getdata(trace.steps["time_s"])
     slow = np.abs(np.ma.getdata(trace.steps["speed_mps"])) < STANDING
-    for first, last in _stretches(trace, slow):
+    for first, last in stretches_of(trace, slow):
         stood = float(time[last] - time[first])
         if stood >= STOOD:
             words = f"stands for {stood:.1f} s"
@@ -334,24 +316,12 @@ def _end(trace: Trace) -> Iterator[Event]:
     yield Event(EventKind.END, len(trace.steps["index"]) - 1, f"end: {status}")
 
 
-def _stretches(trace: Trace, marks: BoolArray) -> Iterator[tuple[int, int]]:
-    """Yield first and last row of each marked stretch; short gaps are bridged."""
-    rows = np.flatnonzero(marks)
-    if rows.size == 0:
-        return
-    gap = round(BRIDGED / float(trace.fact("step_s"))) + 1
-    cuts = np.flatnonzero(np.diff(rows) > gap) + 1
-    for run in np.split(rows, cuts):
-        yield int(run[0]), int(run[-1])
-
-
 _FINDERS: Final[tuple[Callable[[Trace], Iterator[Event]], ...]] = (
     _contacts,
     _last_chance,
     _off_road,
     _fallbacks,
-    _ego_braking,
-    _follower_braking,
+    _braking,
     _limits,
     _anew,
     _unseen,

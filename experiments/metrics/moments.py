@@ -36,7 +36,9 @@ from experiments.metrics.pairs import neighbours
 from experiments.metrics.plans import plans_off_the_road
 from experiments.metrics.static_bodies import least_static_time_to_collision
 from experiments.metrics.tracking import tracked
+from experiments.metrics.verdict.braking import braking_verdicts, hardest_braking
 from experiments.metrics.verdict.of_trace import verdict_of
+from experiments.metrics.verdict.records import Fault
 from experiments.trace.schema import Trace
 from planner.interface import PlanStatus
 from planner.scene import OFF_ROAD_TOLERANCE
@@ -278,6 +280,18 @@ def _judged(trace: Trace) -> int | None:
     return first_contact(trace) if avoidable is None else avoidable
 
 
+def _hardest_braking(trace: Trace) -> int | None:
+    """Find where the hardest braking of the ego or of a follower begins."""
+    found = hardest_braking(trace)
+    return None if found is None else found.stretch.first
+
+
+def _braking_caused(trace: Trace) -> int | None:
+    """Find where the first hard braking begins that the ego is at fault for."""
+    own = (one for one in braking_verdicts(trace) if one.fault is Fault.EGO)
+    return next((one.stretch.first for one in own), None)
+
+
 def _largest(name: str) -> Finder:
     """Return a function that finds the largest magnitude of a column of the steps."""
     return lambda trace: largest(np.ma.abs(trace.steps[name]))
@@ -301,6 +315,8 @@ _MOMENTS: Final[Mapping[str, Finder]] = {
     columns.IMPACT_SPEED: first_contact,
     columns.VERDICT: _judged,
     columns.AVOIDABLE_UNTIL: _avoidable,
+    columns.HARD_BRAKING_VERDICT: _hardest_braking,
+    columns.HARD_BRAKINGS_CAUSED: _braking_caused,
     columns.MIN_CLEARANCE: least_clearance,
     columns.MIN_TTC: _least_ttc,
     columns.MIN_TIME_HEADWAY: _least_headway,

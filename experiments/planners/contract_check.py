@@ -18,6 +18,7 @@ from experiments.interrupts import is_interrupt
 from experiments.planners.road_seal import RoadSeal
 from planner.interface import (
     Alternative,
+    Indicator,
     Planner,
     PlanResult,
     PlanStats,
@@ -94,6 +95,7 @@ def checked(result: object) -> PlanResult:
         stats=_checked_stats(result.stats),
         alternatives=_checked_alternatives(result.alternatives),
         speed_graph=_checked_graph(result.speed_graph),
+        indicator=_indicator(result.indicator),
     )
 
 
@@ -109,6 +111,13 @@ def _checked_trajectory(trajectory: Trajectory | None) -> Trajectory | None:
         if column.size > MAX_POINTS:
             raise _wrong(f"trajectory.{name}", column, f"up to {MAX_POINTS} points")
     return Trajectory(**columns)
+
+
+def _indicator(value: object) -> Indicator:
+    """Return the indicator of a result; raises PlannerOutputError."""
+    if value not in set(Indicator):
+        raise _wrong("indicator", value, "left, right or empty")
+    return Indicator(str(value))
 
 
 def _checked_stats(stats: object) -> PlanStats:

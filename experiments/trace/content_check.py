@@ -44,6 +44,7 @@ _NULLABLE: Mapping[str, set[str]] = {
     "egos": {"plan_status", "clearance_m"},
     "perceived": {"acceleration_mps2", "lateral_speed_mps"},
     "driver_errors": set(),
+    "weights": set(),
 }
 # tables whose index is that of a step
 _WITH_STEPS = (

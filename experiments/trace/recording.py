@@ -120,6 +120,14 @@ def build_trace(
             "driver_errors",
             [(r.index, *error) for r in records for error in r.traffic.erring],
         ),
+        weights=_from_rows(
+            "weights",
+            [
+                (r.index, r.traffic.log_weight)
+                for r in records
+                if r.traffic.log_weight is not None
+            ],
+        ),
     )
 
 

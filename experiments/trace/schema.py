@@ -217,7 +217,11 @@ MODEL_TABLES: Mapping[str, Mapping[str, Kind]] = {
     "driver_errors": {  # of the traffic: who errs in a step, and how
         "index": _COUNT,
         "id": _TEXT,
-        "error": _TEXT,  # looks_away, brakes, stalls
+        "error": _TEXT,  # looks_away, brakes, stalls, cuts_in, swerves, ...
+    },
+    "weights": {  # of errors that were drawn more often than asked for
+        "index": _COUNT,
+        "log_weight": _NUMBER,  # how much likelier the run so far is as asked for
     },
 }
 # of `vehicles`, in the order of the table of road users
@@ -246,7 +250,7 @@ def empty_table(name: str) -> Table:
     return {key: column([], kind) for key, kind in MODEL_TABLES[name].items()}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Trace:
     """One recorded episode; the columns of each table stand in `TABLES`."""
 
@@ -271,6 +275,7 @@ class Trace:
     perceived: Table = field(default_factory=lambda: empty_table("perceived"))
     looks: Table = field(default_factory=lambda: empty_table("looks"))
     driver_errors: Table = field(default_factory=lambda: empty_table("driver_errors"))
+    weights: Table = field(default_factory=lambda: empty_table("weights"))
 
     def __post_init__(self) -> None:
         """Check that every table has its columns and all of one length."""

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from experiments.config import Scenario, SumoTraffic
 from experiments.config.traffic import DENSITIES, Traffic
+from experiments.cosim.sumo.cooperation import CooperationSettings
 from experiments.cosim.sumo.driver_errors import DriverErrorSettings, Occurrence
 from experiments.cosim.sumo.settings import ENTRY_PATIENCE, SlowLeader
 from experiments.world_setup.ego_vehicle import ego_type
@@ -19,6 +20,8 @@ TRAFFIC_FILE = "traffic.rou.xml"  # in the run folder
 MINUTES_PER_HOUR = 60.0
 BRAKING_LASTS = 0.5, 2.0  # for no reason [s]
 STALLING_LASTS = 10.0, 30.0  # [s]
+PUSHING_LASTS = 3.0, 10.0  # [s]
+HEEDLESS_FOR = 5.0, 20.0  # of red lights, or of who goes first [s]
 
 
 def write_traffic(
@@ -73,13 +76,28 @@ def driver_errors(
         Occurrence(drivers.hard_brakes_per_h, *BRAKING_LASTS),
         drivers.hard_brake_mps2,
         Occurrence(drivers.stalls_per_h, *STALLING_LASTS),
+        Occurrence(drivers.cut_ins_per_h, *PUSHING_LASTS),
+        Occurrence(drivers.red_lights_per_h, *HEEDLESS_FOR),
+        Occurrence(drivers.right_of_way_violations_per_h, *HEEDLESS_FOR),
+        drivers.late_mergers,
+        drivers.near_ego_factor,
     )
-    return settings if settings.occurrences() else None
+    return settings if settings.happen else None
 
 
 def relaxation(traffic: Traffic | SumoTraffic | None) -> float:
     """Return how long followers take to have their time gap back [s]."""
     return traffic.relaxation_s if isinstance(traffic, Traffic) else 0.0
+
+
+def cooperation(
+    traffic: Traffic | SumoTraffic | None, seed: int
+) -> CooperationSettings | None:
+    """Return which drivers open gaps for the ego, None if nobody does."""
+    drivers = traffic.drivers if isinstance(traffic, Traffic) else None
+    if drivers is None or drivers.cooperation == 0.0:
+        return None
+    return CooperationSettings(seed, drivers.cooperation)
 
 
 def make_demand(scenario: Scenario, layout: Layout) -> Demand:

@@ -29,6 +29,7 @@ from experiments.world_setup.demand_files import checked_demand, taken_vehicle
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import (
     TRAFFIC_FILE,
+    cooperation,
     driver_errors,
     relaxation,
     slow_leader,
@@ -197,6 +198,7 @@ def _sumo_settings(
         lane_change_guard=simulation.lane_change_guard,
         errors=driver_errors(scenario.traffic, simulation.seed),
         relaxation=relaxation(scenario.traffic),
+        cooperation=cooperation(scenario.traffic, simulation.seed),
         step=simulation.step_s,
         seed=random_stream(simulation.seed, simulation.repetition),
         warm_up=warm_up,

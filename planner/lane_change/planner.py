@@ -1,6 +1,6 @@
 """The lane-change planner: keep, seek a gap, change, and turn back while possible."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from planner.bodies import bodies_of
 from planner.contact_check import Contact, first_contact
 from planner.fallback import HARD_GAP, fallback
-from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.interface import Indicator, PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import lane_at, wanted_lane
 from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.change import go_on
@@ -55,7 +55,9 @@ class LaneChangePlanner:
         candidate = _decide(situation, last, self.settings, counts)
         if candidate is None:
             return _fall_back(situation, last, self.settings, counts)
-        return _result(candidate, last, self.settings, counts)
+        result = _result(candidate, last, self.settings, counts)
+        indicator = _indicator(situation, candidate, last, self.settings)
+        return replace(result, indicator=indicator)
 
 
 def _decide(
@@ -65,7 +67,6 @@ def _decide(
     counts: SearchCounts,
 ) -> PlanCandidate | None:
     """Try the phases in turn; None if nothing can be planned."""
-    scene = here.scene
     bound = settings.manoeuvre.consistent or (
         last is not None and last.phase is Phase.COMMITTED
     )
@@ -75,16 +76,31 @@ def _decide(
             return candidate
         if last.phase is Phase.COMMITTED:
             return None
-    ego = scene.ego_frenet
+    lane, target, least = _wanted(here, last, settings)
+    if target is not None:
+        if settings.gaps.rule is GapRule.HORIZON:
+            targets = _targets(here, lane, target, least)
+            found = seek_gap(here, last, lane, targets, settings, counts)
+        else:
+            found = seek(here, last, lane, target, settings, counts)
+        if found is not None:
+            return found
+    return keep(here, lane, target, settings, counts)
+
+
+def _wanted(
+    here: Situation, last: Memory | None, settings: LaneChangeSettings
+) -> tuple[int, int | None, float]:
+    """Return the lane kept, the one wanted, and the gain that it has to have [m/s]."""
+    scene, ego = here.scene, here.scene.ego_frenet
     lane = last.lane if last is not None else lane_at(scene.lanes, ego.s, ego.l)
     if not np.isfinite(here.lane_speeds[min(lane, here.lane_speeds.size - 1)]):
         lane = lane_at(scene.lanes, ego.s, ego.l)
     seeking = last is not None and last.phase is not Phase.KEEP
     gain = 0.3 * settings.manoeuvre.gain if seeking else settings.manoeuvre.gain
     left_hand = scene.lanes.left_hand
-    rolled_out = settings.gaps.rule is GapRule.HORIZON
     # queues dissolve, walls do not; the earlier it begins, the calmer is the change
-    least = FOR_A_WALL if rolled_out else gain
+    least = FOR_A_WALL if settings.gaps.rule is GapRule.HORIZON else gain
     target = wanted_lane(here.static_lane_speeds, lane, least, left_hand=left_hand)
     if target is None:
         target = wanted_lane(here.lane_speeds, lane, gain, left_hand=left_hand)
@@ -93,15 +109,25 @@ def _decide(
             and here.static_lane_speeds[target] + gain < here.static_lane_speeds[lane]
         ):
             target = None
-    if target is not None:
-        if rolled_out:
-            targets = _targets(here, lane, target, least)
-            found = seek_gap(here, last, lane, targets, settings, counts)
-        else:
-            found = seek(here, last, lane, target, settings, counts)
-        if found is not None:
-            return found
-    return keep(here, lane, target, settings, counts)
+    return lane, target, least
+
+
+def _indicator(
+    here: Situation,
+    candidate: PlanCandidate,
+    last: Memory | None,
+    settings: LaneChangeSettings,
+) -> Indicator:
+    """Return the side of the lane that is wanted or being changed to."""
+    if candidate.change is not None:
+        lane, target = candidate.change.lane, candidate.change.target
+    else:
+        lane, wanted, _ = _wanted(here, last, settings)
+        if wanted is None:
+            return Indicator.NONE
+        target = wanted
+    centres, _ = here.scene.lanes.at(here.scene.ego_frenet.s)
+    return Indicator.LEFT if centres[target] > centres[lane] else Indicator.RIGHT
 
 
 def _targets(here: Situation, lane: int, target: int, gain: float) -> tuple[int, ...]:

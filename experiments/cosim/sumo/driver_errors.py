@@ -1,10 +1,18 @@
-"""Drivers who err: they look away, brake for no reason, or stop in their lane.
+"""Drivers who err: they look away, brake for no reason, cut in, heed no red light.
 
 When each of them errs is a Poisson process of its own, drawn from the seed and the
 vehicle's id alone. Neither the ego nor other vehicles change it: with and without ego,
 and with any planner, the same drivers err at the same moments.
+
+Near the ego errors may begin a number of times as often, to see rare ones. The process
+is then drawn with the higher rate, and away from the ego thinned to the one asked for
+(Lewis and Shedler, Naval Res. Logist. Q. 26 (1979) 403). The likelihood ratio of the
+run, asked for over drawn, is exp((k - 1) r T) / k^n with n errors begun near the ego,
+T the time in which they could have and r the rate asked for (Girsanov's theorem for
+point processes: Brémaud, Point Processes and Queues, 1981, chapter VI).
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -18,6 +26,13 @@ AWARENESS = "device.driverstate.awareness"
 HAS_DRIVER_STATE = "has.driverstate.device"
 FULL_AWARENESS = 1.0
 SECONDS_PER_HOUR = 3600.0
+REACH = 50.0  # from the ego, within which errors may be drawn more often [m]
+CHARACTER = b"character"  # of a driver: what does not change
+STRATEGIC = "laneChangeModel.lcStrategic"
+LATE = 0.05  # of the usual distance before a lane's end, in which to leave it
+RED_BIT, WAY_BIT = 16, 8  # of SUMO's speed mode
+# of a driver who cuts in: SUMO's parameters, times these
+PUSHING = {"laneChangeModel.lcAssertive": 4.0, "laneChangeModel.lcSpeedGain": 20.0}
 MIN_GAP_BETWEEN = 0.1  # from the end of one error to the next of its kind [s]
 
 
@@ -27,6 +42,9 @@ class DriverError(StrEnum):
     LOOKS_AWAY = "looks_away"
     BRAKES = "brakes"
     STALLS = "stalls"
+    CUTS_IN = "cuts_in"
+    RUNS_RED = "runs_red"
+    TAKES_WAY = "takes_way"  # heeds no right of way
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +66,16 @@ class DriverErrorSettings:
     braking: Occurrence | None = None
     deceleration: float = 4.0  # of drivers who brake for no reason [m/s²]
     stalling: Occurrence | None = None
+    cutting_in: Occurrence | None = None
+    running_red: Occurrence | None = None
+    taking_way: Occurrence | None = None
+    late_mergers: float = 0.0  # share of drivers
+    factor: float = 1.0  # on all rates near the ego
+
+    @property
+    def happen(self) -> bool:
+        """Whether anybody errs at all."""
+        return bool(self.occurrences()) or self.late_mergers > 0.0
 
     def occurrences(self) -> list[tuple[DriverError, Occurrence]]:
         """List the errors that happen at all."""
@@ -55,6 +83,9 @@ class DriverErrorSettings:
             (DriverError.LOOKS_AWAY, self.glances),
             (DriverError.BRAKES, self.braking),
             (DriverError.STALLS, self.stalling),
+            (DriverError.CUTS_IN, self.cutting_in),
+            (DriverError.RUNS_RED, self.running_red),
+            (DriverError.TAKES_WAY, self.taking_way),
         )
         return [(kind, one) for kind, one in pairs if one and one.per_hour > 0.0]
 
@@ -65,11 +96,17 @@ class ErrorTimes:
     Args:
         occurrence: How often, and for how long.
         key: Numbers that the random stream is made of.
+        factor: Drawn so many times as often; `mark` tells which are too many.
     """
 
-    def __init__(self, occurrence: Occurrence, key: list[int]) -> None:
+    def __init__(
+        self, occurrence: Occurrence, key: list[int], factor: float = 1.0
+    ) -> None:
         self._occurrence = occurrence
         self._rng = np.random.default_rng(key)
+        self._factor = factor
+        self.mark = 0.0  # of the present interval, uniform from 0 to 1
+        self.begins = 0  # number of intervals so far
         self._begin = self._end = -MIN_GAP_BETWEEN
         self._next()
 
@@ -79,6 +116,11 @@ class ErrorTimes:
             self._next()
         return time >= self._begin
 
+    @property
+    def per_second(self) -> float:
+        """Rate asked for [1/s]."""
+        return self._occurrence.per_hour / SECONDS_PER_HOUR
+
     def remaining(self, time: float) -> float:
         """Return how long the present interval goes on from a time on [s]."""
         return self._end - time
@@ -86,9 +128,13 @@ class ErrorTimes:
     def _next(self) -> None:
         """Draw the next interval."""
         one = self._occurrence
-        pause = self._rng.exponential(SECONDS_PER_HOUR / one.per_hour)
+        drawn = one.per_hour * self._factor
+        pause = self._rng.exponential(SECONDS_PER_HOUR / drawn)
         self._begin = self._end + MIN_GAP_BETWEEN + pause
         self._end = self._begin + self._rng.uniform(one.shortest, one.longest)
+        self.begins += 1
+        if self._factor > 1.0:
+            self.mark = self._rng.random()
 
 
 @dataclass(slots=True)
@@ -97,6 +143,8 @@ class _Driver:
 
     times: dict[DriverError, ErrorTimes]
     active: set[DriverError] = field(default_factory=set)
+    usual: dict[str, str] = field(default_factory=dict)  # before it cuts in
+    judged: dict[DriverError, tuple[int, bool]] = field(default_factory=dict)
 
 
 class DriverErrors:
@@ -116,19 +164,31 @@ class DriverErrors:
         self._spared = frozenset(spared)
         self._occurrences = settings.occurrences()
         self._drivers: dict[str, _Driver] = {}
+        self._asked_at: float | None = None  # [s]
+        self._log_weight = 0.0
 
-    def update(self, time: float) -> None:
+    @property
+    def log_weight(self) -> float | None:
+        """Logarithm of the run's likelihood ratio so far; None where it is always 1."""
+        return None if self._settings.factor == 1.0 else self._log_weight
+
+    def update(self, time: float, ego: tuple[float, float] | None = None) -> None:
         """Begin and end errors; called before each step.
 
         Args:
             time: Since the simulation began [s].
+            ego: Where it is [m]; None without one.
         """
         present = self._sumo.vehicle.getIDList()
+        lasted = 0.0 if self._asked_at is None else time - self._asked_at
+        self._asked_at = time
         for name in sorted(set(present) - self._spared):
             driver = self._drivers.get(name)
             if driver is None:
                 driver = self._drivers[name] = self._meet(name)
             now = {kind for kind, times in driver.times.items() if times.active(time)}
+            if self._settings.factor > 1.0:
+                now = self._thinned(name, driver, now, lasted, ego)
             if DriverError.STALLS in now:  # who stands does not brake
                 now.discard(DriverError.BRAKES)
             for kind in sorted(driver.active - now):
@@ -138,6 +198,44 @@ class DriverErrors:
             driver.active = now
         for name in self._drivers.keys() - set(present):
             del self._drivers[name]
+
+    def _thinned(
+        self,
+        name: str,
+        driver: _Driver,
+        now: set[DriverError],
+        lasted: float,
+        ego: tuple[float, float] | None,
+    ) -> set[DriverError]:
+        """Leave out what is too much away from the ego, and weigh what is near it.
+
+        Args:
+            name: Of the vehicle.
+            driver: Its errors.
+            now: Those that were drawn for this moment.
+            lasted: Since the moment before [s].
+            ego: Where it is [m].
+        """
+        factor = self._settings.factor
+        near = ego is not None and (
+            math.dist(self._sumo.vehicle.getPosition(name), ego) <= REACH
+        )
+        kept = set()
+        for kind, times in driver.times.items():
+            if kind not in now:
+                if near:  # it could have begun
+                    rate = times.per_second
+                    self._log_weight += (factor - 1.0) * rate * lasted
+                continue
+            number, drawn = driver.judged.get(kind, (0, False))
+            if number != times.begins:
+                drawn = near or times.mark * factor < 1.0
+                driver.judged[kind] = times.begins, drawn
+                if near:
+                    self._log_weight -= math.log(factor)
+            if drawn:
+                kept.add(kind)
+        return kept
 
     def present(self) -> tuple[tuple[str, DriverError], ...]:
         """List who errs now, and how, sorted by id."""
@@ -153,9 +251,17 @@ class DriverErrors:
         if self._sumo.vehicle.getParameter(name, HAS_DRIVER_STATE) != "true":
             kinds = [pair for pair in kinds if pair[0] is not DriverError.LOOKS_AWAY]
         key = [self._settings.seed, crc32(name.encode())]
-        return _Driver(
-            {kind: ErrorTimes(one, [*key, crc32(kind.encode())]) for kind, one in kinds}
+        factor = self._settings.factor
+        driver = _Driver(
+            {
+                kind: ErrorTimes(one, [*key, crc32(kind.encode())], factor)
+                for kind, one in kinds
+            }
         )
+        drawn = np.random.default_rng([*key, crc32(CHARACTER)])
+        if drawn.random() < self._settings.late_mergers:
+            self._sumo.vehicle.setParameter(name, STRATEGIC, repr(LATE))
+        return driver
 
     def _begin(self, name: str, kind: DriverError, lasts: float) -> None:
         """Let a driver begin to err."""
@@ -165,8 +271,12 @@ class DriverErrors:
         elif kind is DriverError.BRAKES:
             lost = self._settings.deceleration * lasts
             vehicle.slowDown(name, max(vehicle.getSpeed(name) - lost, 0.0), lasts)
-        else:
+        elif kind is DriverError.STALLS:
             vehicle.setSpeed(name, 0.0)
+        elif kind in (DriverError.RUNS_RED, DriverError.TAKES_WAY):
+            self._set_heed(name, kind, heeds=False)
+        else:
+            self._cut_in(name, self._drivers[name])
 
     def _end(self, name: str, kind: DriverError) -> None:
         """Let a driver drive on as usual."""
@@ -174,3 +284,27 @@ class DriverErrors:
             self._sumo.vehicle.setParameter(name, AWARENESS, repr(FULL_AWARENESS))
         elif kind is DriverError.STALLS:
             self._sumo.vehicle.setSpeed(name, -1.0)
+        elif kind in (DriverError.RUNS_RED, DriverError.TAKES_WAY):
+            self._set_heed(name, kind, heeds=True)
+        elif kind is DriverError.CUTS_IN:
+            for key, value in self._drivers[name].usual.items():
+                self._sumo.vehicle.setParameter(name, key, value)
+
+    def _set_heed(self, name: str, kind: DriverError, *, heeds: bool) -> None:
+        """Let a driver heed red lights, or who goes first, or not."""
+        bit = RED_BIT if kind is DriverError.RUNS_RED else WAY_BIT
+        vehicle = self._sumo.vehicle
+        mode = vehicle.getSpeedMode(name)
+        vehicle.setSpeedMode(name, mode | bit if heeds else mode & ~bit)
+
+    def _cut_in(self, name: str, driver: _Driver) -> None:
+        """Let a driver change lanes for little, into gaps that are too short.
+
+        Not by a command: SUMO 1.28 writes past its memory when one changes lanes by
+        command while changes take time.
+        """
+        vehicle = self._sumo.vehicle
+        driver.usual = {key: vehicle.getParameter(name, key) for key in PUSHING}
+        for key, factor in PUSHING.items():
+            pushed = float(driver.usual[key]) * factor
+            vehicle.setParameter(name, key, repr(pushed))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from experiments.cosim.road import EgoTask, Road
+from experiments.cosim.sumo.cooperation import CooperationSettings
 from experiments.cosim.sumo.driver_errors import DriverErrorSettings
 from experiments.cosim.sumo.driver_settings import SumoDriverSettings
 from sumo_nets.demand_files import DemandFiles, command_options
@@ -50,6 +51,7 @@ class SumoSettings:
     lane_change_guard: bool = True  # no lane change into an ego abreast
     errors: DriverErrorSettings | None = None  # of the traffic's drivers
     relaxation: float = 0.0  # until a follower cut in has its time gap back [s]
+    cooperation: CooperationSettings | None = None  # with an ego that indicates
     step: float = 0.1  # [s]
     seed: int = 42
     warm_up: float = 60.0  # of traffic alone before the ego asks to enter [s]

@@ -17,6 +17,7 @@ from experiments.cosim.road import Road
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo import obstacle_vehicles as obstacles
 from experiments.cosim.sumo.closed_lanes import close_to_traffic
+from experiments.cosim.sumo.cooperation import Cooperation
 from experiments.cosim.sumo.driver_errors import DriverErrors
 from experiments.cosim.sumo.ego_entry import (
     EGO_ID,
@@ -46,6 +47,7 @@ from experiments.cosim.sumo.settings import (
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
 from experiments.errors import EntryError, SimulationError
+from planner.interface import Indicator
 from planner.reference_path.frenet import state_on_path
 from planner.right_of_way.records import Foe
 from planner.scene import RoadUsers
@@ -76,6 +78,8 @@ class SumoWorld:
         self._guard: LaneChangeGuard | None = None
         self._errors: DriverErrors | None = None
         self._relaxation: Relaxation | None = None
+        self._cooperation: Cooperation | None = None
+        self._indicator = Indicator.NONE
         self._others: RoadUsers | None = None  # as last observed
         self._ego_front = (math.nan, math.nan)
         self._reader: VehicleReader | None = None
@@ -135,6 +139,9 @@ class SumoWorld:
             self._guard = LaneChangeGuard(sumo)
         if settings.relaxation > 0.0:
             self._relaxation = Relaxation(sumo, settings.relaxation)
+        if settings.cooperation is not None:
+            hidden = frozenset(self._hidden)
+            self._cooperation = Cooperation(sumo, settings.cooperation, EGO_ID, hidden)
         self._ego_front = frames.front_from_rear_axle(ego, self._vehicle)[:2]
         return ego
 
@@ -150,10 +157,17 @@ class SumoWorld:
             looks = reader.looks(self._others.ids)
             signals = self._read_signals(sumo)
         time = self._steps * self.step
-        erring = () if self._errors is None else self._errors.present()
+        errors = self._errors
+        erring = () if errors is None else errors.present()
         ghost = self._ghost_state()
         return TrafficState(
-            time, self._others, signals, ghost, looks=looks, erring=erring
+            time,
+            self._others,
+            signals,
+            ghost,
+            looks=looks,
+            erring=erring,
+            log_weight=None if errors is None else errors.log_weight,
         )
 
     def movements(
@@ -211,13 +225,20 @@ class SumoWorld:
         return ego
 
     def _move_drivers(self, sumo: Libsumo) -> None:
-        """Let drivers err, and followers who were cut in relax, before a step."""
+        """Let drivers err, cooperate, and relax after a cut-in, before a step."""
         if self._errors is not None:
-            self._errors.update(float(sumo.simulation.getTime()))
+            ego = self._ego_front if math.isfinite(self._ego_front[0]) else None
+            self._errors.update(float(sumo.simulation.getTime()), ego)
         if self._relaxation is not None:
             has_ghost = self._ghost is not None and self._ghost.pose is not None
             leaders = (EGO_ID, GHOST + EGO_ID) if has_ghost else (EGO_ID,)
             self._relaxation.update(self._steps * self.step, leaders)
+        if self._cooperation is not None:
+            self._cooperation.update(self._steps * self.step, self._indicator)
+
+    def indicate(self, indicator: Indicator) -> None:
+        """Show what the ego indicates from now on."""
+        self._indicator = indicator
 
     def _keep_pace(self) -> None:
         """Wait so that a step takes as long as it lasts."""

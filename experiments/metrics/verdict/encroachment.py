@@ -30,8 +30,8 @@ class WaysBefore:
 def ways_before(case: ContactCase) -> WaysBefore:
     """Find who was in whose way up to the contact."""
     return WaysBefore(
-        _since(_in_way(case.ego, case.other)),
-        None if case.standing else _since(_in_way(case.other, case.ego)),
+        _since(in_way(case.ego, case.other)),
+        None if case.standing else _since(in_way(case.other, case.ego)),
     )
 
 
@@ -59,8 +59,8 @@ def _moved(track: BodyTrack, first: int, nx: float, ny: float) -> float:
     return float(dx * nx + dy * ny)
 
 
-def _in_way(body: BodyTrack, other: BodyTrack) -> BoolArray:
-    """Check in which steps a body is in another's way, straight ahead of it."""
+def in_way(body: BodyTrack, other: BodyTrack) -> BoolArray:
+    """Check in which steps the other is in a body's way, straight ahead of it."""
     reach: FloatArray = np.maximum(AHEAD * body.speed, LEAST)
     way = RectangleRows(
         body.x + 0.5 * reach * np.cos(body.heading),

@@ -1,9 +1,10 @@
 """The verdict of a recorded episode: of its first contact, or of leaving the road."""
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from experiments.metrics.impact import first_contact
-from experiments.metrics.pairs import obstacle_places
 from experiments.metrics.right_of_way import passed_lines
 from experiments.metrics.verdict.judge import judge_contact
 from experiments.metrics.verdict.records import (
@@ -12,7 +13,14 @@ from experiments.metrics.verdict.records import (
     ContactVerdict,
     Fault,
 )
-from experiments.trace.schema import Table, Trace
+from experiments.metrics.verdict.tracks import (
+    ego_track,
+    obstacle_track,
+    places_of_obstacles,
+    standing_track,
+    vehicle_track,
+)
+from experiments.trace.schema import Trace
 from planner.scene import OFF_ROAD_TOLERANCE
 from planner.states import FloatArray, IntArray
 
@@ -21,16 +29,23 @@ NEAR = 60.0  # bystanders farther from the ego bar no way out [m]
 MOST_BYSTANDERS = 12
 AT_CROSSING = 1.0  # before the contact, in which a right of way counts [s]
 RED_LINE = 6.0  # before the contact, in which a closed line was driven over [s]
-
-Places = tuple[FloatArray, FloatArray, FloatArray]  # x, y, heading
+_JUDGED: WeakKeyDictionary[Trace, ContactVerdict | None] = WeakKeyDictionary()
 
 
 def verdict_of(trace: Trace) -> ContactVerdict | None:
     """Judge the first contact of an episode, or its leaving the road.
 
     Returns:
-        The verdict, its steps rows of the trace; None where there was neither.
+        The verdict, its steps rows of the trace; None where there was neither. Row,
+        events and moments all ask for it: it is computed once.
     """
+    if trace not in _JUDGED:
+        _JUDGED[trace] = _judge(trace)
+    return _JUDGED[trace]
+
+
+def _judge(trace: Trace) -> ContactVerdict | None:
+    """Judge an episode."""
     found = first_contact(trace)
     if found is None:
         return _off_road(trace)
@@ -79,24 +94,24 @@ def contact_case(trace: Trace, row: int, body: str) -> tuple[ContactCase, int]:
     step = float(trace.fact("step_s"))
     first = max(row - round(SEEN / step), 0)
     rows = np.arange(first, row + 1)
-    on_map = _vehicle(trace, body, rows, on_path=False)
+    on_map = vehicle_track(trace, body, rows, on_path=False)
     left, right = _room(trace, rows)
     if on_map is None:
-        other = _obstacle(trace, body, rows)
-        on_path = _ego(trace, rows, on_path=True)
-        ego = on_path if np.isfinite(on_path.x).all() else _ego(trace, rows)
+        other = obstacle_track(trace, body, rows)
+        on_path = ego_track(trace, rows, on_path=True)
+        ego = on_path if np.isfinite(on_path.x).all() else ego_track(trace, rows)
         bystanders = _bystanders(trace, body, rows, on_path=ego is on_path)
         if ego is not on_path:
-            other = _obstacle(trace, body, rows, on_path=False)
+            other = obstacle_track(trace, body, rows, on_path=False)
         return ContactCase(
             step, ego, other, left, right, bystanders, standing=True
         ), first
-    other = _vehicle(trace, body, rows, on_path=True) or on_map
-    ego = _ego(trace, rows, on_path=True)
+    other = vehicle_track(trace, body, rows, on_path=True) or on_map
+    ego = ego_track(trace, rows, on_path=True)
     there = np.isfinite(on_map.x)
     flat = bool(np.isfinite(ego.x).all() and np.isfinite(other.x[there]).all())
     if not flat:
-        ego, other = _ego(trace, rows), on_map
+        ego, other = ego_track(trace, rows), on_map
     case = ContactCase(
         step,
         ego,
@@ -108,96 +123,6 @@ def contact_case(trace: Trace, row: int, body: str) -> tuple[ContactCase, int]:
         plane=(on_map,),
     )
     return case, first
-
-
-def _ego(trace: Trace, rows: IntArray, *, on_path: bool = False) -> BodyTrack:
-    """Return the ego's motion."""
-    steps = trace.steps
-    length, width = float(trace.fact("length_m")), float(trace.fact("width_m"))
-
-    def kept(name: str) -> FloatArray:
-        return np.asarray(np.ma.filled(steps[name], np.nan)[rows], dtype=np.float64)
-
-    speed, rate = kept("speed_mps"), kept("acceleration_mps2")
-    if on_path:
-        x, y = kept("centre_s_m"), kept("centre_l_m")
-        return BodyTrack(x, y, kept("heading_error_rad"), speed, rate, length, width)
-    heading = kept("heading_rad")
-    reach = 0.5 * length - float(trace.fact("rear_overhang_m"))
-    x = kept("x_m") + reach * np.cos(heading)
-    y = kept("y_m") + reach * np.sin(heading)
-    return BodyTrack(x, y, heading, speed, rate, length, width)
-
-
-def _vehicle(
-    trace: Trace, name: str, rows: IntArray, *, on_path: bool
-) -> BodyTrack | None:
-    """Return a vehicle's motion, NaN where it is not there; None if it is none."""
-    table = trace.vehicles
-    mine = np.flatnonzero(table["id"] == name)
-    if not mine.size:
-        return None
-    at = np.searchsorted(trace.steps["index"], table["index"][mine])
-    inside = (at >= rows[0]) & (at <= rows[-1])
-    mine, at = mine[inside], at[inside] - rows[0]
-    if not mine.size:
-        return None
-
-    def kept(key: str) -> FloatArray:
-        values = np.full(rows.size, np.nan)
-        values[at] = np.ma.filled(table[key], np.nan)[mine]
-        return values
-
-    names = (
-        ("s_m", "l_m", "heading_error_rad")
-        if on_path
-        else ("x_m", "y_m", "heading_rad")
-    )
-    x, y, heading = (kept(key) for key in names)
-    return BodyTrack(
-        x,
-        y,
-        heading,
-        kept("speed_mps"),
-        kept("acceleration_mps2"),
-        float(table["length_m"][mine[-1]]),
-        float(table["width_m"][mine[-1]]),
-    )
-
-
-def _obstacle(
-    trace: Trace, name: str, rows: IntArray, *, on_path: bool = True
-) -> BodyTrack:
-    """Return an obstacle as a body that stands; a disc as the square about it."""
-    bodies = trace.obstacles
-    place = int(np.flatnonzero(bodies["id"] == name)[0])
-    return _standing(bodies, place, _obstacle_places(trace, on_path=on_path), rows)
-
-
-def _obstacle_places(trace: Trace, *, on_path: bool) -> Places:
-    """Return the obstacles' places, on the path or the map."""
-    if on_path:
-        return obstacle_places(trace)
-    x, y, heading = (
-        np.ma.getdata(trace.obstacles[key]) for key in ("x_m", "y_m", "heading_rad")
-    )
-    return x, y, heading
-
-
-def _standing(bodies: Table, place: int, places: Places, rows: IntArray) -> BodyTrack:
-    """Return one obstacle as a body that stands."""
-    x, y, heading = (np.full(rows.size, float(axis[place])) for axis in places)
-    grown = 2.0 * float(np.ma.getdata(bodies["radius_m"])[place])
-    still = np.zeros(rows.size)
-    return BodyTrack(
-        x,
-        y,
-        heading,
-        still,
-        still,
-        float(np.ma.getdata(bodies["length_m"])[place]) + grown,
-        float(np.ma.getdata(bodies["width_m"])[place]) + grown,
-    )
 
 
 def _bystanders(
@@ -213,15 +138,15 @@ def _bystanders(
     near = now[np.argsort(apart, kind="stable")][: int((apart < NEAR).sum())]
     found = []
     for name in table["id"][near][: MOST_BYSTANDERS + 1]:
-        track = _vehicle(trace, name, rows, on_path=on_path)
+        track = vehicle_track(trace, name, rows, on_path=on_path)
         if name != body and track is not None and np.isfinite(track.x[-1]):
             found.append(track)
-    places = _obstacle_places(trace, on_path=on_path)
-    ego = _ego(trace, rows[-1:], on_path=on_path)
+    places = places_of_obstacles(trace, on_path=on_path)
+    ego = ego_track(trace, rows[-1:], on_path=on_path)
     for k, name in enumerate(trace.obstacles["id"]):
         far = np.hypot(places[0][k] - ego.x[-1], places[1][k] - ego.y[-1])
         if name != body and far < NEAR:
-            found.append(_standing(trace.obstacles, k, places, rows))
+            found.append(standing_track(trace.obstacles, k, places, rows))
     return tuple(found)
 
 

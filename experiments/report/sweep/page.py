@@ -20,6 +20,7 @@ from experiments.report.html import PAGE_FILE, render, save
 from experiments.report.run.page import save_run_page
 from experiments.report.sweep.data import sweep_data
 from experiments.report.sweep.failures import failure_kinds
+from experiments.report.sweep.searched import search_part
 from experiments.sweep.folder import (
     RERUNS,
     load_sweep_copy,
@@ -88,6 +89,7 @@ def sweep_page(folder: Path, beside: Path) -> str:
         )
     facts = _words(folder, sweep, found)
     facts["failures"] = failure_kinds(found, axes, places)
+    facts["search"] = search_part(folder)
     return render("sweep.html.j2", _SCRIPTS, data, facts)
 
 

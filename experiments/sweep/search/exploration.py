@@ -4,10 +4,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from experiments.config.axes import Point
-from experiments.config.search import Method, Search
+from experiments.config.search import Search
 from experiments.sweep.search.objective import TrialJudgement
-from experiments.sweep.search.proposals import make_proposer
+from experiments.sweep.search.proposals import Proposer
 from experiments.sweep.search.space import SearchSpace
+from experiments.sweep.search.subset_simulation import SubsetSampler
 from planner.states import FloatArray
 
 
@@ -44,37 +45,34 @@ class SearchTrial:
 
 
 def explore(
-    search: Search,
-    space: SearchSpace,
-    run: RunPoints,
-    method: Method | None = None,
-    seed: int | None = None,
+    search: Search, space: SearchSpace, run: RunPoints, proposer: Proposer
 ) -> list[SearchTrial]:
-    """Run the trials of a method until the budget or the number of failures is reached.
+    """Run trials until the budget, the number of failures or the method's end.
 
     What is proposed depends on the search and the results alone: whoever runs it
     again, with results that are there already, gets the same trials.
 
     Args:
-        search: Budget, batch, objective.
+        search: Budget, batch, number of failures.
         space: Where to search.
         run: Runs points and judges them.
-        method: Instead of the search's own.
-        seed: Instead of the search's own.
+        proposer: Of the method; new.
     """
-    proposer = make_proposer(
-        method or search.method,
-        space,
-        search.seed if seed is None else seed,
-        search.budget,
-    )
     trials: list[SearchTrial] = []
     enough = search.stop_after_failures
+    estimates = isinstance(proposer, SubsetSampler)
     while len(trials) < search.budget:
         count = min(search.batch, search.budget - len(trials))
         points = [space.point(at) for at in proposer.ask(count)]
+        if not points:
+            break
         tried = run(points)
-        proposer.tell([one.judgement.robustness for one in tried])
+        proposer.tell(
+            [
+                one.judgement.limit_state if estimates else one.judgement.robustness
+                for one in tried
+            ]
+        )
         for point, one in zip(points, tried, strict=True):
             place = space.coordinates(point)
             number = len(trials) + 1

@@ -1,12 +1,17 @@
-"""What a search tries next: at random or spread evenly; `optuna_proposals` learn."""
+"""What a search tries next: at random, spread evenly, or by a method that learns."""
 
 from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 
-from experiments.config.search import Method
+from experiments.config.search import Method, Search
+from experiments.sweep.search.directed_proposals import DirectedProposer
 from experiments.sweep.search.space import SearchSpace
+from experiments.sweep.search.subset_simulation import (
+    SubsetEstimate,
+    SubsetSampler,
+)
 from planner.states import FloatArray
 
 
@@ -14,7 +19,10 @@ class Proposer(Protocol):
     """Proposes points; the same seed and the same answers give the same points."""
 
     def ask(self, count: int) -> list[FloatArray]:
-        """Return coordinates of the next points, (n_keys,) each from 0 to 1."""
+        """Return coordinates of the next points, (n_keys,) each from 0 to 1.
+
+        At most `count`; none where the method has come to its end.
+        """
         ...
 
     def tell(self, values: Sequence[float | None]) -> None:
@@ -57,23 +65,39 @@ class SobolProposer:
 
 
 def make_proposer(
-    method: Method, space: SearchSpace, seed: int, budget: int
+    search: Search,
+    space: SearchSpace,
+    mild: FloatArray,
+    method: Method | None = None,
+    seed: int | None = None,
 ) -> Proposer:
-    """Return the proposer of a method.
+    """Return the proposer of a search.
 
     Args:
-        method: One of `Method`.
+        search: With its method, seed and budget.
         space: Where to propose.
-        seed: Of the method.
-        budget: Largest number of points; the method may plan with it.
+        mild: Coordinates of the mild point.
+        method: Instead of the search's own.
+        seed: Instead of the search's own.
 
     Raises:
         ConfigError: If the method needs a package that is not there.
     """
+    method = method or search.method
+    seed = search.seed if seed is None else seed
     if method == "random":
         return RandomProposer(space, seed)
     if method == "sobol":
-        return SobolProposer(space, seed, budget)
+        return SobolProposer(space, seed, search.budget)
+    if method == "directed":
+        return DirectedProposer(space, seed, mild)
+    if method == "subset":
+        return SubsetSampler(len(space.keys), seed, search.level_trials)
     from experiments.sweep.search.optuna_proposals import OptunaProposer
 
     return OptunaProposer(method, space, seed)
+
+
+def estimate_of(proposer: Proposer) -> SubsetEstimate | None:
+    """Return the probability that a method has estimated; None of the others."""
+    return proposer.estimate() if isinstance(proposer, SubsetSampler) else None

@@ -8,8 +8,8 @@ from experiments.config.search import Search
 from experiments.errors import ConfigError
 from experiments.storage.json_files import read_json
 from experiments.storage.run_files import replace_json
+from experiments.sweep.search.files import ASKED
 
-ASKED = "asked.json"
 _MAY_CHANGE = frozenset(  # without a trial that changes
     (
         "purpose",

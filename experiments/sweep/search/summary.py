@@ -1,5 +1,6 @@
 """What a search has found, as plain data for its file and lines for a terminal."""
 
+import dataclasses
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,9 +12,9 @@ from experiments.config.search import Search
 from experiments.sweep.search.clusters import FailureCluster
 from experiments.sweep.search.coverage import SpaceCoverage
 from experiments.sweep.search.exploration import SearchTrial
+from experiments.sweep.search.files import FOUND, PROBABILITY, shown
 from experiments.sweep.search.reduction import Reduced
-
-FOUND = "search.json"
+from experiments.sweep.search.subset_simulation import SubsetEstimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,7 @@ class SearchFindings:
     reduced: Sequence[Reduced]  # of the first clusters
     coverage: SpaceCoverage
     against: Sequence[SearchTrial] | None = None  # at random
+    probability: SubsetEstimate | None = None  # of a failure, by subset simulation
 
     @property
     def first_failure(self) -> int | None:
@@ -74,6 +76,9 @@ def as_plain(found: SearchFindings, folder: Path) -> dict[str, Any]:
             "centred_discrepancy": cover.discrepancy,
         },
         "against": None if found.against is None else _against(found.against),
+        PROBABILITY: None
+        if found.probability is None
+        else dataclasses.asdict(found.probability),
     }
 
 
@@ -86,6 +91,7 @@ def _cluster(
     mildest = found.reduced[k] if k < len(found.reduced) else None
     return {
         "kind": cluster.kind,
+        "choices": choices_of(found.search, worst.point),
         "failures": len(cluster.trials),
         "trials": [trial.number for trial in cluster.trials],
         "worst": {
@@ -144,7 +150,10 @@ def table_lines(found: SearchFindings, folder: Path) -> list[str]:
         words = "SELECT status, reason, count(*) AS runs FROM runs GROUP BY ALL"
         lines.append(f'  rearview results {shlex.quote(str(folder))} --sql "{words}"')
     if found.mild_fails:
-        lines.append(f"it fails at the mild values already: {shown(found.mild)}")
+        also = "" if failures else ", though none of the trials does"
+        lines.append(f"it fails at the mild values already{also}: {shown(found.mild)}")
+    if found.probability is not None:
+        lines.append(probability_line(found.probability))
     for k, cluster in enumerate(found.clusters):
         lines += _cluster_lines(found, k, cluster, folder)
         if k + 1 == max(found.search.reduce, 1):
@@ -165,7 +174,9 @@ def _cluster_lines(
     """Return the lines of one group of failures."""
     planner = found.search.planner.name
     count = len(cluster.trials)
-    lines = [f"{cluster.kind}: {count} trial" + ("s" if count > 1 else "")]
+    chosen = shown(choices_of(found.search, cluster.worst.point))
+    named = f"{cluster.kind}, {chosen}" if chosen else cluster.kind
+    lines = [f"{named}: {count} trial" + ("s" if count > 1 else "")]
     worst = cluster.worst
     rows = [("worst", worst.point, worst.judgement.robustness, worst.run_id)]
     if k < len(found.reduced):
@@ -178,6 +189,17 @@ def _cluster_lines(
     return lines
 
 
-def shown(point: Mapping[str, Any]) -> str:
-    """Show the values of a point."""
-    return ", ".join(f"{key} {value}" for key, value in point.items())
+def choices_of(search: Search, point: Mapping[str, Any]) -> Point:
+    """Return the values of a point that are choices: a group shares them."""
+    return {k: point[k] for k, one in search.space.items() if one.choice is not None}
+
+
+def probability_line(found: SubsetEstimate) -> str:
+    """Say how probable a failure is."""
+    levels = f"{len(found.levels)} level" + ("s" if len(found.levels) > 1 else "")
+    if not found.probability:
+        return f"a failure has a probability below {found.high:.2g} (95 %; {levels})"
+    return (
+        f"a failure has a probability of {found.probability:.2g} "
+        f"(95 %: {found.low:.2g} to {found.high:.2g}; {levels})"
+    )

@@ -1,3 +1,4 @@
+import json
 import math
 
 import numpy as np
@@ -93,3 +94,13 @@ def test_a_sweep_is_counted_by_planner(tmp_path):
             event_rates(sweep, event, weight)
     with pytest.raises(ConfigError, match="allowed: 0 or more"):
         event_rates(sweep, "true", "-1.0")
+
+
+def test_runs_that_carry_a_weight_are_weighted_without_being_asked(tmp_path):
+    sweep = write_sweep(tmp_path / "sweep")
+    for file in sweep.glob("runs/*/*/metrics.json"):
+        row = json.loads(file.read_text(encoding="utf-8"))
+        file.write_text(json.dumps({**row, "importance_weight": 0.5}))
+    found = event_rates(sweep, "true")
+    assert all(math.isclose(one.share.value, 0.5) for one in found)
+    assert all(one.per_1000_km is None for one in found)

@@ -13,8 +13,11 @@ from experiments.cosim.sumo.driver_errors import (
     ErrorTimes,
     Occurrence,
 )
+from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.episode.run import WITHOUT_EGO_FILE, run_episode
 from experiments.episode.run_folder import OutputOptions
+from experiments.world_setup.layout import make_layout
+from experiments.world_setup.traffic import write_traffic
 
 ERRING = (
     "traffic.density=medium",
@@ -167,3 +170,134 @@ def test_a_driver_who_brakes_for_no_reason_slows_down(tmp_path):
             hardest[name] = min(hardest.get(name, 0.0), float(a))
     assert hardest  # the ego sees some of them
     assert sum(a < -2.0 for a in hardest.values()) >= 0.8 * len(hardest)
+
+
+class Near(Vehicles):
+    """Vehicles of which the first half is beside the ego, at (0, 0)."""
+
+    def getPosition(self, name):
+        return (10.0, 0.0) if self.ids.index(name) < len(self.ids) / 2 else (900.0, 0.0)
+
+
+def drive_with(seed, factor, steps=300, step=0.4):
+    """Return who braked, and the run's weight."""
+    sumo = Sumo(["near.0", "near.1", "far.0", "far.1"])
+    sumo.vehicle = Near(sumo.vehicle.ids)
+    braking = Occurrence(15.0, 1.0, 2.0)
+    settings = DriverErrorSettings(seed, braking=braking, factor=factor)
+    errors = DriverErrors(sumo, settings, ())
+    braked = set()
+    for k in range(steps):
+        errors.update(step * k, (0.0, 0.0))
+        braked |= {name for name, _ in errors.present()}
+    weight = errors.log_weight
+    return braked, 1.0 if weight is None else math.exp(weight)
+
+
+def test_weights_make_up_for_errors_that_are_drawn_more_often_near_the_ego():
+    runs = [drive_with(seed, 2.5) for seed in range(300)]
+    weights = [weight for _, weight in runs]
+    near = [any(name.startswith("near") for name in braked) for braked, _ in runs]
+    far = [any(name.startswith("far") for name in braked) for braked, _ in runs]
+    hours = 300 * 0.4 / 3600.0
+    expected = 1.0 - math.exp(-2.0 * 15.0 * hours)  # of two drivers
+    count = len(runs)
+    assert sum(weights) / count == pytest.approx(1.0, abs=0.2)
+    weighted = sum(w for w, hit in zip(weights, near, strict=True) if hit) / count
+    assert weighted == pytest.approx(expected, rel=0.25)
+    assert sum(near) / count > 1.3 * expected  # drawn more often
+    assert sum(far) / count == pytest.approx(expected, abs=0.1)  # but not there
+
+
+def test_without_a_factor_there_is_no_weight():
+    sumo = Sumo(["a"])
+    errors = errors_of(sumo, braking=60.0)
+    errors.update(0.0)
+    assert errors.log_weight is None
+
+
+class Recorded(Vehicles):
+    """Vehicles that keep the parameters and modes that are set."""
+
+    def __init__(self, ids):
+        super().__init__(ids)
+        self.parameters = {
+            "laneChangeModel.lcAssertive": "1.5",
+            "laneChangeModel.lcSpeedGain": "2.0",
+        }
+        self.mode = 31
+
+    def getParameter(self, name, key):
+        return self.parameters.get(key, "false")
+
+    def setParameter(self, name, key, value):
+        self.parameters[key] = value
+
+    def getSpeedMode(self, name):
+        return self.mode
+
+    def setSpeedMode(self, name, mode):
+        self.mode = mode
+
+
+@pytest.mark.parametrize(
+    ("field", "bit"), [("running_red", 16), ("taking_way", 8), ("cutting_in", None)]
+)
+def test_a_driver_is_as_before_when_an_error_is_over(field, bit):
+    sumo = Sumo(["a"])
+    sumo.vehicle = vehicle = Recorded(["a"])
+    usual = dict(vehicle.parameters)
+    settings = DriverErrorSettings(2, **{field: Occurrence(600.0, 2.0, 4.0)})
+    errors = DriverErrors(sumo, settings, ())
+    seen = 0
+    for k in range(2000):
+        errors.update(0.1 * k)
+        errs = bool(errors.present())
+        seen += errs
+        if bit is not None:
+            assert vehicle.mode == (31 & ~bit if errs else 31)
+        else:
+            assert (vehicle.parameters != usual) == errs
+    assert seen > 100
+
+
+def test_as_many_drivers_merge_late_as_asked_for():
+    names = [f"car.{k}" for k in range(1000)]
+    sumo = Sumo(names)
+    late = set()
+    sumo.vehicle.setParameter = lambda name, key, value: late.add(name)
+    DriverErrors(sumo, DriverErrorSettings(1, late_mergers=0.2), ()).update(0.0)
+    assert len(late) == pytest.approx(200, abs=60)
+
+
+def passed_at_red(rate: float, folder) -> int:
+    """Count who drives over a stop line at red, of SUMO's own traffic."""
+    libsumo = load_libsumo()
+    overrides = ["traffic.drivers=urban", "traffic.cross_veh_per_h=500"]
+    scenario = load_scenario("intersection", seed=4, overrides=overrides)
+    layout = make_layout(scenario)
+    routes = write_traffic(scenario, layout, layout.network, folder)
+    command = ["sumo", "-n", str(layout.network.net_file), "-r", str(routes)]
+    libsumo.start([*command, "--step-length", "0.2", "--no-step-log", "--no-warnings"])
+    settings = DriverErrorSettings(3, running_red=Occurrence(rate, 20.0, 20.0))
+    errors = DriverErrors(libsumo, settings, ())
+    before, count = {}, 0
+    for k in range(700):
+        errors.update(0.2 * k)
+        libsumo.simulationStep()
+        now = {}
+        for name in libsumo.vehicle.getIDList():
+            ahead = libsumo.vehicle.getNextTLS(name)
+            now[name] = (ahead[0][2], ahead[0][3]) if ahead else (None, "")
+        for name, (distance, state) in before.items():
+            over = distance is not None and name in now and now[name][0] is None
+            count += over and state == "r"
+        before = now
+    libsumo.close()
+    return count
+
+
+@pytest.mark.sumo
+def test_drivers_run_red_lights(tmp_path):
+    assert passed_at_red(0.0, tmp_path) == 0
+    assert passed_at_red(600.0, tmp_path) >= 3

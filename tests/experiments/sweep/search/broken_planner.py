@@ -16,11 +16,21 @@ from planner.states import Trajectory
 POINTS = 11
 HARDEST, WEAK = 6.0, 1.0  # braking [m/s²]
 MARGIN = 4.0  # bumper to bumper, at which it wants to stop [m]
-LONG = 15.0  # length from which a vehicle is a lorry [m]
-LEFT = 1.5  # offset from which an obstacle is left [m]
-FAST = 26.0  # [m/s]
-WINDOW = (14.0, 42.0)  # gaps at which it sees nothing [m]
-LATE = 2.4  # [s]
+
+
+@dataclass(frozen=True, slots=True)
+class Thresholds:
+    """From where on a defect shows."""
+
+    long: float = 15.0  # length from which a vehicle is a lorry [m]
+    left: float = 1.5  # offset from which an obstacle is left [m]
+    fast: float = 26.0  # [m/s]
+    window: tuple[float, float] = (14.0, 42.0)  # gaps at which it sees nothing [m]
+    late: float = 2.4  # [s]
+
+
+USUAL = Thresholds()
+RARE = Thresholds(long=15.7, left=1.65, fast=27.2, window=(16.0, 34.0), late=1.2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,14 +38,15 @@ class Broken:
     """Drives along the path; `defect` says what is wrong."""
 
     defect: str = "none"
+    at: Thresholds = USUAL
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         asked = list(memory) if isinstance(memory, tuple) else []
         asked.append(self._braking(scene))
-        late = self.defect == "late" and scene.ego.speed > FAST
-        delay = round(LATE / scene.step) if late else 0
+        late = self.defect == "late" and scene.ego.speed > self.at.fast
+        delay = round(self.at.late / scene.step) if late else 0
         braking = asked[max(len(asked) - 1 - delay, 0)] if len(asked) > delay else 0.0
-        if self.defect == "weak" and scene.ego.speed > FAST:
+        if self.defect == "weak" and scene.ego.speed > self.at.fast:
             braking = min(braking, WEAK)
         trajectory = straight_on(scene, braking)
         stats = PlanStats(candidates=1, survivors=1, costs={"jerk_integral": 0.0})
@@ -61,9 +72,10 @@ class Broken:
         for k, (s, at) in enumerate(places):
             gap = s - 0.5 * users.length[k] - front
             if abs(at - l) < half + 0.5 * users.width[k] and gap > -users.length[k]:
-                if self.defect == "lorries" and users.length[k] > LONG:
+                if self.defect == "lorries" and users.length[k] > self.at.long:
                     continue
-                if self.defect == "window" and WINDOW[0] < gap < WINDOW[1]:
+                near, far = self.at.window
+                if self.defect == "window" and near < gap < far:
                     continue
                 yield max(gap, 0.0), users.speed[k]
         bodies = scene.obstacles
@@ -71,7 +83,7 @@ class Broken:
         for k, (s, at) in enumerate(places):
             gap = s - bodies.radius[k] - front
             if abs(at - l) < half + bodies.radius[k] and gap > 0.0:
-                if self.defect == "left" and at > LEFT:
+                if self.defect == "left" and at > self.at.left:
                     continue
                 yield gap, 0.0
 
@@ -97,5 +109,5 @@ def straight_on(scene: Scene, braking: float) -> Trajectory:
     )
 
 
-def make(defect: str = "none") -> Broken:
-    return Broken(defect)
+def make(defect: str = "none", *, rare: bool = False) -> Broken:
+    return Broken(defect, RARE if rare else USUAL)

@@ -36,7 +36,9 @@ simulation: {duration_s: 40, blocked_after_s: 3}
 """
 
 
-def write_search(folder: Path, defect: str, space: str = "", **keys: object) -> str:
+def write_search(
+    folder: Path, defect: str, space: str = "", *, rare: bool = False, **keys: object
+) -> str:
     """Write the search file of a defect, with the planner beside it."""
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copy(HERE / "broken_planner.py", folder)
@@ -45,7 +47,10 @@ def write_search(folder: Path, defect: str, space: str = "", **keys: object) -> 
     search = {
         "name": f"{defect}_search",
         "scenario": "disc.yaml" if place == "left" else "cut_in",
-        "planner": {"name": "broken_planner:make", "settings": {"defect": defect}},
+        "planner": {
+            "name": "broken_planner:make",
+            "settings": {"defect": defect, "rare": rare},
+        },
         "set": {} if place == "left" else {"simulation.duration_s": 14},
         "space": SPACES[place],
         "objective": OBJECTIVES.get(place, "clearance"),

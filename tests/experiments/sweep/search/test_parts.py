@@ -24,7 +24,8 @@ from experiments.metrics import columns
 from experiments.metrics.row import row_without_episode
 from experiments.sweep.search.clusters import cluster_failures
 from experiments.sweep.search.coverage import space_coverage
-from experiments.sweep.search.exploration import Tried, explore
+from experiments.sweep.search.exploration import Tried
+from experiments.sweep.search.exploration import explore as explore_with
 from experiments.sweep.search.objective import TrialJudgement, judge
 from experiments.sweep.search.proposals import make_proposer
 from experiments.sweep.search.reduction import reduce_failures
@@ -35,13 +36,19 @@ WHOLE = SearchRange(range=(1, 4))
 LOG = SearchRange(range=(0.01, 100.0), log=True)
 WHOLE_LOG = SearchRange(range=(1, 1000), log=True)
 CHOICE = SearchRange(choice=("left", "right", "both"))
-METHODS = ("random", "sobol", "tpe", "cma_es")
+METHODS = ("random", "sobol", "directed", "tpe", "cma_es", "subset")
 
 
 def search_of(space, **keys):
     return Search(
         name="s", scenario="cut_in", planner={"name": "cruise"}, space=space, **keys
     )
+
+
+def explore(search, space, run):
+    """Run the trials of a search whose mild point is where all coordinates are 0."""
+    proposer = make_proposer(search, space, np.zeros(len(space.keys)))
+    return explore_with(search, space, run, proposer)
 
 
 def fails_near(corner, radius, kind="contact"):
@@ -131,7 +138,9 @@ def test_a_run_that_could_not_be_made_is_no_failure():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_same_seed_gives_the_same_trials(method):
-    search = search_of({"x": FLOAT, "y": FLOAT}, method=method, budget=30, batch=7)
+    search = search_of(
+        {"x": FLOAT, "y": FLOAT}, method=method, budget=30, batch=7, level_trials=20
+    )
     space = SearchSpace(search.space)
     run = fails_near({"x": 9.0, "y": 9.0}, 1.0)
     one, other = explore(search, space, run), explore(search, space, run)
@@ -142,7 +151,9 @@ def test_the_same_seed_gives_the_same_trials(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_choices_and_whole_numbers_can_be_searched(method):
-    search = search_of({"x": WHOLE, "side": CHOICE}, method=method, budget=20)
+    search = search_of(
+        {"x": WHOLE, "side": CHOICE}, method=method, budget=20, level_trials=20
+    )
     space = SearchSpace(search.space)
 
     def run(points):
@@ -155,7 +166,7 @@ def test_choices_and_whole_numbers_can_be_searched(method):
     assert seen == {"left", "right", "both"}
 
 
-@pytest.mark.parametrize("method", ["tpe", "cma_es"])
+@pytest.mark.parametrize("method", ["directed", "tpe", "cma_es"])
 def test_a_method_that_learns_finds_a_rare_failure_sooner(method):
     space = SearchSpace({"x": FLOAT, "y": FLOAT, "z": FLOAT})
     run = fails_near({"x": 8.0, "y": 2.0, "z": 5.0}, 0.5)
@@ -171,7 +182,7 @@ def test_a_method_that_learns_finds_a_rare_failure_sooner(method):
     assert needed[method] <= 0.5 * needed["random"]  # a ball of 0.1 % of the space
 
 
-@pytest.mark.parametrize("method", ["tpe", "cma_es"])
+@pytest.mark.parametrize("method", ["directed", "tpe", "cma_es"])
 def test_a_method_that_learns_leaves_a_valley_without_failures(method):
     """A wide valley at small x holds no failure; a narrow one at large x does."""
     space = SearchSpace({"x": FLOAT, "y": FLOAT})
@@ -200,7 +211,57 @@ def test_a_method_that_learns_leaves_a_valley_without_failures(method):
 def test_a_missing_package_is_named(method, package, monkeypatch):
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(ConfigError, match=f"method: {method} needs {package}: pip"):
-        make_proposer(method, SearchSpace({"x": FLOAT}), 0, 10)
+        explore(search_of({"x": FLOAT}, method=method), SearchSpace({"x": FLOAT}), None)
+
+
+def test_a_near_miss_slopes_where_clearance_does_not():
+    objective = SearchObjective(metric="near_miss")
+    calm = {"min_clearance_m": 4.0, "min_ttc_s": 4.0, "max_drac_mps2": 2.0}
+    late = {**calm, "min_ttc_s": 3.0}
+    hard = {**late, "max_drac_mps2": 6.0}
+    values = [judge(objective, row(**one)).robustness for one in (calm, late, hard)]
+    assert values[0] > values[1] > values[2] > 0.0
+    assert judge(objective, row()).robustness is None
+    crash = row(status="collision", collisions=1, impact_speed_mps=7.0)
+    assert judge(objective, crash).robustness == -7.0
+
+
+def test_contacts_that_are_not_the_egos_fault_can_be_left_out():
+    objective = SearchObjective(metric="near_miss", blame="ego")
+    crash = {"status": "collision", "collisions": 1, "impact_speed_mps": 7.0}
+    faults = {"ego at fault": True, "shared": True, "other at fault": False}
+    for verdict, fails in faults.items():
+        found = judge(objective, row(**crash, verdict=verdict))
+        assert found.failed is fails
+        assert (found.robustness < 0.0) is fails
+
+
+def test_a_directed_search_begins_at_the_end_farthest_from_the_mild_values():
+    ranges = {"x": FLOAT, "y": FLOAT, "z": FLOAT, "side": CHOICE}
+    space = SearchSpace(ranges)
+    search = search_of(ranges, method="directed", budget=16)
+    proposer = make_proposer(search, space, np.array([0.0, 1.0, 0.0, 0.5]))
+    asked = [space.point(at) for at in proposer.ask(8)]
+    assert [asked[0][key] for key in "xyz"] == [9.0, 1.0, 9.0]
+    ends = {tuple(point[key] for key in "xyz") for point in asked}
+    assert len(ends) == 8  # every three keys have all combinations
+    assert {point["side"] for point in asked} == {"left", "right", "both"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (
+            {"objective": {"metric": "min_ttc_s", "direction": "minimise"}},
+            "with method subset: a number",
+        ),
+        ({"stop_after_failures": 2}, "would end an estimate early"),
+        ({"budget": 30}, "at least level_trials, 200"),
+    ],
+)
+def test_what_makes_no_estimate_is_refused(keys, message):
+    with pytest.raises(ValueError, match=message):
+        search_of({"x": FLOAT}, method="subset", **{"budget": 200, **keys})
 
 
 def test_failures_are_grouped_by_kind_and_place():
@@ -284,10 +345,17 @@ BAD = {
     "objective: min_tcc_s": "objective.direction: is missing; allowed",
     "objective: {metric: min_tcc_s, direction: minimise}": "did you mean min_ttc_s",
     "objective: {metric: status, direction: minimise}": "status: no such metric",
-    "method: anneal": "allowed: random, sobol, tpe, cma_es",
+    "method: anneal": "allowed: random, sobol, directed, tpe",
     "against: random": "against: is random as the method is",
     "set: {conflict.gap_m: 3.0}": "conflict.gap_m: is in space too",
     "scenario: cut_out_": "no such scenario",
+    "space: {simulation.duration_s: [0.0, 5.0]}": "search.yaml:4: simulation.duration",
+    "space: {traffic.drivers.cooperation: [0.0, 1.0]}": (
+        "search.yaml:4: traffic.drivers.cooperation: 0.0: "
+    ),
+    "space: {conflict.profile: {choice: [linear]}}": "conflict.profile.choice",
+    "method: {subset: 1}": "method",
+    "budget: 0": "budget: is 0; allowed",
 }
 
 

@@ -140,3 +140,43 @@ def test_a_search_that_was_killed_goes_on_with_the_same_trials(
     for folder in (killed, whole):
         rearview(capsys, "search", search, "--workers", "0", "--out", folder)
     assert without_folder(found(whole), whole) == without_folder(found(killed), killed)
+
+
+def disc_search(tmp_path, **keys) -> str:
+    """Write a search of a lane keeper that is blind to the left."""
+    return write_search(tmp_path, "left", reduce=0, keep_traces="none", **keys)
+
+
+def test_a_subset_simulation_estimates_a_probability_for_rate(tmp_path, capsys):
+    path = disc_search(tmp_path, method="subset", level_trials=20, budget=20)
+    out = tmp_path / "out"
+    allow = ("--allow-planner", "broken_planner")
+    words = ("search", path, "--workers", "0", "--out", out, *allow)
+    code, text, _ = rearview(capsys, *words)
+    assert code == 0
+    assert "a failure has a probability" in text
+    value = found(out)["probability"]
+    assert value["low"] <= value["probability"] <= value["high"]
+    code, text, _ = rearview(capsys, "rate", out)
+    assert code == 0
+    assert text.startswith("failures\n  per run")
+    code, _, err = rearview(capsys, "rate", out, "--event", "collisions > 0")
+    assert (code, err.count("\n")) == (2, 1)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "· search" in page
+    assert "Probability of a failure" in page
+
+
+@pytest.mark.parametrize(("method", "code"), [("random", 0), ("directed", 2)])
+def test_rates_are_of_random_trials_alone(method, code, tmp_path, capsys):
+    path = disc_search(tmp_path, method=method, budget=4)
+    out = tmp_path / "out"
+    allow = ("--allow-planner", "broken_planner")
+    rearview(capsys, "search", path, "--workers", "0", "--out", out, *allow)
+    found_code, text, err = rearview(capsys, "rate", out)
+    assert found_code == code
+    if code == 0:
+        assert "of 4 runs" in text  # the mild point is the fifth
+    else:
+        assert "its trials are no sample; allowed: a sweep, or a search" in err
+        assert err.count("\n") == 1

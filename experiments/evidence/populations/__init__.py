@@ -1,0 +1,1 @@
+"""Populations of drivers: their own traffic, and what it does to planners."""

@@ -1,0 +1,13 @@
+"""The files of a search in its folder, for those who read them and run nothing."""
+
+from collections.abc import Mapping
+from typing import Any
+
+ASKED = "asked.json"  # what the folder was searched for
+FOUND = "search.json"  # what was found, once it is finished
+PROBABILITY = "probability"  # key of the latter: of a failure
+
+
+def shown(point: Mapping[str, Any]) -> str:
+    """Show the values of a point."""
+    return ", ".join(f"{key} {value}" for key, value in point.items())

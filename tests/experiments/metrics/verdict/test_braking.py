@@ -1,0 +1,139 @@
+"""Verdicts of hard braking: made-up motions with a known answer."""
+
+import numpy as np
+import pytest
+
+from experiments.metrics import columns
+from experiments.metrics.events import EventKind, events
+from experiments.metrics.moments import moments
+from experiments.metrics.row import metric_row
+from experiments.metrics.verdict.braking import braking_verdicts, hardest_braking
+from experiments.metrics.verdict.records import Fault
+from planner.scene import Obstacles
+from planner.states import CartesianState
+from tests.experiments.traces import STEP, record, trace_of
+
+STEPS = 80
+BRAKES = 5.0  # [m/s²]
+START = 100.0  # of the ego [m]
+LANE = 3.5
+
+
+def motion(x, speed, brakes_at=None, until=STEPS, l=None):
+    """Return x, y, speed and acceleration of each step."""
+    rows = []
+    for k in range(STEPS):
+        braking = brakes_at is not None and brakes_at <= k < until and speed > 0.0
+        rate = -BRAKES if braking else 0.0
+        rows.append((x, 0.0 if l is None else l(k), speed, rate))
+        x += speed * STEP + 0.5 * rate * STEP**2
+        speed = max(speed + rate * STEP, 0.0)
+    return rows
+
+
+def changes_lane(at, lasts=15):
+    """Return an offset over steps: from the lane to the left into the ego's."""
+    return lambda k: LANE * (1.0 - min(max((k - at) / lasts, 0.0), 1.0))
+
+
+def drive(ego, *, obstacles=None, **cars):
+    records = []
+    for k, (x, y, speed, rate) in enumerate(ego):
+        state = CartesianState(x, y, 0.0, 0.0, speed, rate)
+        others = tuple(
+            (name, rows[k][0], rows[k][1], 0.0, rows[k][2], rows[k][3])
+            for name, rows in cars.items()
+        )
+        records.append(record(k, state, cars=others))
+    return trace_of(records, obstacles=obstacles)
+
+
+def test_nobody_brakes_hard():
+    trace = drive(motion(START, 15.0), other=motion(START + 50.0, 15.0))
+    assert braking_verdicts(trace) == []
+    row = metric_row(trace)
+    assert row[columns.HARD_BRAKING_VERDICT] is None
+    assert row[columns.HARD_BRAKINGS_CAUSED] == 0
+
+
+def test_who_cuts_in_closely_is_at_fault_for_the_ego_that_brakes():
+    other = motion(START + 31.0, 9.0, l=changes_lane(20))
+    found = hardest_braking(drive(motion(START, 15.0, 32), other=other))
+    assert found.fault is Fault.OTHER
+    assert "moves into the way" in found.why
+    assert found.cause == "other"
+
+
+def test_who_was_ahead_all_the_time_is_not():
+    other = motion(START + 40.0, 8.0)
+    found = hardest_braking(drive(motion(START, 15.0, 30), other=other))
+    assert found.fault is Fault.EGO
+    assert "too fast" in found.why
+
+
+def test_who_brakes_hard_ahead_is():
+    other = motion(START + 30.0, 15.0, brakes_at=30)
+    found = hardest_braking(drive(motion(START, 15.0, 36), other=other))
+    assert found.fault is Fault.OTHER
+    assert "brakes hard ahead" in found.why
+
+
+def test_a_far_slow_one_that_moved_in_long_ago_is_not():
+    other = motion(START + 60.0, 9.0, l=changes_lane(0))
+    found = hardest_braking(drive(motion(START, 15.0, 60), other=other))
+    assert found.fault is Fault.EGO
+
+
+def test_braking_for_nothing_is_ones_own_doing():
+    found = hardest_braking(drive(motion(START, 15.0, 30)))
+    assert found.fault is Fault.EGO
+    assert found.cause == ""
+
+
+def test_an_obstacle_is_no_excuse():
+    one, none = np.array([START + 60.0]), np.zeros(1)
+    rock = Obstacles(("rock",), one, none, none, none, none, np.ones(1))
+    found = hardest_braking(drive(motion(START, 15.0, 20), obstacles=rock))
+    assert found.fault is Fault.EGO
+    assert found.cause == "rock"
+
+
+def follower_behind(gap, speed, brakes_at):
+    return motion(START - 4.5 - gap, speed, brakes_at)
+
+
+def test_an_ego_that_cuts_in_is_at_fault_for_its_follower():
+    ego = motion(START, 9.0, l=changes_lane(20))
+    trace = drive(ego, behind=follower_behind(20.0, 15.0, 33))
+    found = hardest_braking(trace)
+    assert found.fault is Fault.EGO
+    assert found.stretch.who == "behind"
+    assert metric_row(trace)[columns.HARD_BRAKINGS_CAUSED] == 1
+    assert moments(trace)[columns.HARD_BRAKING_VERDICT] == found.stretch.first
+    (event,) = (e for e in events(trace) if e.kind is EventKind.FOLLOWER_BRAKING)
+    assert "ego at fault: moves into the way" in event.text
+
+
+def test_a_follower_that_comes_too_fast_is_at_fault_itself():
+    trace = drive(motion(START, 9.0), behind=follower_behind(45.0, 16.0, 30))
+    assert hardest_braking(trace).fault is Fault.OTHER
+
+
+def test_a_follower_that_brakes_for_nobody_is_not_the_egos_fault():
+    trace = drive(motion(START, 20.0), behind=follower_behind(30.0, 15.0, 30))
+    found = hardest_braking(trace)
+    assert found.fault is Fault.OTHER
+    assert "not for the ego" in found.why or "too fast" in found.why
+
+
+@pytest.mark.parametrize("excused", [True, False])
+def test_a_follower_of_an_ego_that_brakes_hard_shares_its_verdict(excused):
+    ego = motion(START, 15.0, 36)
+    cars = {"behind": follower_behind(15.0, 15.0, 42)}
+    if excused:
+        cars["ahead"] = motion(START + 30.0, 15.0, brakes_at=30)
+    faults = {
+        one.stretch.who: one.fault for one in braking_verdicts(drive(ego, **cars))
+    }
+    expected = Fault.OTHER if excused else Fault.EGO
+    assert faults == {"ego": expected, "behind": expected}
