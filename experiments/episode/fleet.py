@@ -10,6 +10,7 @@ from experiments.config.self_driven import SELF_DRIVEN
 from experiments.cosim.ego_driver import EpisodeOptions
 from experiments.cosim.fleet.loop import FleetGroup, FleetLoop
 from experiments.cosim.fleet.records import FleetStep
+from experiments.cosim.fleet.world import FleetWorld
 from experiments.cosim.records import Ending, EpisodeStatus
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.episode.identity import run_identity
@@ -125,8 +126,6 @@ def drive_fleet(
     Returns:
         How it ended, and what was recorded.
     """
-    simulation = scenario.simulation
-    world = make_fleet_world(scenario, network, folder)
 
     def take(step: FleetStep) -> None:
         """Record a step and pass it on."""
@@ -134,19 +133,47 @@ def drive_fleet(
         if on_step is not None:
             on_step(step)
 
-    options = EpisodeOptions(
-        duration=simulation.duration_s,
-        blocked_after=simulation.blocked_after_s,
-        horizon=simulation.horizon_s,
-        predictor=PREDICTORS[simulation.predictor],
-    )
-    roads = FleetRoads(network.net_file, scenario.egos or ())
-    loop = FleetLoop(world, groups, ego_selection(scenario), roads, options, take)
+    world, loop = make_fleet_loop(scenario, network, groups, folder, take)
     try:
         ending = loop.run()
     finally:
         world.close()
     return ending, recorder.trace(world.step, world.lanes)
+
+
+def make_fleet_loop(
+    scenario: Scenario,
+    network: Network,
+    groups: tuple[FleetGroup, ...],
+    folder: Path,
+    on_step: OnFleetStep,
+    *,
+    horizon: float | None = None,
+) -> tuple[FleetWorld, FleetLoop]:
+    """Make the world of a scenario with many egos, and their loop; nothing runs yet.
+
+    Args:
+        scenario: Checked.
+        network: Of the scenario.
+        groups: How the egos are driven.
+        folder: For the route file.
+        on_step: Called with every step.
+        horizon: Of the predictions, the scenario's by default [s].
+
+    Raises:
+        ConfigError: If the traffic is not possible on this network.
+    """
+    simulation = scenario.simulation
+    world = make_fleet_world(scenario, network, folder)
+    options = EpisodeOptions(
+        duration=simulation.duration_s,
+        blocked_after=simulation.blocked_after_s,
+        horizon=simulation.horizon_s if horizon is None else horizon,
+        predictor=PREDICTORS[simulation.predictor],
+    )
+    roads = FleetRoads(network.net_file, scenario.egos or ())
+    loop = FleetLoop(world, groups, ego_selection(scenario), roads, options, on_step)
+    return world, loop
 
 
 def fleet_groups(scenario: Scenario) -> tuple[FleetGroup, ...]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from typing import Any
+from typing import Any, Protocol
 from weakref import finalize
 
 import gymnasium as gym
@@ -181,7 +181,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
         self._seen: Observation | None = None
         self._folder = Path(mkdtemp(prefix="rearview-gym-"))
         self._tidy = finalize(self, rmtree, self._folder, ignore_errors=True)
-        self.action_space = _action_space(self._planner.kind)
+        self.action_space = action_space(self._planner.kind)
         self.observation_space = observation_space(self._shape)  # type: ignore[assignment]
 
     def reset(
@@ -202,14 +202,14 @@ class DrivingEnv(gym.Env[Observation, Action]):
         super().reset(seed=seed)
         if options:
             raise ConfigError(f"reset: options {sorted(options)}: allowed: none")
-        self._end()
-        _take_process(self)
+        self.end_episode()
+        take_process(self)
         for _ in range(1 if seed is not None else MOST_TRIES):
             drawn = self._draw() if seed is None else seed % (LARGEST_SEED + 1)
             try:
                 self._running = self._begin(drawn)
             except EntryError as error:
-                self._end()
+                self.end_episode()
                 problem = error
                 continue
             self._seen = self._observation(self._running)
@@ -257,7 +257,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
         truncated = ending is not None and not terminated
         info = self._info(ending)
         if ending is not None:
-            self._end()
+            self.end_episode()
         return self._copy(), reward, terminated, truncated, info
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -269,7 +269,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
 
     def close(self) -> None:
         """End the simulation; allowed at any time."""
-        self._end()
+        self.end_episode()
         self._tidy()
 
     def _draw(self) -> int:
@@ -328,21 +328,10 @@ class DrivingEnv(gym.Env[Observation, Action]):
     def _info(self, ending: Ending | None, seed: int | None = None) -> dict[str, Any]:
         """Return facts about the present step."""
         assert self._running is not None  # noqa: S101 - of reset and step
-        record = self._running.record
-        frenet = record.ego_frenet
-        info: dict[str, Any] = {
-            "status": "running" if ending is None else ending.status.value,
-            "reason": "" if ending is None else ending.reason,
-            "time_s": record.time,
-            "s_m": None if frenet is None else frenet.s,
-            "l_m": None if frenet is None else frenet.l,
-            "speed_mps": record.ego.speed,
-            "clearance_m": record.clearance,
-            "is_success": ending is not None and ending.status is EpisodeStatus.ARRIVED,
-        }
+        info = step_facts(self._running.record, ending)
         return info if seed is None else {**info, "scenario_seed": seed}
 
-    def _end(self) -> None:
+    def end_episode(self) -> None:
         """Close the world of the episode, so that another one may begin."""
         if self._running is not None:
             self._running.world.close()
@@ -350,16 +339,38 @@ class DrivingEnv(gym.Env[Observation, Action]):
 
 
 # The one whose episode runs here; kept, for who is dropped unclosed leaves SUMO behind
-_holders: "set[DrivingEnv]" = set()
+_holders: "set[HoldsProcess]" = set()
 
 
-def _take_process(env: DrivingEnv) -> None:
+class HoldsProcess(Protocol):
+    """An environment whose episode is the one simulation of its process."""
+
+    def end_episode(self) -> None:
+        """End the episode, if one runs."""
+
+
+def take_process(env: HoldsProcess) -> None:
     """End the episode of another environment in this process."""
     for other in list(_holders):
         if other is not env:
-            other._end()
+            other.end_episode()
     _holders.clear()
     _holders.add(env)
+
+
+def step_facts(record: StepRecord, ending: Ending | None) -> dict[str, Any]:
+    """Return the facts about a step that `info` holds."""
+    frenet = record.ego_frenet
+    return {
+        "status": "running" if ending is None else ending.status.value,
+        "reason": "" if ending is None else ending.reason,
+        "time_s": record.time,
+        "s_m": None if frenet is None else frenet.s,
+        "l_m": None if frenet is None else frenet.l,
+        "speed_mps": record.ego.speed,
+        "clearance_m": record.clearance,
+        "is_success": ending is not None and ending.status is EpisodeStatus.ARRIVED,
+    }
 
 
 def observation_space(shape: ObservationShape) -> spaces.Dict:
@@ -371,7 +382,7 @@ def observation_space(shape: ObservationShape) -> spaces.Dict:
     return spaces.Dict(boxes)
 
 
-def _action_space(kind: ActionKind) -> spaces.Space[Any]:
+def action_space(kind: ActionKind) -> spaces.Space[Any]:
     """Return the space of a kind of actions."""
     if kind is ActionKind.LANE_AND_SPEED:
         return spaces.MultiDiscrete([LANE_CHOICES, SPEED_CHOICES])
