@@ -82,7 +82,7 @@ def run_fleet(
     options = output or OutputOptions()
     groups = fleet_groups(scenario)
     network = fleet_network(scenario)
-    places = _detectors(scenario, network)
+    places = fleet_detectors(scenario, network)
     load_libsumo()
     identity = run_identity(scenario, network.net_file)
     target = options.target or out / folder_name(scenario, identity["run_hash"])
@@ -199,7 +199,7 @@ def fleet_groups(scenario: Scenario) -> tuple[FleetGroup, ...]:
     return tuple(made)
 
 
-def _detectors(scenario: Scenario, network: Network) -> tuple[CountingPlace, ...]:
+def fleet_detectors(scenario: Scenario, network: Network) -> tuple[CountingPlace, ...]:
     """Return where vehicles are counted.
 
     Raises:
@@ -243,7 +243,7 @@ def _identity_columns(scenario: Scenario, ending: Ending) -> dict[str, Cell]:
     """Return the columns that name a run and its outcome."""
     return {
         columns.SCENARIO: scenario.name,
-        columns.PLANNER: scenario.planner.name,
+        columns.PLANNER: scenario.driven_by,
         columns.SEED: scenario.simulation.seed,
         columns.STATUS: str(ending.status),
         columns.ARRIVED: ending.status is EpisodeStatus.ARRIVED,

@@ -60,7 +60,7 @@ def episode(order=list):
     came = set(env.agents)
     while env.agents:
         before = set(env.agents)
-        actions = {name: ON for name in order(env.agents)}
+        actions = dict.fromkeys(order(env.agents), ON)
         seen, rewards, terminated, truncated, info = env.step(actions)
         assert before <= set(seen)
         came |= set(seen)
