@@ -22,6 +22,12 @@ TURNS: Final = {
     "successorsStraight": "straight",
     "successorsRight": "right",
 }
+# Lanelets on which no car drives, by their types; and users of whom one has to be named
+# where a lanelet names its users.
+CLOSED_TYPES: Final = frozenset(
+    ("sidewalk", "crosswalk", "bicycleLane", "busLane", "busStop", "shoulder", "border")
+)
+CAR_USERS: Final = frozenset(("vehicle", "car"))
 JOINED: Final = 0.3  # bounds that end and begin this near each other are one [m]
 LEAST_STEP: Final = 1e-6  # between points of a bound [m]
 
@@ -65,6 +71,8 @@ def _read_lanelet(node: Node) -> Lanelet:
         left, right = right, left
     if np.ptp(0.5 * (left + right), axis=0).max() < LEAST_STEP:
         raise node.error("has no length: its bounds cross")
+    kinds = frozenset(x.text for x in node.all("laneletType"))
+    users = frozenset(x.text for x in node.all("userOneWay", "userBidirectional"))
     return Lanelet(
         node.key(),
         left,
@@ -73,11 +81,12 @@ def _read_lanelet(node: Node) -> Lanelet:
         node.refs("successor"),
         _beside(node.child("adjacentLeft")),
         _beside(node.child("adjacentRight")),
-        frozenset(x.text for x in node.all("laneletType")),
-        frozenset(x.text for x in node.all("userOneWay", "userBidirectional")),
+        kinds,
+        users,
         node.refs("trafficSignRef"),
         node.refs("trafficLightRef"),
         _read_stop(node.child("stopLine")),
+        bool(kinds & CLOSED_TYPES) or bool(users and not users & CAR_USERS),
     )
 
 
