@@ -121,9 +121,7 @@ def _with_room_behind(
     while room < BEHIND:
         here = lanelets[rows[0].lanelets[rows[0].entered]]
         before = [
-            x
-            for x in here.predecessors
-            if x not in seen and not lanelets[x].closed
+            x for x in here.predecessors if x not in seen and not lanelets[x].closed
         ]
         if not before:
             break
@@ -145,9 +143,7 @@ def _rows_beyond(
     while room < wanted:
         here = lanelets[name]
         onward = [
-            x
-            for x in here.successors
-            if x not in seen and not lanelets[x].closed
+            x for x in here.successors if x not in seen and not lanelets[x].closed
         ]
         if not onward:
             return

@@ -89,9 +89,7 @@ def _tell_roles(root: Node) -> None:
         node.tag = ROLES[role.text]
 
 
-def _opened(
-    network: RoadNetwork, problems: tuple[PlanningProblem, ...]
-) -> RoadNetwork:
+def _opened(network: RoadNetwork, problems: tuple[PlanningProblem, ...]) -> RoadNetwork:
     """Open the ways of others on which an ego begins or is to arrive."""
     named = {name for one in problems for goal in one.goals for name in goal.lanelets}
     starts = [shapely.Point(one.start.x, one.start.y) for one in problems]

@@ -61,26 +61,24 @@ def lanelets_of_net(net: Net, path: ReferencePath) -> RoadNetwork:
                 turns[number[lane.id], number[chain[1].id]] = turn
     bounds = _bounds(lanes, onward, left_hand=net.left_hand)
     lanelets = {}
-    limits: dict[float, int] = {}
+    limits: dict[int, float] = {}
     for lane in lanes:
         left, right = bounds[lane.id]
         beside = _neighbours(lane, number, left_hand=net.left_hand)
         speed = round(speeds[lane.id], 4)
-        sign = () if speed > FASTEST else (_sign(limits, speed),)
+        # a sign for each: readers look for the first lanelet of a sign, and on a
+        # circle there is none
+        sign = () if speed > FASTEST else (FIRST_SIGN + number[lane.id],)
+        limits.update(dict.fromkeys(sign, speed))
         following = tuple(dict.fromkeys(number[x] for x in onward[lane.id]))
         lanelets[number[lane.id]] = Lanelet(
             number[lane.id], left, right, (), following, *beside, signs=sign
         )
     return RoadNetwork(
         _with_predecessors(lanelets),
-        {sign: speed for speed, sign in limits.items()},
+        limits,
         turns=turns,
     )
-
-
-def _sign(limits: dict[float, int], speed: float) -> int:
-    """Return the sign of a speed limit, a new one for a new speed."""
-    return limits.setdefault(speed, FIRST_SIGN + len(limits))
 
 
 def _lanes_about(net: Net, path: ReferencePath) -> Iterable[NetLane]:

@@ -263,6 +263,55 @@ def test_the_older_format_is_the_same_scenario(read):
     make_layout(load_scenario(str(found.file)))
 
 
+def test_lanelets_that_share_a_bound_are_neighbours_though_it_is_not_written(read):
+    """Three lanes, a short junction of three lanelets without neighbours, three lanes.
+
+    The middle lane goes on; a turn that leaves it shares a begin with its neighbour.
+    """
+
+    def lane(number, x0, x1, y, beside=()):
+        more = "".join(
+            f"<adjacent{side} ref='{x}' drivingDir='same'/>" for side, x in beside
+        )
+        return lanelet_text(number, x0, x1, y, more)
+
+    text = "".join(
+        lane(
+            10 * row + k,
+            x0,
+            x1,
+            3.5 * k,
+            [
+                (side, 10 * row + k + d)
+                for side, d in (("Left", 1), ("Right", -1))
+                if written and 1 <= k + d <= 3
+            ],
+        )
+        for row, x0, x1, written in (
+            (1, 0.0, 50.0, True),
+            (2, 50.0, 50.3, False),
+            (3, 50.3, 100.0, True),
+        )
+        for k in (1, 2, 3)
+    )
+    turn = LANELET.format(
+        id=99,
+        left=points([(50.0, 8.75), (52.0, 9.5), (55.0, 14.0)]),
+        right=points([(50.0, 5.25), (53.0, 6.0), (58.5, 14.0)]),
+        more="",
+    )
+    start = state_text("initialState", 10.0, 7.0)
+    goal = GOAL.replace("'1'", "'32'")
+    found = read(text + turn + problem_text(start, goal))
+    inside = found.network.lanelets
+    assert [inside[k].same_left for k in (21, 22, 23)] == [22, 23, None]
+    assert [inside[k].same_right for k in (21, 22, 23)] == [None, 21, 22]
+    assert inside[99].same_left is inside[99].same_right is None
+    bounds = make_layout(load_scenario(str(found.file))).road.bounds
+    assert np.ptp(bounds.left) < 0.01
+    assert np.ptp(bounds.right) < 0.01
+
+
 OTHERS = {
     "bicycle lane": "<laneletType>urban</laneletType>"
     "<laneletType>bicycleLane</laneletType>",
