@@ -37,10 +37,12 @@ from experiments.trace.fleet import (
     FleetTrace,
     fleet_hash,
     fleet_tables,
+    plans_table,
     timing_table,
     write_fleet,
 )
 from experiments.trace.fleet_recording import FleetRecorder
+from experiments.trace.road_map import whole_map, write_map
 from experiments.world_setup.fleet import (
     FleetRoads,
     ego_selection,
@@ -99,7 +101,8 @@ def run_fleet(
         row = fleet_row(_identity_columns(scenario, ending), measured)
         place = RunOutput(folder, target, options, started)
         if options.keeps_trace(ending):
-            write_fleet(tables, timing_table(trace), folder)
+            write_fleet(tables, timing_table(trace), plans_table(trace), folder)
+            write_map(whole_map(read_net(network.net_file)), folder)
         write_folder(scenario, identity, ending, hashed, row, place)
         return Outcome(ending, row, hashed, target)
 

@@ -143,7 +143,7 @@ def table():
     times = cycle_times()
     base = times["cruise"][0]
     lines = [
-        "| planner | its own `plan`, median [ms] | over `cruise` | with the adapter [ms] |",
+        "| planner | its own `plan` [ms] | over `cruise` | with the adapter [ms] |",
         "|---|---|---|---|",
     ]
     lines += [

@@ -37,13 +37,14 @@ from experiments.cosim.records import (
 )
 from experiments.cosim.road import EgoTask, Road
 from experiments.errors import ExperimentError, SimulationError
-from planner.interface import Planner
+from planner.interface import Planner, PlanResult
 from planner.reference_path.frenet import state_on_path
 from planner.scene import Scene, Vehicles
 from planner.states import CartesianState, FrenetState
 
 log = logging.getLogger(__name__)
 
+SHOWN_AHEAD = (1.0, 2.0, 3.0)  # of a plan, for pictures [s]
 GONE = "gone"  # SUMO has removed the ego
 TURNED_AT_MOST = 0.3  # from the path, of a vehicle that is taken over [rad]
 
@@ -325,7 +326,7 @@ class FleetLoop:
         for seen in moment.egos:
             ego = seen.ego
             record, after, ending = self._step(seen)
-            steps.append(_ego_step(ego, record))
+            steps.append(_ego_step(ego, record, self._world.step))
             if ending is not None:
                 left = Leaving(moment.index, ego.id, ending.status, ending.reason)
                 leavings.append(left)
@@ -443,7 +444,19 @@ def _on_path(way: EgoWay, state: CartesianState) -> CartesianState:
     return along if abs(turned) < TURNED_AT_MOST else state
 
 
-def _ego_step(ego: FleetEgo, record: StepRecord) -> EgoStep:
+def _plan_ahead(plan: PlanResult | None, step: float) -> tuple[float, ...]:
+    """Return x, y of a plan at the times that are kept of it; its end where it ends."""
+    if plan is None or plan.trajectory is None:
+        return ()
+    trajectory = plan.trajectory
+    last = trajectory.t.size - 1
+    places = [min(round(time / step), last) for time in SHOWN_AHEAD]
+    return tuple(
+        float(axis[k]) for k in places for axis in (trajectory.x, trajectory.y)
+    )
+
+
+def _ego_step(ego: FleetEgo, record: StepRecord, step: float) -> EgoStep:
     """Return what is kept of a step of an ego."""
     plan, planning = record.plan, record.planning
     return EgoStep(
@@ -455,4 +468,5 @@ def _ego_step(ego: FleetEgo, record: StepRecord) -> EgoStep:
         record.off_road,
         record.contacts,
         math.nan if planning is None else planning.cpu_ms,
+        _plan_ahead(plan, step),
     )
