@@ -1,7 +1,8 @@
 """Train a policy to change lanes by PPO, in NumPy: `python train_ppo.py`.
 
-Schulman et al., arXiv:1707.06347. Writes `policy.npz`, which `make` turns into a planner
-(`--planner train_ppo:make`), and the learning curve `curve.csv` and `curve.svg`.
+Schulman et al., arXiv:1707.06347. Writes `policy.npz`, which `make` turns into a
+planner (`--planner train_ppo:make`), and the learning curve `curve.csv` and
+`curve.svg`.
 """
 
 import argparse
@@ -19,6 +20,7 @@ TRAINING, VALIDATION = range(800), range(800, 830)
 REPEAT = 10  # steps that an action is driven for: one decision a second
 ASKING = 0.2  # cost of a decision for another lane, so that it is made where it pays
 N_LANES, N_SPEEDS = 3, 5
+HALF_LANE = 1.75  # [m]
 HIDDEN = 48
 BATCH, PASSES, PART = 512, 8, 128  # decisions of an update, passes, of a gradient
 DISCOUNT, LAMBDA, CLIP = 0.97, 0.95, 0.2
@@ -32,7 +34,7 @@ def features(observation):
     half = 10.0 * bodies[:, 6]
     found = [*observation["ego"][:5], *observation["lanes"].ravel()]
     for offset in 10.0 * observation["lanes"][:, 1]:
-        inside = np.abs(left - offset) < 1.75
+        inside = np.abs(left - offset) < HALF_LANE
         for side in (1.0, -1.0):
             of = np.flatnonzero(inside & (side * ahead > 0.0))
             gaps = np.clip((side * ahead[of] - half[of]) / 120.0, 0.0, 1.0)
@@ -102,12 +104,12 @@ class Adam:
         self.count += 1
         norm = np.sqrt(sum(float((g**2).sum()) for g in gradients))
         for w, g, m, v in zip(weights, gradients, self.mean, self.square, strict=True):
-            g = g * min(1.0, 0.5 / max(norm, 1e-12))
-            m += 0.1 * (g - m)
-            v += 0.001 * (g**2 - v)
+            shortened = g * min(1.0, 0.5 / max(norm, 1e-12))
+            m[:] += 0.1 * (shortened - m)
+            v[:] += 0.001 * (shortened**2 - v)
             unbiased = m / (1.0 - 0.9**self.count)
             spread = np.sqrt(v / (1.0 - 0.999**self.count))
-            w -= rate * unbiased / (spread + 1e-8)
+            w[:] -= rate * unbiased / (spread + 1e-8)
 
 
 def collect(env, network, generator, state):
@@ -257,7 +259,7 @@ def make(file="policy.npz"):
 def main():
     """Train and write the policy and its curve."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--updates", type=int, default=40)
+    parser.add_argument("--updates", type=int, default=30)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("policy.npz"))
     options = parser.parse_args()
