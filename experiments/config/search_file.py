@@ -79,7 +79,7 @@ def search_schema() -> dict[str, Any]:
 def _find(name: str) -> Path:
     """Resolve a shipped name or a path to the path of the file."""
     path = Path(name)
-    if name and path.is_dir():
+    if name and path.is_dir() and name not in search_names():
         raise ConfigError(f"{name}: is a folder; allowed: a search file")
     if name.endswith((".yaml", ".yml")) or "/" in name:
         return path

@@ -32,7 +32,7 @@ def find_sweep(name: str) -> Path:
         ConfigError: If there is neither a file nor a shipped sweep of that name.
     """
     path = Path(name)
-    if path.is_dir() and name:
+    if name and path.is_dir() and name not in sweep_names():
         raise ConfigError(f"{name}: is a folder; allowed: a sweep file")
     if name.endswith((".yaml", ".yml")) or "/" in name:
         return path

@@ -23,7 +23,11 @@ def test_gradients_are_those_of_differences(ppo):
     rng = np.random.default_rng(1)
     network = ppo.Network.random(rng, 5)
     network.weights = [w + 0.1 * rng.standard_normal(w.shape) for w in network.weights]
-    x, chosen, weight = rng.standard_normal((7, 5)), rng.integers(0, 3, 7), rng.random(7)
+    x, chosen, weight = (
+        rng.standard_normal((7, 5)),
+        rng.integers(0, 3, 7),
+        rng.random(7),
+    )
 
     def loss():
         _, _, (lanes, _, value) = network.forward(x)

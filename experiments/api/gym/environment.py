@@ -23,6 +23,7 @@ from experiments.api.gym.actions import (
 from experiments.api.gym.observation import Observation, ObservationShape, observe
 from experiments.api.gym.picture import picture
 from experiments.api.scenarios import Scenario
+from experiments.config.self_driven import SELF_DRIVEN
 from experiments.cosim.loop import RunningEpisode
 from experiments.cosim.plant import PlannerOutputError
 from experiments.cosim.records import Ending, EpisodeStatus, StepRecord
@@ -40,6 +41,7 @@ from planner.scene import OFF_ROAD_TOLERANCE, Scene
 TRAINING_SEEDS = range(1000)  # that episodes are drawn from
 MOST_TRIES = 20  # to find a drawn seed in which the ego finds room to enter
 LARGEST_SEED = 2**31 - 1
+OF_ACTIONS = "cruise"  # any planner that leaves the ego's motion to its plans
 
 # an outcome of the driving; anything else ends an episode from outside
 TERMINAL = frozenset(
@@ -169,8 +171,16 @@ class DrivingEnv(gym.Env[Observation, Action]):
                 "simulation.planning_period_s: an environment acts in every step; "
                 f"allowed: {simulation.step_s:g}"
             )
-        if repeat < 1:
-            raise ConfigError(f"repeat: is {repeat}; allowed: 1 or more")
+        if self._scenario.checked.egos is not None:
+            raise ConfigError(
+                f"scenario: {self._scenario.name} has many egos; allowed: one ego, or "
+                "rearview.gym.parallel_env"
+            )
+        if self._scenario.planner in SELF_DRIVEN:  # whose world moves the ego itself
+            self._scenario = self._scenario.with_(planner=OF_ACTIONS)
+        require_count("repeat", repeat)
+        if not seeds:
+            raise ConfigError(f"seeds: are {seeds}; allowed: at least one")
         self._repeat = repeat
         self._shape = shape or ObservationShape()
         self._reward = reward
@@ -371,6 +381,12 @@ def step_facts(record: StepRecord, ending: Ending | None) -> dict[str, Any]:
         "clearance_m": record.clearance,
         "is_success": ending is not None and ending.status is EpisodeStatus.ARRIVED,
     }
+
+
+def require_count(name: str, value: object, most: int = 10**6) -> None:
+    """Raise a ConfigError unless an option is a whole number from 1 on."""
+    if not isinstance(value, int) or not 1 <= value <= most:
+        raise ConfigError(f"{name}: is {value!r}; allowed: 1 to {most}")
 
 
 def observation_space(shape: ObservationShape) -> spaces.Dict:

@@ -23,6 +23,7 @@ from experiments.api.gym.environment import (
     action_space,
     observation_space,
     progress_reward,
+    require_count,
     step_facts,
     take_process,
 )
@@ -142,9 +143,10 @@ class ManyAgentsEnv(ParallelEnv[str, Observation, Action]):  # type: ignore[misc
         kinds = [kind.value for kind in ActionKind]
         if action not in kinds:
             raise ConfigError(f"action: is {action!r}; allowed: {', '.join(kinds)}")
-        for name, value, most in (("egos", egos, MOST_EGOS), ("repeat", repeat, 10**6)):
-            if not 1 <= value <= most:
-                raise ConfigError(f"{name}: is {value}; allowed: 1 to {most}")
+        require_count("egos", egos, MOST_EGOS)
+        require_count("repeat", repeat)
+        if not seeds:
+            raise ConfigError(f"seeds: are {seeds}; allowed: at least one")
         loaded = Scenario.load(scenario).with_(changes)
         groups = loaded.checked.egos
         if groups is None:

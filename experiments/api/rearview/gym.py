@@ -8,7 +8,13 @@ env = gymnasium.make("rearview/LaneChange-v0")
 
 from typing import TYPE_CHECKING, Any
 
-from gymnasium.envs.registration import register, registry
+try:
+    from gymnasium.envs.registration import register, registry
+except ModuleNotFoundError as _error:
+    raise ModuleNotFoundError(
+        "rearview.gym needs gymnasium; install it: pip install gymnasium",
+        name="gymnasium",
+    ) from _error
 
 from experiments.api.gym.actions import ActionKind, drive
 from experiments.api.gym.environment import (
