@@ -259,7 +259,7 @@ def make(file="policy.npz"):
 def main():
     """Train and write the policy and its curve."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--updates", type=int, default=30)
+    parser.add_argument("--updates", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("policy.npz"))
     options = parser.parse_args()
