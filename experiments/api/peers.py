@@ -7,7 +7,8 @@ the planning; this adapter hands it the scene and says what it had to assume:
   placed by their rear axle. The centre drives their plan exactly, the rear axle rolls
   behind it without slip (a tractrix).
 - A plan begins on the plan before where the ego is on it, as in their own pipeline.
-- A plan that would roll backwards at its end is held where it stands.
+- A plan is held where it stands from where on the rear axle would roll backwards, or
+  turn where it is: below 1 m/s they check no curvature.
 - A closed stop line is a standing wall across the road behind the line.
 - The speed is capped by the bends of the next seconds, as in their pipeline.
 - Vehicles are predicted as the scenario says, the same for all planners.
@@ -39,6 +40,7 @@ SPACING = 1.0  # of the reference line's points [m]
 BEHIND, AHEAD = 20.0, 150.0  # of the ego, of the lanes handed over [m]
 STATION = 2.0  # between their points [m]
 BEND_TIME = 4.0  # for which bends ahead cap the speed [s]
+LEAST_ROLL = 0.2  # of the rear axle over the way of the centre; cos of 78 degrees
 WALL = 0.5  # length of a closed stop line [m]
 STOP_HORIZON = 5.0  # of a fallback that stops [s]
 
@@ -275,7 +277,7 @@ def _speed_cap(scene: Scene) -> float:
 
 
 def _from_centre(scene: Scene, native: Any) -> tuple[Trajectory, int]:
-    """Let the rear axle follow a plan of the centre, until it would roll back.
+    """Let the rear axle follow a plan of the centre, until it would turn where it is.
 
     Returns:
         The trajectory, and the index from which on it is held where it stands; the
@@ -285,8 +287,9 @@ def _from_centre(scene: Scene, native: Any) -> tuple[Trajectory, int]:
     x, y = np.asarray(native.x), np.asarray(native.y)
     offset = scene.vehicle.centre_offset
     heading, askew = towed(x, y, scene.ego.heading, offset)
-    rolled = np.diff(x) * np.cos(heading[:-1]) + np.diff(y) * np.sin(heading[:-1])
-    back = np.flatnonzero(rolled < 0.0)
+    dx, dy = np.diff(x), np.diff(y)
+    rolled = dx * np.cos(heading[:-1]) + dy * np.sin(heading[:-1])
+    back = np.flatnonzero(rolled < LEAST_ROLL * np.hypot(dx, dy))
     stands = int(back[0]) if back.size else x.size
     order = np.minimum(np.arange(x.size), stands)
     moving = np.arange(x.size) < stands
