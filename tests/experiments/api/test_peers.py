@@ -3,6 +3,7 @@
 import math
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rearview import peers
 
-from experiments.api.peers import towed
+from experiments.api.peers import _from_centre, towed
 from experiments.errors import ConfigError
 from planner.interface import PlanStatus
 from planner.vehicle import Vehicle
@@ -48,6 +49,29 @@ def test_on_a_straight_line_a_body_turns_as_the_tractrix_says(course, offset, n)
     left = 2.0 * math.atan(math.tan(course / 2.0) * math.exp(-8.0 / offset))
     assert heading[-1] == pytest.approx(course - left, abs=1e-9)  # however many points
     assert heading[0] == 0.0
+
+
+@given(
+    along=st.lists(st.floats(-0.02, 0.15), min_size=50, max_size=50),
+    across=st.lists(st.floats(-0.12, 0.12), min_size=50, max_size=50),
+)
+def test_what_crawls_sideways_and_back_is_held_and_bent_within_bounds(along, across):
+    path = straight()
+    ego = ego_on(path, 20.0, 0.0, 0.5)
+    scene = make_scene(path, ego)
+    offset = scene.vehicle.centre_offset
+    x = 20.0 + offset + np.concatenate(((0.0,), np.cumsum(along)))
+    y = np.concatenate(((0.0,), np.cumsum(across)))
+    t = 0.1 * np.arange(x.size)
+    speed = np.hypot(np.gradient(x, t), np.gradient(y, t))
+    native = SimpleNamespace(t=t, x=x, y=y, s=x, v=speed, a=np.gradient(speed, t))
+    plan, stands = _from_centre(scene, native)
+    assert plan.is_finite()
+    assert np.abs(plan.curvature).max() < 5.0 / offset
+    rolled = np.diff(plan.x) * np.cos(plan.heading[:-1])
+    rolled += np.diff(plan.y) * np.sin(plan.heading[:-1])
+    assert rolled.min() > -0.02  # a chord of an arc, no way back
+    assert (plan.speed[stands:] == 0.0).all()
 
 
 def test_a_body_that_stands_keeps_its_heading():
