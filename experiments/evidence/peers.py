@@ -7,17 +7,19 @@ sweep `peers`, or of parts of it, and runs nothing.
 import argparse
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from experiments.comparison.compare import Line, Question, compare
 from experiments.comparison.results import Row, rows
+from experiments.config.sweep_file import load_sweep
 from experiments.cosim.records import EpisodeStatus
 from experiments.errors import ConfigError, ExperimentError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS
 from experiments.storage.atomic_folder import write_atomically
 
+SWEEP = "peers"
 OURS = "route"
 DENSITY = "traffic.density"
 LABEL = "label"
@@ -49,15 +51,16 @@ def document(found: Sequence[Row]) -> str:
     """
     if not found:
         raise ConfigError("there are no runs; allowed: folders of the sweep peers")
-    labels = list(dict.fromkeys(str(row[LABEL]) for row in found))
+    labels = _ours_first(str(row[LABEL]) for row in found)
     if OURS not in labels:
         raise ConfigError(f"no run is of {OURS}, with which the others are compared")
     seeds = sorted({int(row[columns.SEED]) for row in found})
     densities = sorted({str(row[DENSITY]) for row in found})
     parts = [
         INTRODUCTION,
-        f"{len(found)} runs, seeds {seeds[0]} to {seeds[-1]}, density "
-        f"{', '.join(densities)}.\n",
+        f"{len(found)} of the {load_sweep(SWEEP)[0].count} runs of the sweep, "
+        f"seeds {', '.join(map(str, seeds))}, density {', '.join(densities)}. What is "
+        "not there was not driven.\n",
         "## In all\n",
         *_totals(found, labels),
         "",
@@ -66,6 +69,11 @@ def document(found: Sequence[Row]) -> str:
     for density in densities:
         parts += _chapter([x for x in found if str(x[DENSITY]) == density], density)
     return "\n".join(parts) + "\n"
+
+
+def _ours_first(labels: Iterable[str]) -> list[str]:
+    """Return the labels, each once."""
+    return sorted(set(labels), key=lambda label: (label != OURS, label))
 
 
 def _totals(found: Sequence[Row], labels: Sequence[str]) -> Iterator[str]:
@@ -88,6 +96,7 @@ def _worse(found: Sequence[Row], labels: Sequence[str]) -> Iterator[str]:
     for road in dict.fromkeys(str(row[columns.SCENARIO]) for row in found):
         own = _counts(found, road, OURS)
         others = {x: _counts(found, road, x) for x in labels if x != OURS}
+        others = {x: one for x, one in others.items() if one[0] == own[0]}
         more = [x for x, one in others.items() if one[1] > own[1]]
         fewer = [x for x, one in others.items() if one[2] < own[2]]
         if more:
@@ -97,17 +106,17 @@ def _worse(found: Sequence[Row], labels: Sequence[str]) -> Iterator[str]:
             shown = ", ".join(f"`{x}` {others[x][2]}" for x in fewer)
             lines.append(f"- `{road}`: {own[2]} of {own[0]} collide, of {shown}")
     if lines:
-        yield f"Where another planner arrives more often than `{OURS}`, or collides in "
-        yield "fewer runs (equal numbers of runs):\n"
+        yield f"Where another planner arrives more often than `{OURS}`,"
+        yield "or collides in fewer runs, of as many:\n"
         yield from lines
     else:
-        yield f"On no road does another planner arrive more often than `{OURS}`, or "
-        yield "collide in fewer runs."
+        yield f"On no road does another planner arrive more often than `{OURS}`,"
+        yield "or collide in fewer runs."
     yield ""
 
 
 def _counts(found: Sequence[Row], road: str, label: str) -> tuple[int, int, int]:
-    """Return (runs, arrived, collided) of a planner on a road, on common seeds."""
+    """Return (runs, arrived, collided) of a planner on a road."""
     runs = [r for r in found if str(r[columns.SCENARIO]) == road and r[LABEL] == label]
     arrived = sum(bool(row[columns.ARRIVED]) for row in runs)
     collided = sum(row[columns.STATUS] == EpisodeStatus.COLLISION for row in runs)
@@ -124,7 +133,7 @@ def _chapter(found: Sequence[Row], density: str) -> Iterator[str]:
     yield f"| road | planner | arrived | collided | {' | '.join(names)} | {apart} |"
     yield f"|---|---|---|---|{'---|' * (len(names) + 1)}"
     for road in dict.fromkeys(str(row[columns.SCENARIO]) for row in found):
-        labels = dict.fromkeys(
+        labels = _ours_first(
             str(r[LABEL]) for r in found if str(r[columns.SCENARIO]) == road
         )
         for number, label in enumerate(labels):

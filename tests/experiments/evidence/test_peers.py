@@ -31,7 +31,7 @@ def test_counts_and_differences_are_those_of_the_rows():
         ]
     ]
     text = document(found)
-    assert "16 runs, seeds 0 to 3, density light." in text
+    assert "16 of the 9180 runs of the sweep, seeds 0, 1, 2, 3, density light." in text
     assert "| `route` | 8 | 7 | 1 |" in text
     assert "- `curved`: 3 of 4 arrive, of `fop` 4" in text
     assert "- `curved`: 1 of 4 collide, of `fop` 0" in text
