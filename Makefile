@@ -18,7 +18,7 @@ CHECKER := commonroad-drivability-checker==2025.4.0 commonroad-io==2024.3 \
 SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collected packages'
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker test test-slow cov docs lint fmt type imports bench bench-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type imports bench bench-docs bench-peers peers-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -65,9 +65,16 @@ perception: $(USER_STAMP) ## Drive the sweep perception, or go on, and write tab
 	@$(BIN)/rearview sweep perception $(ARGS)
 	@$(BIN)/rearview robustness sweeps/perception -o sweeps/perception/robustness.md --figure sweeps/perception/robustness.svg
 
+peers-docs: $(DEV_STAMP) ## Drive the sweep peers, or go on, and put its table into docs: ARGS="--limit 500"
+	@$(BIN)/rearview sweep peers --yes $(ARGS)
+	@$(BIN)/python -m experiments.evidence.peers sweeps/peers -o docs/peers.md
+
 r157-docs: r157 ## The same, and put document and pictures into docs
 	@cp runs/r157/r157.md docs/
 	@cp runs/r157/r157_*.png docs/pictures/
+
+commonroad-docs: $(CHECKER_STAMP) $(DEV_STAMP) ## Drive CommonRoad scenarios, check them officially, and put the table into docs
+	@$(BIN)/python -m experiments.evidence.commonroad_study -o docs/commonroad.md
 
 commonroad-checker: $(CHECKER_STAMP) ## Make .venv-commonroad with the official checker of CommonRoad solutions
 
@@ -106,6 +113,9 @@ bench-docs: $(DEV_STAMP) ## Measure speed and write the figures into docs/perfor
 	@mkdir -p .benchmarks
 	@$(BIN)/python -m pytest tests/bench -m bench --benchmark-json=.benchmarks/docs.json $(ARGS)
 	@$(BIN)/python -m tests.bench.performance_page .benchmarks/docs.json
+
+bench-peers: $(DEV_STAMP) $(CHECKER_STAMP) ## Measure our planners and projection beside those of others, into docs
+	@$(BIN)/python -m tests.bench.peers -o docs/planners/peers.md
 
 nets: $(DEV_STAMP) ## Rebuild the road networks from their sources
 	@$(BIN)/python -m sumo_nets.build $(ARGS)

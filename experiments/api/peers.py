@@ -4,10 +4,11 @@ Sun et al., RA-L 2022 and IROS 2023; Werling et al., ICRA 2010 for FOP. The pack
 the planning; this adapter hands it the scene and says what it had to assume:
 
 - They plan the centre of the body, whose heading is that of its course; here bodies are
-  placed by their rear axle. A plan is moved back along its heading.
+  placed by their rear axle. The centre drives their plan exactly, the rear axle rolls
+  behind it without slip (a tractrix).
 - A plan begins on the plan before where the ego is on it, as in their own pipeline.
-- A plan that would roll backwards at its end is held where it stands, and a body that
-  hardly moves keeps its heading.
+- A plan is held where it stands from where on the rear axle would roll backwards, or
+  turn where it is: below 1 m/s they check no curvature.
 - A closed stop line is a standing wall across the road behind the line.
 - The speed is capped by the bends of the next seconds, as in their pipeline.
 - Vehicles are predicted as the scenario says, the same for all planners.
@@ -39,7 +40,7 @@ SPACING = 1.0  # of the reference line's points [m]
 BEHIND, AHEAD = 20.0, 150.0  # of the ego, of the lanes handed over [m]
 STATION = 2.0  # between their points [m]
 BEND_TIME = 4.0  # for which bends ahead cap the speed [s]
-SLOW = 0.5  # below it a body keeps its heading [m/s]
+LEAST_ROLL = 0.2  # of the rear axle over the way of the centre; cos of 78 degrees
 WALL = 0.5  # length of a closed stop line [m]
 STOP_HORIZON = 5.0  # of a fallback that stops [s]
 
@@ -85,8 +86,7 @@ class PeerPlanner:
         generated = int(found.stats.num_generated)
         if not found.success:
             return _fall_back(scene, kept, generated, counts)
-        stands = _stands_from(found.trajectory)
-        plan = _from_centre(scene, found.trajectory, stands)
+        plan, stands = _from_centre(scene, found.trajectory)
         cost = found.trajectory.cost
         names = (
             "accel",
@@ -148,7 +148,16 @@ def _start(scene: Scene, kept: _Memory) -> Any:
         near = math.hypot(here.x - x, here.y - y) <= SAME_PLACE
         if near and abs(here.v - ego.speed) <= SAME_SPEED:
             return kept.native.frenet_state_at(1)
-    state = fp.EgoState(x, y, ego.heading, ego.speed, ego.acceleration, ego.curvature)
+    # the centre moves askew of the body, faster and on a wider arc than the rear axle
+    slip = math.atan(scene.vehicle.centre_offset * ego.curvature)
+    state = fp.EgoState(
+        x,
+        y,
+        ego.heading + slip,
+        ego.speed / math.cos(slip),
+        ego.acceleration / math.cos(slip),
+        ego.curvature * math.cos(slip),
+    )
     return kept.line.to_frenet(state, scene.ego_frenet.s)
 
 
@@ -267,52 +276,78 @@ def _speed_cap(scene: Scene) -> float:
     return min(scene.target_speed, math.sqrt(most / max(bend, 1e-9)))
 
 
-def _stands_from(native: Any) -> int:
-    """Return the index from which on a plan would roll backwards; its length if never.
+def _from_centre(scene: Scene, native: Any) -> tuple[Trajectory, int]:
+    """Let the rear axle follow a plan of the centre, until it would turn where it is.
 
-    Polynomials that end standing may swing through a negative speed.
+    Returns:
+        The trajectory, and the index from which on it is held where it stands; the
+        number of its points if never. Polynomials that end standing may swing through
+        a negative speed, and slow ones lead the point sideways and back.
     """
-    s = np.asarray(native.s)
-    back = np.flatnonzero(np.diff(s) < 0.0)
-    return int(back[0]) if back.size else int(s.size)
-
-
-def _from_centre(scene: Scene, native: Any, stands: int) -> Trajectory:
-    """Move a plan of the centre back to the rear axle; hold it where it stands."""
-    order = np.minimum(np.arange(len(native.t)), stands)
-    moving = np.arange(order.size) < stands
-    heading = _headings(scene, native)[order]
+    x, y = np.asarray(native.x), np.asarray(native.y)
     offset = scene.vehicle.centre_offset
-    x = np.asarray(native.x)[order] - offset * np.cos(heading)
-    y = np.asarray(native.y)[order] - offset * np.sin(heading)
+    heading, askew = towed(x, y, scene.ego.heading, offset)
+    dx, dy = np.diff(x), np.diff(y)
+    rolled = dx * np.cos(heading[:-1]) + dy * np.sin(heading[:-1])
+    back = np.flatnonzero(rolled < LEAST_ROLL * np.hypot(dx, dy))
+    stands = int(back[0]) if back.size else x.size
+    order = np.minimum(np.arange(x.size), stands)
+    moving = np.arange(x.size) < stands
+    heading, askew = heading[order], np.where(moving, askew[order], 0.0)
+    x, y = x[order] - offset * np.cos(heading), y[order] - offset * np.sin(heading)
     s, l = scene.path.project(x, y, near=np.asarray(native.s)[order] - offset)
     t = np.asarray(native.t)
-    return Trajectory(
+    speed = np.maximum(np.asarray(native.v), 0.0) * np.cos(askew)
+    trajectory = Trajectory(
         t - t[0],
         x,
         y,
         heading,
-        np.asarray(native.kappa)[order],
-        np.where(moving, np.maximum(np.asarray(native.v), 0.0), 0.0),
-        np.where(moving, np.asarray(native.a), 0.0),
+        np.tan(askew) / offset,
+        np.where(moving, speed, 0.0),
+        np.where(moving, np.asarray(native.a) * np.cos(askew), 0.0),
         s,
         l,
     )
+    return trajectory, stands
 
 
-def _headings(scene: Scene, native: Any) -> FloatArray:
-    """Return the headings of a plan; a body that hardly moves keeps the one it has.
+def towed(
+    x: FloatArray, y: FloatArray, heading: float, offset: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return how a body turns whose front point is led along a line.
 
-    The course of a point that stands is any: 5 degrees there are 0.1 m of the rear
-    axle here.
+    Its rear axle rolls without slip: θ' = sin(χ - θ) / offset a metre, for the course χ
+    of the line. On a straight piece of length d this is tan((χ - θ)/2) shrinking by
+    exp(-d / offset).
+
+    Args:
+        x: Of the led point, (n,) [m].
+        y: The same.
+        heading: Of the body at the first point [rad].
+        offset: From the rear axle to the led point, more than 0 [m].
+
+    Returns:
+        Heading, and the angle from it to the course, at each point, (n,) [rad].
     """
-    number = np.arange(len(native.t))
-    fast = np.asarray(native.v) >= SLOW
-    last = np.maximum.accumulate(np.where(fast, number, -1))
-    ego = scene.ego.heading
-    course = np.where(last >= 0, np.asarray(native.yaw)[np.maximum(last, 0)], ego)
-    headings: FloatArray = np.unwrap(np.concatenate(((ego,), course)))[1:]
-    return headings
+    dx, dy = np.diff(x), np.diff(y)
+    length, course = np.hypot(dx, dy), np.arctan2(dy, dx)
+    shrinks = np.exp(-length / offset)
+    headings = np.full(x.size, float(heading))
+    for k in range(length.size):
+        headings[k + 1] = headings[k]
+        if length[k] > 0.0:
+            apart = math.remainder(course[k] - headings[k], 2.0 * math.pi)
+            left = 2.0 * math.atan(math.tan(0.5 * apart) * shrinks[k])
+            headings[k + 1] += apart - left
+    # the rate of turning over the way, from the pieces on both sides of a point
+    turned = np.concatenate(((0.0,), np.diff(headings)))
+    way = np.concatenate(((0.0,), length))
+    both, over = turned.copy(), way.copy()
+    both[:-1] += turned[1:]
+    over[:-1] += way[1:]
+    rate = np.divide(both, over, out=np.zeros_like(both), where=over > 0.0)
+    return headings, np.arcsin(np.clip(offset * rate, -1.0, 1.0))
 
 
 def _fall_back(

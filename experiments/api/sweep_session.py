@@ -143,6 +143,8 @@ class SweepSession:
         settings = WorkerSettings(
             self._sweep.memory_mb, log, Path.cwd(), self._planner_folders
         )
+        if self._workers == 0:  # no process but this one, nor for an estimate
+            return "in this process, one after another", settings
         estimate = estimate_duration(found, settings, self._sweep.timeout_s, workers)
         warm = replace(settings, warm_up=estimate.warm_up)
         if estimate.seconds is None:

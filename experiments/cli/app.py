@@ -358,10 +358,7 @@ def _end_with_window(episode: Callable[[], int]) -> NoReturn:
 
 def _report(outcome: "Outcome", *, as_json: bool) -> int:
     """Write the page, print the outcome and return the exit status."""
-    from experiments.metrics.fleet_catalogue import EGOS_DRIVEN
-
-    many = outcome.row[EGOS_DRIVEN] is not None
-    page = None if many else report_commands.write_page(outcome.folder)
+    page = report_commands.write_page(outcome.folder)
     if as_json:
         row: dict[str, Any] = {
             **outcome.row,

@@ -1,6 +1,7 @@
 """`rearview net | check | new`: what one does before the first run."""
 
 import sys
+from collections.abc import Iterable
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -20,6 +21,7 @@ from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError, ResultsError
 
 if TYPE_CHECKING:
+    from experiments.config import Scenario
     from experiments.episode.preview import ScenarioPreview
     from experiments.report.figures.roads import RoutePicture
     from planner.states import FloatArray
@@ -190,12 +192,11 @@ def check(
             allow_planners=allow_planner or (),
         )
         with shown_log(road.log):
+            if loaded.egos is not None:
+                _check_many(loaded, output)
+                return
             found = preview(loaded)
-        width = max(len(name) for name, _ in found.facts)
-        for name, words in found.facts:
-            sys.stdout.write(f"{name:<{width}}  {words}\n")
-        for words in found.unusual:
-            sys.stdout.write(f"unusual: {words}\n")
+        _print_preview(found.facts, found.unusual)
         if output is not None:
             from experiments.report.figures.roads import draw_route
             from experiments.report.figures.save import save_picture
@@ -205,6 +206,28 @@ def check(
                 "check", output, lambda: draw_route(found.road_map, route)
             )
             sys.stdout.write(f"{picture}\n")
+
+
+def _check_many(scenario: "Scenario", output: Path | None) -> None:
+    """Say what a scenario with many egos comes to; its picture is that of its net."""
+    from experiments.episode.fleet_preview import preview_fleet
+
+    if output is not None:
+        raise ConfigError(
+            f"-o {output}: is for the route of one ego; allowed with egos: rearview net"
+        )
+    found = preview_fleet(scenario)
+    _print_preview(found.facts, found.unusual)
+
+
+def _print_preview(facts: Iterable[tuple[str, str]], unusual: Iterable[str]) -> None:
+    """Print what a scenario comes to."""
+    facts = tuple(facts)
+    width = max(len(name) for name, _ in facts)
+    for name, words in facts:
+        sys.stdout.write(f"{name:<{width}}  {words}\n")
+    for words in unusual:
+        sys.stdout.write(f"unusual: {words}\n")
 
 
 def _route_picture(found: "ScenarioPreview") -> "RoutePicture":

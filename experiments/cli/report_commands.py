@@ -55,7 +55,8 @@ def report(
     """
     with report_user_errors():
         from experiments.episode.newest_run import newest_run
-        from experiments.report.run.page import is_run, save_run_page
+        from experiments.report.run.facts import is_run
+        from experiments.report.run.page import save_run_page
         from experiments.report.sweep.page import save_run_pages, save_sweep_page
         from experiments.sweep.folder import is_sweep
 

@@ -15,7 +15,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from experiments.commonroad.records import Lanelet, RoadNetwork
-from experiments.commonroad.route import FOOTWAYS, Step
+from experiments.commonroad.route import Step
 from planner.states import FloatArray
 
 SPACING: Final = 1.0  # between points of lines [m]
@@ -101,7 +101,7 @@ def _beside(lanelets: Mapping[int, Lanelet], name: int) -> tuple[int, ...]:
     for side in ("same_right", "same_left"):
         here = getattr(lanelets[name], side)
         while here is not None and here not in found:
-            if lanelets[here].kinds & FOOTWAYS:
+            if lanelets[here].closed:
                 break
             if side == "same_right":
                 found.insert(0, here)
@@ -121,9 +121,7 @@ def _with_room_behind(
     while room < BEHIND:
         here = lanelets[rows[0].lanelets[rows[0].entered]]
         before = [
-            x
-            for x in here.predecessors
-            if x not in seen and not lanelets[x].kinds & FOOTWAYS
+            x for x in here.predecessors if x not in seen and not lanelets[x].closed
         ]
         if not before:
             break
@@ -145,9 +143,7 @@ def _rows_beyond(
     while room < wanted:
         here = lanelets[name]
         onward = [
-            x
-            for x in here.successors
-            if x not in seen and not lanelets[x].kinds & FOOTWAYS
+            x for x in here.successors if x not in seen and not lanelets[x].closed
         ]
         if not onward:
             return
@@ -289,7 +285,7 @@ def _area(
     parts = [lanelets[name].area for name in names]
     parts += [_carried_on(lanelets[name], 0) for name in rows[0].lanelets]
     parts += [_carried_on(lanelets[name], -1) for name in rows[-1].lanelets]
-    every = [x for x in lanelets.values() if not x.kinds & FOOTWAYS]
+    every = [x for x in lanelets.values() if not x.closed]
     areas = np.array([lanelet.area for lanelet in every])
     for before, after in pairwise(steps):
         if (before.lanelet, after.lanelet) in network.turns:

@@ -1,9 +1,15 @@
-"""Reads CommonRoad scenarios of format 2020a."""
+"""Reads CommonRoad scenarios of the formats 2020a and 2018b.
+
+The older one has one kind of obstacle, whose role is an element of its own.
+"""
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
+
+import shapely
 
 from experiments.commonroad.obstacles import read_moving, read_static
 from experiments.commonroad.records import (
@@ -16,7 +22,8 @@ from experiments.commonroad.states import read_goal_state, read_initial_state
 from experiments.commonroad.xml_tree import Node, read_xml, short
 from experiments.errors import ConfigError
 
-VERSION: Final = "2020a"
+VERSIONS: Final = ("2020a", "2018b")
+ROLES: Final = {"static": "staticObstacle", "dynamic": "dynamicObstacle"}
 ROOT: Final = "commonRoad"
 SHORTEST_STEP: Final = 0.01  # [s]
 LONGEST_STEP: Final = 1.0  # [s]
@@ -41,9 +48,12 @@ def read_commonroad(file: Path) -> CommonRoadScenario:
 def _read(file: Path, _changed: int, _size: int) -> CommonRoadScenario:
     """Read a file."""
     root = read_xml(file)
-    _check_root(root)
+    version = _read_version(root)
+    _tell_roles(root)
     step = _step(root)
     network = read_network(root)
+    problems = _read_problems(root, network)
+    network = _opened(network, problems)
     return CommonRoadScenario(
         file,
         root.attributes.get("benchmarkID", file.stem),
@@ -51,19 +61,45 @@ def _read(file: Path, _changed: int, _size: int) -> CommonRoadScenario:
         network,
         read_static(root, network.lanelets),
         read_moving(root, network.lanelets, step),
-        _read_problems(root, network),
+        problems,
+        version,
     )
 
 
-def _check_root(root: Node) -> None:
-    """Raise unless a file is a scenario of the version that is read."""
+def _read_version(root: Node) -> str:
+    """Read the version; raise unless it is one that is read."""
     if root.tag != ROOT:
         problem = f"is not a CommonRoad scenario; allowed: {ROOT}"
         raise ConfigError(f"{root.file}:{root.line}: {short(root.tag)} {problem}")
     version = root.attributes.get("commonRoadVersion", "none")
-    if version != VERSION:
-        problem = f"commonRoadVersion is {short(version)}; allowed: {VERSION!r}"
+    if version not in VERSIONS:
+        allowed = ", ".join(VERSIONS)
+        problem = f"commonRoadVersion is {short(version)}; allowed: {allowed}"
         raise ConfigError(f"{root.file}:{root.line}: {problem}")
+    return version
+
+
+def _tell_roles(root: Node) -> None:
+    """Name the obstacles of the older format by their roles."""
+    for node in root.all("obstacle"):
+        role = node.need("role")
+        if role.text not in ROLES:
+            allowed = f"allowed: {', '.join(ROLES)}"
+            raise role.error(f"is {short(role.text)}; {allowed}")
+        node.tag = ROLES[role.text]
+
+
+def _opened(network: RoadNetwork, problems: tuple[PlanningProblem, ...]) -> RoadNetwork:
+    """Open the ways of others on which an ego begins or is to arrive."""
+    named = {name for one in problems for goal in one.goals for name in goal.lanelets}
+    starts = [shapely.Point(one.start.x, one.start.y) for one in problems]
+    opened = {
+        name: replace(lanelet, closed=False)
+        for name, lanelet in network.lanelets.items()
+        if lanelet.closed
+        and (name in named or any(lanelet.area.covers(start) for start in starts))
+    }
+    return replace(network, lanelets={**network.lanelets, **opened})
 
 
 def _step(root: Node) -> float:

@@ -70,6 +70,7 @@ class Lanelet:
     signs: tuple[int, ...] = ()
     lights: tuple[int, ...] = ()
     stop: StopMark | None = None
+    closed: bool = False  # to cars: a way for others, such as people on foot
 
     @cached_property
     def centre(self) -> FloatArray:
@@ -227,6 +228,7 @@ class CommonRoadScenario:
     static: tuple[tuple[str, Box], ...]  # id, body; several may be of one obstacle
     moving: tuple[MovingObstacle, ...]
     problems: tuple[PlanningProblem, ...]
+    version: str = "2020a"  # of the format
 
     @property
     def left_hand(self) -> bool:

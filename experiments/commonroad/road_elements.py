@@ -22,7 +22,14 @@ TURNS: Final = {
     "successorsStraight": "straight",
     "successorsRight": "right",
 }
+# Lanelets on which no car drives, by their types; and users of whom one has to be named
+# where a lanelet names its users.
+CLOSED_TYPES: Final = frozenset(
+    ("sidewalk", "crosswalk", "bicycleLane", "busLane", "busStop", "shoulder", "border")
+)
+CAR_USERS: Final = frozenset(("vehicle", "car"))
 JOINED: Final = 0.3  # bounds that end and begin this near each other are one [m]
+SHARED: Final = 0.1  # bounds nowhere farther apart are one between two lanelets [m]
 LEAST_STEP: Final = 1e-6  # between points of a bound [m]
 
 
@@ -65,6 +72,8 @@ def _read_lanelet(node: Node) -> Lanelet:
         left, right = right, left
     if np.ptp(0.5 * (left + right), axis=0).max() < LEAST_STEP:
         raise node.error("has no length: its bounds cross")
+    kinds = frozenset(x.text for x in node.all("laneletType"))
+    users = frozenset(x.text for x in node.all("userOneWay", "userBidirectional"))
     return Lanelet(
         node.key(),
         left,
@@ -73,11 +82,12 @@ def _read_lanelet(node: Node) -> Lanelet:
         node.refs("successor"),
         _beside(node.child("adjacentLeft")),
         _beside(node.child("adjacentRight")),
-        frozenset(x.text for x in node.all("laneletType")),
-        frozenset(x.text for x in node.all("userOneWay", "userBidirectional")),
+        kinds,
+        users,
         node.refs("trafficSignRef"),
         node.refs("trafficLightRef"),
         _read_stop(node.child("stopLine")),
+        bool(kinds & CLOSED_TYPES) or bool(users and not users & CAR_USERS),
     )
 
 
@@ -143,6 +153,7 @@ def _connected(lanelets: dict[int, Lanelet]) -> dict[int, Lanelet]:
             beside_right=right if right and right[0] in lanelets else None,
         )
     found = {name: _with_mutual_neighbours(x, found) for name, x in found.items()}
+    found = _with_unwritten_neighbours(found)
     before: dict[int, list[int]] = {name: [] for name in found}
     for lanelet in found.values():
         for name in lanelet.successors:
@@ -163,6 +174,32 @@ def _with_mutual_neighbours(
     if right is not None and lanelets[right].same_left != lanelet.id:
         lanelet = replace(lanelet, beside_right=None)
     return lanelet
+
+
+def _with_unwritten_neighbours(lanelets: dict[int, Lanelet]) -> dict[int, Lanelet]:
+    """Find neighbours where none are written: two lanelets share a bound all along.
+
+    Maps leave them out inside junctions, where lanes go on side by side.
+    """
+    names = list(lanelets)
+    ends = np.array([[x.right[0], x.right[-1]] for x in lanelets.values()])
+    found = dict(lanelets)
+    for name, lanelet in lanelets.items():
+        if lanelet.beside_left is not None:
+            continue
+        own = np.array([lanelet.left[0], lanelet.left[-1]])
+        apart = np.hypot(*np.moveaxis(ends - own, 2, 0)).max(axis=1)
+        for k in np.flatnonzero(apart < SHARED).tolist():
+            other = found[names[k]]
+            if other.beside_right is not None or other.id == name:
+                continue
+            n = max(len(lanelet.left), len(other.right))
+            mine, theirs = _resampled(lanelet.left, n), _resampled(other.right, n)
+            if np.hypot(*(mine - theirs).T).max() < SHARED:
+                found[name] = replace(found[name], beside_left=(other.id, True))
+                found[other.id] = replace(other, beside_right=(name, True))
+                break
+    return found
 
 
 def _read_speed_signs(root: Node) -> Mapping[int, float]:

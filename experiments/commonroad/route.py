@@ -24,7 +24,6 @@ TURN_COST: Final = 10.0  # of beginning on a lanelet that leads aside [m/rad]
 CHANGE_COST: Final = 25.0  # of a lane change, in metres of way
 SHORT_CHANGE: Final = 40.0  # a lane change on a shorter lanelet costs more [m]
 BESIDE_GOAL: Final = 100.0  # of an end whose middle line misses the goal's area [m]
-FOOTWAYS: Final = frozenset(("sidewalk", "crosswalk"))
 SHOWN: Final = 4  # ids in a message
 GOAL_BEHIND: Final = 1.0  # the goal may lie so far behind where the ego begins [m]
 
@@ -77,7 +76,7 @@ def initial_lanelets(
     lanelets: Mapping[int, Lanelet], start: InitialState
 ) -> dict[int, float]:
     """Return the lanelets on which the ego may begin, and what each costs [m]."""
-    drivable = [x for x in lanelets.values() if not x.kinds & FOOTWAYS]
+    drivable = [x for x in lanelets.values() if not x.closed]
     point = shapely.Point(start.x, start.y)
     areas = np.array([lanelet.area for lanelet in drivable])
     apart = shapely.distance(areas, point)
@@ -98,7 +97,7 @@ def goal_lanelets(lanelets: Mapping[int, Lanelet], goal: GoalState) -> dict[int,
     """Return the lanelets on which a goal is, and what each costs [m]."""
     if goal.lanelets:
         return dict.fromkeys(goal.lanelets, 0.0)
-    names = [name for name, x in lanelets.items() if not x.kinds & FOOTWAYS]
+    names = [name for name, x in lanelets.items() if not x.closed]
     areas = np.array([lanelets[name].area for name in names])
     shared = shapely.area(shapely.intersection(areas, goal.area))
     ends = {}
@@ -182,11 +181,11 @@ def _onward(
     """Yield (lanelet, how, cost) of what can be driven next."""
     lanelet = lanelets[name]
     for follower in lanelet.successors:
-        if not lanelets[follower].kinds & FOOTWAYS:
+        if not lanelets[follower].closed:
             yield follower, "successor", lanelet.length
     change = CHANGE_COST + max(SHORT_CHANGE - lanelet.length, 0.0)
     for beside, how in ((lanelet.same_left, "left"), (lanelet.same_right, "right")):
-        if beside is not None and not lanelets[beside].kinds & FOOTWAYS:
+        if beside is not None and not lanelets[beside].closed:
             yield beside, how, change
 
 

@@ -7,7 +7,6 @@ from enum import StrEnum
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from experiments.commonroad.read import VERSION
 from experiments.commonroad.vehicles import SolutionVehicle
 from planner.states import FloatArray
 
@@ -69,8 +68,8 @@ def benchmark_id(
     vehicles = [one.vehicle_id for one in driven]
     costs = [str(cost)] * len(driven)
     if len(driven) == 1:
-        return f"{vehicles[0]}:{costs[0]}:{scenario}:{VERSION}"
-    return f"[{','.join(vehicles)}]:[{','.join(costs)}]:{scenario}:{VERSION}"
+        return f"{vehicles[0]}:{costs[0]}:{scenario}"
+    return f"[{','.join(vehicles)}]:[{','.join(costs)}]:{scenario}"
 
 
 def solution_text(
@@ -82,7 +81,7 @@ def solution_text(
     """Write a solution.
 
     Args:
-        scenario: Id of the benchmark.
+        scenario: Id of the benchmark and version of the format, with a colon between.
         driven: One trajectory for each planning problem.
         cost: That it is to be rated by.
         computation_time: Of planning [s].

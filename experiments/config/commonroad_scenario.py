@@ -106,9 +106,12 @@ def _simulation(
     """Return the section of the simulation."""
     last = problem.last_step - problem.start.step
     perceives = isinstance(ego, dict) and ego.get("perception") is not None
+    duration = round(last * found.step, DIGITS)
     return {
         "step_s": found.step,
-        "duration_s": round(last * found.step, DIGITS),
+        "duration_s": duration,
+        # recorded traffic stands as long as it stood; the time of the goal ends a wait
+        "blocked_after_s": duration,
         "predictor": "constant_speed" if perceives else "recorded",
     }
 

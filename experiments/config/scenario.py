@@ -425,6 +425,19 @@ class Scenario(Strict):
             problem = "allowed with a conflict: false"
             raise mismatch("simulation.without_ego", problem)
 
+    @property
+    def driven_by(self) -> str:
+        """Name what drives: the planner of the ego, or those of the groups of egos.
+
+        A group without a share or number of vehicles drives nothing; without any group
+        that does, SUMO's driver drives all.
+        """
+        if self.egos is None:
+            return self.planner.name
+        groups = [group for group in self.egos if group.penetration or group.count]
+        names = [(group.planner or self.planner).name for group in groups]
+        return "+".join(dict.fromkeys(names)) or SUMO
+
     def planner_choices(self) -> list[tuple[KeyPath, PlannerChoice]]:
         """List all planners that the scenario names, and the keys that name them."""
         found: list[tuple[KeyPath, PlannerChoice]] = [

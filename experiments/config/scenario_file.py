@@ -65,7 +65,7 @@ def find_scenario(name: str) -> Path:
         ConfigError: If there is neither a file nor a shipped scenario of that name.
     """
     path = Path(name)
-    if name and path.is_dir():
+    if name and path.is_dir() and name not in scenario_names():
         own = path / CONFIG_FILE
         hint = f"did you mean {own}?" if own.is_file() else "allowed: a .yaml file"
         raise ConfigError(f"{name}: is a folder; {hint}")

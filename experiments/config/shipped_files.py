@@ -24,12 +24,11 @@ def find_file(name: str, folder: Path, what: str, hint: str | None) -> Path:
     Raises:
         ConfigError: If there is neither a file nor a shipped one of that name.
     """
-    path = Path(name)
-    if path.is_dir() and name:
+    path, known = Path(name), shipped_names(folder)
+    if name and path.is_dir() and name not in known:
         raise ConfigError(f"{name}: is a folder; allowed: a {what} file")
     if name.endswith((".yaml", ".yml")) or "/" in name:
         return path
-    known = shipped_names(folder)
     if name not in known:
         if hint is not None:
             raise ConfigError(f"{name}: {hint}")

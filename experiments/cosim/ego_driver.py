@@ -324,12 +324,19 @@ class EgoDriver:
         with failures_of_the_planner():
             return record, execution.advance(time, record.ego)
 
-    def scene(self, record: StepRecord) -> Scene | None:
-        """Return the scene that a plan is made for; None if none is made now."""
+    def scene(
+        self, record: StepRecord, vehicles: Vehicles | None = None
+    ) -> Scene | None:
+        """Return the scene that a plan is made for; None if none is made now.
+
+        Args:
+            record: Of the present step.
+            vehicles: All others with their predictions, if these are known already.
+        """
         if record.ego_frenet is None:
             return None
         start = self._start(record, record.ego_frenet)
-        return None if start is None else self._scene(record, start, None)
+        return None if start is None else self._scene(record, start, vehicles)
 
     def _start(self, record: StepRecord, place: FrenetState) -> PlanStart | None:
         """Return where a plan begins; None if none is made now."""

@@ -27,6 +27,7 @@ BEYOND: Final = 60.0  # such a road goes on behind its path's end [m]
 FIRST_SIGN: Final = 4_000_000  # ids of speed limits begin here
 FIRST_LIGHT: Final = 5_000_000  # and those of lights
 TURN: Final = 0.6  # from which on a way through a junction is a turn [rad]
+ALONG: Final = 0.1  # bounds nowhere farther apart are one [m]
 SHORT: Final = 0.05  # lanes without length are left out [m]
 SHARPEST: Final = 0.2  # of a corner that is mitred: 2 + 2 cos of its angle
 FASTEST: Final = 80.0  # a higher limit is none [m/s]
@@ -61,26 +62,24 @@ def lanelets_of_net(net: Net, path: ReferencePath) -> RoadNetwork:
                 turns[number[lane.id], number[chain[1].id]] = turn
     bounds = _bounds(lanes, onward, left_hand=net.left_hand)
     lanelets = {}
-    limits: dict[float, int] = {}
+    limits: dict[int, float] = {}
     for lane in lanes:
         left, right = bounds[lane.id]
         beside = _neighbours(lane, number, left_hand=net.left_hand)
         speed = round(speeds[lane.id], 4)
-        sign = () if speed > FASTEST else (_sign(limits, speed),)
+        # a sign for each: readers look for the first lanelet of a sign, and on a
+        # circle there is none
+        sign = () if speed > FASTEST else (FIRST_SIGN + number[lane.id],)
+        limits.update(dict.fromkeys(sign, speed))
         following = tuple(dict.fromkeys(number[x] for x in onward[lane.id]))
         lanelets[number[lane.id]] = Lanelet(
             number[lane.id], left, right, (), following, *beside, signs=sign
         )
     return RoadNetwork(
         _with_predecessors(lanelets),
-        {sign: speed for speed, sign in limits.items()},
+        limits,
         turns=turns,
     )
-
-
-def _sign(limits: dict[float, int], speed: float) -> int:
-    """Return the sign of a speed limit, a new one for a new speed."""
-    return limits.setdefault(speed, FIRST_SIGN + len(limits))
 
 
 def _lanes_about(net: Net, path: ReferencePath) -> Iterable[NetLane]:
@@ -132,9 +131,7 @@ def _bounds(
     """Return the left and right bounds of lanes by id, without gaps."""
     by_id = {lane.id: lane for lane in lanes}
     bounds = {name: _spread(lane) for name, lane in by_id.items()}
-    for lane in by_id.values():
-        if not lane.edge.internal:
-            _share_bound(lane, bounds, left_hand=left_hand)
+    _share_bounds(by_id, bounds, left_hand=left_hand)
     for name, following in onward.items():
         for after in following:
             mine, others = bounds[name], bounds[after]
@@ -147,22 +144,78 @@ def _bounds(
     return bounds
 
 
-def _share_bound(
-    lane: NetLane,
+def _share_bounds(
+    lanes: Mapping[str, NetLane],
     bounds: dict[str, tuple[FloatArray, FloatArray]],
     *,
     left_hand: bool,
 ) -> None:
-    """Take the bound of the next lane to the middle of the road as one's own."""
-    left, right = bounds[lane.id]
-    for other in lane.edge.drivable_lanes:
-        if other.index != lane.index + 1 or other.id not in bounds:
-            continue
-        other_left, other_right = bounds[other.id]
-        if left_hand and other_left.shape == right.shape:
-            bounds[lane.id] = (left, other_left)
-        elif not left_hand and other_right.shape == left.shape:
-            bounds[lane.id] = (other_right, right)
+    """Give lanes beside each other one bound, from the left to the right."""
+    beside = {
+        name: _to_the_left(lanes[name], lanes, left_hand=left_hand) for name in lanes
+    }
+    beside |= _left_inside(lanes, bounds)
+    done: set[str] = set()
+
+    def share(name: str) -> None:
+        if name in done:
+            return
+        done.add(name)
+        left = beside[name]
+        if left is None:
+            return
+        share(left)
+        line = bounds[left][1]
+        own = bounds[name][1]
+        if len(own) != len(line):
+            own = _at_shares(own, _shares(line))
+        bounds[name] = (line, own)
+
+    for name in lanes:
+        share(name)
+
+
+def _to_the_left(
+    lane: NetLane, lanes: Mapping[str, NetLane], *, left_hand: bool
+) -> str | None:
+    """Return the lane to the left on the same edge; None inside junctions."""
+    if lane.edge.internal:
+        return None
+    step = -1 if left_hand else 1
+    beside = [x.id for x in lane.edge.drivable_lanes if x.index == lane.index + step]
+    return next((name for name in beside if name in lanes), None)
+
+
+def _left_inside(
+    lanes: Mapping[str, NetLane], bounds: Mapping[str, tuple[FloatArray, FloatArray]]
+) -> dict[str, str]:
+    """Return the lanes inside junctions that go along another one, to its right."""
+    inside = [name for name, lane in lanes.items() if lane.edge.internal]
+    ends = np.array([[bounds[x][1][0], bounds[x][1][-1]] for x in inside])
+    found = {}
+    for name in inside:
+        left = bounds[name][0]
+        own = np.array([left[0], left[-1]])
+        apart = np.hypot(*np.moveaxis(ends - own, 2, 0)).max(axis=1)
+        for k in np.flatnonzero(apart < ALONG).tolist():
+            other = bounds[inside[k]][1]
+            on = _at_shares(left, _shares(other))
+            if inside[k] != name and np.hypot(*(on - other).T).max() < ALONG:
+                found[name] = inside[k]
+                break
+    return found
+
+
+def _shares(line: FloatArray) -> FloatArray:
+    """Return the shares of a line's length at which its points are, (n,)."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    return np.asarray(along / along[-1])
+
+
+def _at_shares(line: FloatArray, shares: FloatArray) -> FloatArray:
+    """Return the points of a line at shares of its length, (n, 2)."""
+    own = _shares(line)
+    return np.column_stack([np.interp(shares, own, axis) for axis in line.T])
 
 
 def _spread(lane: NetLane) -> tuple[FloatArray, FloatArray]:

@@ -93,9 +93,8 @@ def solution_of(
             raise ConfigError(f"{run.folder}: {problem}; allowed: one run for each")
         driven[one.problem] = one
         computing += float(np.ma.sum(run.trace.timing["planning_cpu_ms"])) * TO_S
-    text = solution_text(
-        first.file.benchmark_id, list(driven.values()), cost, computing
-    )
+    name = f"{first.file.benchmark_id}:{first.file.version}"
+    text = solution_text(name, list(driven.values()), cost, computing)
     missing = tuple(p.id for p in first.file.problems if p.id not in driven)
     return text, missing
 

@@ -10,6 +10,7 @@ from experiments.config.self_driven import SELF_DRIVEN
 from experiments.cosim.ego_driver import EpisodeOptions
 from experiments.cosim.fleet.loop import FleetGroup, FleetLoop
 from experiments.cosim.fleet.records import FleetStep
+from experiments.cosim.fleet.world import FleetWorld
 from experiments.cosim.records import Ending, EpisodeStatus
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.episode.identity import run_identity
@@ -36,10 +37,12 @@ from experiments.trace.fleet import (
     FleetTrace,
     fleet_hash,
     fleet_tables,
+    plans_table,
     timing_table,
     write_fleet,
 )
 from experiments.trace.fleet_recording import FleetRecorder
+from experiments.trace.road_map import whole_map, write_map
 from experiments.world_setup.fleet import (
     FleetRoads,
     ego_selection,
@@ -81,7 +84,7 @@ def run_fleet(
     options = output or OutputOptions()
     groups = fleet_groups(scenario)
     network = fleet_network(scenario)
-    places = _detectors(scenario, network)
+    places = fleet_detectors(scenario, network)
     load_libsumo()
     identity = run_identity(scenario, network.net_file)
     target = options.target or out / folder_name(scenario, identity["run_hash"])
@@ -98,7 +101,8 @@ def run_fleet(
         row = fleet_row(_identity_columns(scenario, ending), measured)
         place = RunOutput(folder, target, options, started)
         if options.keeps_trace(ending):
-            write_fleet(tables, timing_table(trace), folder)
+            write_fleet(tables, timing_table(trace), plans_table(trace), folder)
+            write_map(whole_map(read_net(network.net_file)), folder)
         write_folder(scenario, identity, ending, hashed, row, place)
         return Outcome(ending, row, hashed, target)
 
@@ -125,8 +129,6 @@ def drive_fleet(
     Returns:
         How it ended, and what was recorded.
     """
-    simulation = scenario.simulation
-    world = make_fleet_world(scenario, network, folder)
 
     def take(step: FleetStep) -> None:
         """Record a step and pass it on."""
@@ -134,19 +136,47 @@ def drive_fleet(
         if on_step is not None:
             on_step(step)
 
-    options = EpisodeOptions(
-        duration=simulation.duration_s,
-        blocked_after=simulation.blocked_after_s,
-        horizon=simulation.horizon_s,
-        predictor=PREDICTORS[simulation.predictor],
-    )
-    roads = FleetRoads(network.net_file, scenario.egos or ())
-    loop = FleetLoop(world, groups, ego_selection(scenario), roads, options, take)
+    world, loop = make_fleet_loop(scenario, network, groups, folder, take)
     try:
         ending = loop.run()
     finally:
         world.close()
     return ending, recorder.trace(world.step, world.lanes)
+
+
+def make_fleet_loop(
+    scenario: Scenario,
+    network: Network,
+    groups: tuple[FleetGroup, ...],
+    folder: Path,
+    on_step: OnFleetStep,
+    *,
+    horizon: float | None = None,
+) -> tuple[FleetWorld, FleetLoop]:
+    """Make the world of a scenario with many egos, and their loop; nothing runs yet.
+
+    Args:
+        scenario: Checked.
+        network: Of the scenario.
+        groups: How the egos are driven.
+        folder: For the route file.
+        on_step: Called with every step.
+        horizon: Of the predictions, the scenario's by default [s].
+
+    Raises:
+        ConfigError: If the traffic is not possible on this network.
+    """
+    simulation = scenario.simulation
+    world = make_fleet_world(scenario, network, folder)
+    options = EpisodeOptions(
+        duration=simulation.duration_s,
+        blocked_after=simulation.blocked_after_s,
+        horizon=simulation.horizon_s if horizon is None else horizon,
+        predictor=PREDICTORS[simulation.predictor],
+    )
+    roads = FleetRoads(network.net_file, scenario.egos or ())
+    loop = FleetLoop(world, groups, ego_selection(scenario), roads, options, on_step)
+    return world, loop
 
 
 def fleet_groups(scenario: Scenario) -> tuple[FleetGroup, ...]:
@@ -172,7 +202,7 @@ def fleet_groups(scenario: Scenario) -> tuple[FleetGroup, ...]:
     return tuple(made)
 
 
-def _detectors(scenario: Scenario, network: Network) -> tuple[CountingPlace, ...]:
+def fleet_detectors(scenario: Scenario, network: Network) -> tuple[CountingPlace, ...]:
     """Return where vehicles are counted.
 
     Raises:
@@ -216,7 +246,7 @@ def _identity_columns(scenario: Scenario, ending: Ending) -> dict[str, Cell]:
     """Return the columns that name a run and its outcome."""
     return {
         columns.SCENARIO: scenario.name,
-        columns.PLANNER: scenario.planner.name,
+        columns.PLANNER: scenario.driven_by,
         columns.SEED: scenario.simulation.seed,
         columns.STATUS: str(ending.status),
         columns.ARRIVED: ending.status is EpisodeStatus.ARRIVED,

@@ -29,7 +29,7 @@ def run_identity(scenario: Scenario, net_file: Path | None) -> dict[str, Any]:
     return {
         **run_hashes(scenario, net_file),
         "scenario": scenario.name,
-        "planner": scenario.planner.name,
+        "planner": scenario.driven_by,
         "seed": scenario.simulation.seed,
         "versions": _versions(),
         "git": _git_state(),

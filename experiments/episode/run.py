@@ -147,7 +147,7 @@ def _record_fleet_crash(
     """Write the run folder of a run with many egos whose process died."""
     identity = run_identity(scenario, fleet_network(scenario).net_file)
     target = out / folder_name(scenario, identity["run_hash"])
-    names = scenario.name, scenario.planner.name, scenario.simulation.seed
+    names = scenario.name, scenario.driven_by, scenario.simulation.seed
     row = row_without_episode(*names, str(ending.status))
     with atomic_folder(target) as folder:
         options = OutputOptions(keeps_trace=lambda _: False)

@@ -68,7 +68,7 @@ class RunOutput:
 def folder_name(scenario: Scenario, run_hash: str) -> str:
     """Return the name of a run folder: `<scenario>-<planner>-<seed>-<hash>`."""
     planner = "".join(
-        c if c.isalnum() or c in "_." else "_" for c in scenario.planner.name
+        c if c.isalnum() or c in "_." else "_" for c in scenario.driven_by
     )
     seed = scenario.simulation.seed
     return f"{scenario.name}-{planner}-{seed}-{run_hash[:ID_LENGTH]}"

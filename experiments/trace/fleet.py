@@ -61,6 +61,16 @@ FLEET_TABLES: Mapping[str, Mapping[str, Kind]] = {
     "ego_ends": {"index": _COUNT, "id": _TEXT, "how": _TEXT, "reason": _TEXT},
     "fleet_steps": {"index": _COUNT, "time_s": _NUMBER, "pending": _COUNT},
 }
+# Where plans lead, beside the tables of `egos` row by row: for pictures, not hashed.
+FLEET_PLANS: Mapping[str, Kind] = {
+    "x1_m": _NUMBER,  # after 1, 2 and 3 s
+    "y1_m": _NUMBER,
+    "x2_m": _NUMBER,
+    "y2_m": _NUMBER,
+    "x3_m": _NUMBER,
+    "y3_m": _NUMBER,
+}
+PLANS_FILE = "fleet_plans.parquet"
 FLEET_TIMING: Mapping[str, Kind] = {
     "index": _COUNT,
     "step_cpu_ms": _NUMBER,  # of the whole step
@@ -94,6 +104,7 @@ class FleetTrace:
     egos: Table  # every ego in every step
     planning: FloatArray  # CPU time of planning of its rows, NaN without a plan [ms]
     ego_ends: Table
+    plans: FloatArray  # of the rows of egos, (n, 6), NaN without a plan [m]
 
     @property
     def speed(self) -> FloatArray:
@@ -170,7 +181,15 @@ def fleet_hash(tables: Mapping[str, Table]) -> str:
     return digest.hexdigest()
 
 
-def write_fleet(tables: Mapping[str, Table], timing: Table, folder: Path) -> None:
+def plans_table(trace: FleetTrace) -> Table:
+    """Return where the plans of all egos lead."""
+    columns = zip(FLEET_PLANS.items(), trace.plans.T, strict=True)
+    return {name: column(values, kind) for (name, kind), values in columns}
+
+
+def write_fleet(
+    tables: Mapping[str, Table], timing: Table, plans: Table, folder: Path
+) -> None:
     """Write the tables of a run into its folder.
 
     Raises:
@@ -183,6 +202,7 @@ def write_fleet(tables: Mapping[str, Table], timing: Table, folder: Path) -> Non
                 for name, kinds in FLEET_TABLES.items()
             ),
             (timing, FLEET_TIMING, folder / "fleet_timing.parquet"),
+            (plans, FLEET_PLANS, folder / PLANS_FILE),
         ]
     )
 

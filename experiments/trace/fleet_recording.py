@@ -11,6 +11,8 @@ from experiments.trace.fleet import FleetTrace, fleet_table
 from experiments.trace.schema import Table
 from planner.states import IntArray
 
+NO_PLAN = (np.nan,) * 6
+
 
 @dataclass(slots=True)
 class FleetRecorder:
@@ -70,6 +72,9 @@ class FleetRecorder:
             _ego_table(steps),
             np.array([x.planning_ms for one in steps for x in one.egos]),
             _end_table(steps),
+            np.array([x.ahead or NO_PLAN for one in steps for x in one.egos]).reshape(
+                -1, len(NO_PLAN)
+            ),
         )
 
 

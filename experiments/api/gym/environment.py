@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from typing import Any
+from typing import Any, Protocol
 from weakref import finalize
 
 import gymnasium as gym
@@ -23,6 +23,7 @@ from experiments.api.gym.actions import (
 from experiments.api.gym.observation import Observation, ObservationShape, observe
 from experiments.api.gym.picture import picture
 from experiments.api.scenarios import Scenario
+from experiments.config.self_driven import SELF_DRIVEN
 from experiments.cosim.loop import RunningEpisode
 from experiments.cosim.plant import PlannerOutputError
 from experiments.cosim.records import Ending, EpisodeStatus, StepRecord
@@ -40,6 +41,7 @@ from planner.scene import OFF_ROAD_TOLERANCE, Scene
 TRAINING_SEEDS = range(1000)  # that episodes are drawn from
 MOST_TRIES = 20  # to find a drawn seed in which the ego finds room to enter
 LARGEST_SEED = 2**31 - 1
+OF_ACTIONS = "cruise"  # any planner that leaves the ego's motion to its plans
 
 # an outcome of the driving; anything else ends an episode from outside
 TERMINAL = frozenset(
@@ -169,8 +171,16 @@ class DrivingEnv(gym.Env[Observation, Action]):
                 "simulation.planning_period_s: an environment acts in every step; "
                 f"allowed: {simulation.step_s:g}"
             )
-        if repeat < 1:
-            raise ConfigError(f"repeat: is {repeat}; allowed: 1 or more")
+        if self._scenario.checked.egos is not None:
+            raise ConfigError(
+                f"scenario: {self._scenario.name} has many egos; allowed: one ego, or "
+                "rearview.gym.parallel_env"
+            )
+        if self._scenario.planner in SELF_DRIVEN:  # whose world moves the ego itself
+            self._scenario = self._scenario.with_(planner=OF_ACTIONS)
+        require_count("repeat", repeat)
+        if not seeds:
+            raise ConfigError(f"seeds: are {seeds}; allowed: at least one")
         self._repeat = repeat
         self._shape = shape or ObservationShape()
         self._reward = reward
@@ -181,7 +191,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
         self._seen: Observation | None = None
         self._folder = Path(mkdtemp(prefix="rearview-gym-"))
         self._tidy = finalize(self, rmtree, self._folder, ignore_errors=True)
-        self.action_space = _action_space(self._planner.kind)
+        self.action_space = action_space(self._planner.kind)
         self.observation_space = observation_space(self._shape)  # type: ignore[assignment]
 
     def reset(
@@ -202,14 +212,14 @@ class DrivingEnv(gym.Env[Observation, Action]):
         super().reset(seed=seed)
         if options:
             raise ConfigError(f"reset: options {sorted(options)}: allowed: none")
-        self._end()
-        _take_process(self)
+        self.end_episode()
+        take_process(self)
         for _ in range(1 if seed is not None else MOST_TRIES):
             drawn = self._draw() if seed is None else seed % (LARGEST_SEED + 1)
             try:
                 self._running = self._begin(drawn)
             except EntryError as error:
-                self._end()
+                self.end_episode()
                 problem = error
                 continue
             self._seen = self._observation(self._running)
@@ -257,7 +267,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
         truncated = ending is not None and not terminated
         info = self._info(ending)
         if ending is not None:
-            self._end()
+            self.end_episode()
         return self._copy(), reward, terminated, truncated, info
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -269,7 +279,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
 
     def close(self) -> None:
         """End the simulation; allowed at any time."""
-        self._end()
+        self.end_episode()
         self._tidy()
 
     def _draw(self) -> int:
@@ -328,21 +338,10 @@ class DrivingEnv(gym.Env[Observation, Action]):
     def _info(self, ending: Ending | None, seed: int | None = None) -> dict[str, Any]:
         """Return facts about the present step."""
         assert self._running is not None  # noqa: S101 - of reset and step
-        record = self._running.record
-        frenet = record.ego_frenet
-        info: dict[str, Any] = {
-            "status": "running" if ending is None else ending.status.value,
-            "reason": "" if ending is None else ending.reason,
-            "time_s": record.time,
-            "s_m": None if frenet is None else frenet.s,
-            "l_m": None if frenet is None else frenet.l,
-            "speed_mps": record.ego.speed,
-            "clearance_m": record.clearance,
-            "is_success": ending is not None and ending.status is EpisodeStatus.ARRIVED,
-        }
+        info = step_facts(self._running.record, ending)
         return info if seed is None else {**info, "scenario_seed": seed}
 
-    def _end(self) -> None:
+    def end_episode(self) -> None:
         """Close the world of the episode, so that another one may begin."""
         if self._running is not None:
             self._running.world.close()
@@ -350,16 +349,44 @@ class DrivingEnv(gym.Env[Observation, Action]):
 
 
 # The one whose episode runs here; kept, for who is dropped unclosed leaves SUMO behind
-_holders: "set[DrivingEnv]" = set()
+_holders: "set[HoldsProcess]" = set()
 
 
-def _take_process(env: DrivingEnv) -> None:
+class HoldsProcess(Protocol):
+    """An environment whose episode is the one simulation of its process."""
+
+    def end_episode(self) -> None:
+        """End the episode, if one runs."""
+
+
+def take_process(env: HoldsProcess) -> None:
     """End the episode of another environment in this process."""
     for other in list(_holders):
         if other is not env:
-            other._end()
+            other.end_episode()
     _holders.clear()
     _holders.add(env)
+
+
+def step_facts(record: StepRecord, ending: Ending | None) -> dict[str, Any]:
+    """Return the facts about a step that `info` holds."""
+    frenet = record.ego_frenet
+    return {
+        "status": "running" if ending is None else ending.status.value,
+        "reason": "" if ending is None else ending.reason,
+        "time_s": record.time,
+        "s_m": None if frenet is None else frenet.s,
+        "l_m": None if frenet is None else frenet.l,
+        "speed_mps": record.ego.speed,
+        "clearance_m": record.clearance,
+        "is_success": ending is not None and ending.status is EpisodeStatus.ARRIVED,
+    }
+
+
+def require_count(name: str, value: object, most: int = 10**6) -> None:
+    """Raise a ConfigError unless an option is a whole number from 1 on."""
+    if not isinstance(value, int) or not 1 <= value <= most:
+        raise ConfigError(f"{name}: is {value!r}; allowed: 1 to {most}")
 
 
 def observation_space(shape: ObservationShape) -> spaces.Dict:
@@ -371,7 +398,7 @@ def observation_space(shape: ObservationShape) -> spaces.Dict:
     return spaces.Dict(boxes)
 
 
-def _action_space(kind: ActionKind) -> spaces.Space[Any]:
+def action_space(kind: ActionKind) -> spaces.Space[Any]:
     """Return the space of a kind of actions."""
     if kind is ActionKind.LANE_AND_SPEED:
         return spaces.MultiDiscrete([LANE_CHOICES, SPEED_CHOICES])

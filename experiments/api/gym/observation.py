@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.errors import ConfigError
 from planner.scene import Scene
 from planner.states import FloatArray
 
@@ -48,6 +49,13 @@ class ObservationShape:
     bodies: int = 12  # nearest first: vehicles, and obstacles, which stand
     points: int = 20  # of the reference path ahead
     spacing: float = 5.0  # between them [m]
+
+    def __post_init__(self) -> None:
+        """Raise a ConfigError unless there is something to see."""
+        for name in ("bodies", "points", "spacing"):
+            value = getattr(self, name)
+            if not value > 0:
+                raise ConfigError(f"{name}: is {value}; allowed: more than 0")
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:

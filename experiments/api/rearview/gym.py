@@ -6,7 +6,15 @@ import rearview.gym
 env = gymnasium.make("rearview/LaneChange-v0")
 """
 
-from gymnasium.envs.registration import register, registry
+from typing import TYPE_CHECKING, Any
+
+try:
+    from gymnasium.envs.registration import register, registry
+except ModuleNotFoundError as _error:
+    raise ModuleNotFoundError(
+        "rearview.gym needs gymnasium; install it: pip install gymnasium",
+        name="gymnasium",
+    ) from _error
 
 from experiments.api.gym.actions import ActionKind, drive
 from experiments.api.gym.environment import (
@@ -18,6 +26,7 @@ from experiments.api.gym.environment import (
 )
 from experiments.api.gym.observation import Observation, ObservationShape, observe
 from experiments.api.gym.policy import PolicyPlanner, onnx_planner
+from experiments.errors import ConfigError
 
 _ENTRY = "experiments.api.gym.environment:DrivingEnv"
 _ENVIRONMENTS = {
@@ -29,6 +38,31 @@ _ENVIRONMENTS = {
 for _name, _kwargs in _ENVIRONMENTS.items():
     if _name not in registry:
         register(_name, _ENTRY, kwargs=_kwargs)
+
+if TYPE_CHECKING:
+    from experiments.api.gym.many_agents import ManyAgentsEnv
+
+
+def parallel_env(**options: Any) -> "ManyAgentsEnv":
+    """Make a PettingZoo environment in which many egos of a simulation are agents.
+
+    Args:
+        options: Of `ManyAgentsEnv`: `scenario`, `action`, `egos`, `changes`, `shape`,
+            `repeat`, `reward`, `seeds`.
+
+    Raises:
+        ConfigError: If an option is wrong, or pettingzoo is missing.
+    """
+    try:
+        from experiments.api.gym.many_agents import ManyAgentsEnv
+    except ModuleNotFoundError as error:
+        if error.name != "pettingzoo":
+            raise
+        raise ConfigError(
+            "parallel_env needs pettingzoo; install it: pip install pettingzoo"
+        ) from error
+    return ManyAgentsEnv(**options)
+
 
 __all__ = [
     "ActionKind",
@@ -42,5 +76,6 @@ __all__ = [
     "observation_space",
     "observe",
     "onnx_planner",
+    "parallel_env",
     "progress_reward",
 ]

@@ -37,12 +37,14 @@ from experiments.cosim.records import (
 )
 from experiments.cosim.road import EgoTask, Road
 from experiments.errors import ExperimentError, SimulationError
-from planner.interface import Planner
+from planner.interface import Planner, PlanResult
 from planner.reference_path.frenet import state_on_path
+from planner.scene import Scene, Vehicles
 from planner.states import CartesianState, FrenetState
 
 log = logging.getLogger(__name__)
 
+SHOWN_AHEAD = (1.0, 2.0, 3.0)  # of a plan, for pictures [s]
 GONE = "gone"  # SUMO has removed the ego
 TURNED_AT_MOST = 0.3  # from the path, of a vehicle that is taken over [rad]
 
@@ -81,7 +83,7 @@ class WayFinder(Protocol):
 
 
 @dataclass(slots=True)
-class _FleetEgo:
+class FleetEgo:
     """One ego."""
 
     id: str
@@ -96,6 +98,40 @@ class _FleetEgo:
     def s(self) -> float:
         """Arc length that stands for its place [m]."""
         return 0.0 if self.place is None else self.place.s
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeenEgo:
+    """One ego at a moment: what it sees, and whether it has ended."""
+
+    ego: FleetEgo
+    record: StepRecord
+    ending: Ending | None
+    sight: FleetSight
+    number: int  # in the sight
+
+    def vehicles(self) -> Vehicles | None:
+        """Return the others with their predictions; None where each ego makes its own.
+
+        At junctions they are predicted along their ways, which not all egos know.
+        """
+        known = self.record.traffic.ways is None
+        return self.sight.predicted(self.number) if known else None
+
+    def scene(self) -> Scene | None:
+        """Return the scene that its planner gets; None off its path."""
+        return self.ego.driver.scene(self.record, self.vehicles())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FleetMoment:
+    """A moment that was looked at, before anybody moves on."""
+
+    index: int
+    snapshot: FleetSnapshot
+    gone: list[Leaving]
+    egos: list[SeenEgo]  # in the order of their ids
+    cpu_s: float  # of looking [s]
 
 
 class FleetLoop:
@@ -128,7 +164,7 @@ class FleetLoop:
         self._own_options = replace(options, duration=math.inf, full_statistics=False)
         self._on_step = on_step
         self._monitor = FleetMonitor()
-        self._egos: dict[str, _FleetEgo] = {}
+        self._egos: dict[str, FleetEgo] = {}
         self._group: dict[str, int] = {}  # of every vehicle that was seen
         self.refused: dict[str, str] = {}  # type and route of no ego -> why
         self.worst: Ending | None = None  # of the egos that failed
@@ -141,37 +177,78 @@ class FleetLoop:
         """
         try:
             self._world.enter()
-            return self._steps()
+            index = 0
+            while not self.move(self.look(index)):
+                index += 1
+            return self._ending()
         except SimulationError as error:
             log.warning("simulator failed: %s", error)
             return Ending(EpisodeStatus.SIMULATOR_FAILED, str(error))
 
-    def _steps(self) -> Ending:
-        """Step by step."""
+    def look(self, index: int) -> FleetMoment:
+        """Observe a step: who is there, who of them is an ego, and how it fares.
+
+        Args:
+            index: Of the step, 0 for the first; the world has been entered.
+
+        Raises:
+            SimulationError: If the simulator fails.
+        """
+        started = thread_time()
+        snapshot = self._world.observe()
+        gone = self._note_gone(index, snapshot)
+        self._note_entered(snapshot)
+        egos = self._in_order()
+        for ego in egos:
+            if ego.index:
+                ego.place = ego.driver.place(ego.state, ego.place)
+            self._renew(ego)
+        checks = self._monitor.check(
+            [
+                CheckedEgo(x.id, x.state, x.way.task.vehicle, x.way.road, x.s)
+                for x in egos
+            ],
+            snapshot.users,
+        )
+        sight = FleetSight(
+            snapshot.users,
+            [(x.id, x.state, x.way.road, x.driver.outlook) for x in egos],
+        )
+        seen = [
+            self._seen(ego, sight, k, check)
+            for k, (ego, check) in enumerate(zip(egos, checks, strict=True))
+        ]
+        return FleetMoment(index, snapshot, gone, seen, thread_time() - started)
+
+    def move(self, moment: FleetMoment) -> bool:
+        """Let every ego plan on a moment, and the world go one step on.
+
+        Returns:
+            Whether it was the last step: the time is over, or an ego's failure ends
+            the run.
+
+        Raises:
+            SimulationError: If the simulator fails.
+        """
+        started, index, of = thread_time(), moment.index, self._group
+        ids = moment.snapshot.users.ids
+        group = np.array([of.get(x, HUMAN) for x in ids], np.int64)
+        steps, moves, failures = self._drive(moment)
+        ended = any(
+            x.how != EpisodeStatus.ARRIVED and self._groups[of[x.id]].ends_run
+            for x in failures
+        )
         n_steps = round(self._options.duration / self._world.step)
-        for index in range(n_steps + 1):
-            started = thread_time()
-            snapshot = self._world.observe()
-            leavings = self._note_gone(index, snapshot)
-            self._note_entered(snapshot)
-            steps, moves, failures = self._drive(index, snapshot)
-            leavings += failures
-            of = self._group
-            group = np.array([of.get(x, HUMAN) for x in snapshot.users.ids], np.int64)
-            ended = any(
-                x.how != EpisodeStatus.ARRIVED and self._groups[of[x.id]].ends_run
-                for x in failures
-            )
-            last = ended or index == n_steps
-            if not last:
-                self._world.advance(moves)
-            self._let_go(leavings)
-            spent = thread_time() - started
-            step = FleetStep(index, snapshot, group, steps, tuple(leavings), spent)
-            self._on_step(step)
-            if last:
-                break
-        return self._ending()
+        last = ended or index >= n_steps
+        if not last:
+            self._world.advance(moves)
+        leavings = [*moment.gone, *failures]
+        self._let_go(leavings)
+        spent = moment.cpu_s + thread_time() - started
+        self._on_step(
+            FleetStep(index, moment.snapshot, group, steps, tuple(leavings), spent)
+        )
+        return last
 
     def _ending(self) -> Ending:
         """Return the worst that has happened to an ego."""
@@ -217,7 +294,7 @@ class FleetLoop:
             state = self._world.take_over(name, way.task.vehicle)
             state = _on_path(way, state)
             driver = self._driver(group, way)
-            ego = _FleetEgo(name, group, way, driver, state)
+            ego = FleetEgo(name, group, way, driver, state)
             ego.place = driver.place(state, None)
             self._egos[name] = ego
 
@@ -236,57 +313,37 @@ class FleetLoop:
         )
 
     def _drive(
-        self, index: int, snapshot: FleetSnapshot
+        self, moment: FleetMoment
     ) -> tuple[tuple[EgoStep, ...], Mapping[str, CartesianState], list[Leaving]]:
-        """Let every ego plan on a snapshot.
+        """Let every ego plan.
 
         Returns:
             The steps of the egos, where they go, and those that are egos no more.
         """
-        egos = self._in_order()
-        for ego in egos:
-            if ego.index:
-                ego.place = ego.driver.place(ego.state, ego.place)
-            self._renew(ego)
-        checks = self._monitor.check(
-            [
-                CheckedEgo(x.id, x.state, x.way.task.vehicle, x.way.road, x.s)
-                for x in egos
-            ],
-            snapshot.users,
-        )
-        sight = FleetSight(
-            snapshot.users,
-            [(x.id, x.state, x.way.road, x.driver.outlook) for x in egos],
-        )
         steps: list[EgoStep] = []
         moves: dict[str, CartesianState] = {}
         leavings: list[Leaving] = []
-        for k, (ego, check) in enumerate(zip(egos, checks, strict=True)):
-            record, after, ending = self._step(ego, sight, k, check)
-            steps.append(_ego_step(ego, record))
+        for seen in moment.egos:
+            ego = seen.ego
+            record, after, ending = self._step(seen)
+            steps.append(_ego_step(ego, record, self._world.step))
             if ending is not None:
-                leavings.append(Leaving(index, ego.id, ending.status, ending.reason))
-            if after is not None:
-                moves[ego.id] = ego.state = after
-                ego.index += 1
+                left = Leaving(moment.index, ego.id, ending.status, ending.reason)
+                leavings.append(left)
+            moves[ego.id] = ego.state = after
+            ego.index += 1
         steps.sort(key=lambda step: step.id)
         leavings.sort(key=lambda leaving: leaving.id)
         return tuple(steps), moves, leavings
 
-    def _in_order(self) -> list[_FleetEgo]:
+    def _in_order(self) -> list[FleetEgo]:
         """Return the egos in the order in which they plan, which means nothing."""
         return [self._egos[name] for name in sorted(self._egos)]
 
-    def _step(
-        self, ego: _FleetEgo, sight: FleetSight, k: int, check: StepCheck
-    ) -> tuple[StepRecord, CartesianState | None, Ending | None]:
-        """Observe, plan and drive one ego.
-
-        Returns:
-            Its record, where it goes, and how it has ended. One that has ended stays
-            where it is in this step, so that SUMO knows where to go on.
-        """
+    def _seen(
+        self, ego: FleetEgo, sight: FleetSight, k: int, check: StepCheck
+    ) -> SeenEgo:
+        """Observe one ego."""
         world = self._world
         traffic = TrafficState(
             ego.index * world.step,
@@ -296,18 +353,26 @@ class FleetLoop:
         )
         place = (ego.place, ego.s)
         record = ego.driver.observe(ego.index, ego.state, place, traffic, check)
-        ending = ego.driver.ending(record)
-        if ending is not None:
-            return record, self._coasting(ego), ending
-        vehicles = sight.predicted(k) if record.traffic.ways is None else None
+        return SeenEgo(ego, record, ego.driver.ending(record), sight, k)
+
+    def _step(self, seen: SeenEgo) -> tuple[StepRecord, CartesianState, Ending | None]:
+        """Plan and drive one ego.
+
+        Returns:
+            Its record, where it goes, and how it has ended. One that has ended rolls
+            on in this step, so that SUMO knows where to go on.
+        """
+        ego, record = seen.ego, seen.record
+        if seen.ending is not None:
+            return record, self._coasting(ego), seen.ending
         try:
-            record, after = ego.driver.drive(record, vehicles)
+            record, after = ego.driver.drive(record, seen.vehicles())
         except PlannerOutputError as error:
             ending = Ending(EpisodeStatus.PLANNER_FAILED, str(error))
             return record, self._coasting(ego), ending
         return record, after, None
 
-    def _coasting(self, ego: _FleetEgo) -> CartesianState:
+    def _coasting(self, ego: FleetEgo) -> CartesianState:
         """Return where an ego without a plan is a step on: straight ahead."""
         state, driven = ego.state, max(ego.state.speed, 0.0) * self._world.step
         return CartesianState(
@@ -319,7 +384,7 @@ class FleetLoop:
             0.0,
         )
 
-    def _renew(self, ego: _FleetEgo) -> None:
+    def _renew(self, ego: FleetEgo) -> None:
         """Lay out the next part of an ego's way once its road comes to an end."""
         if ego.s < ego.way.renew_at:
             return
@@ -379,7 +444,19 @@ def _on_path(way: EgoWay, state: CartesianState) -> CartesianState:
     return along if abs(turned) < TURNED_AT_MOST else state
 
 
-def _ego_step(ego: _FleetEgo, record: StepRecord) -> EgoStep:
+def _plan_ahead(plan: PlanResult | None, step: float) -> tuple[float, ...]:
+    """Return x, y of a plan at the times that are kept of it; its end where it ends."""
+    if plan is None or plan.trajectory is None:
+        return ()
+    trajectory = plan.trajectory
+    last = trajectory.t.size - 1
+    places = [min(round(time / step), last) for time in SHOWN_AHEAD]
+    return tuple(
+        float(axis[k]) for k in places for axis in (trajectory.x, trajectory.y)
+    )
+
+
+def _ego_step(ego: FleetEgo, record: StepRecord, step: float) -> EgoStep:
     """Return what is kept of a step of an ego."""
     plan, planning = record.plan, record.planning
     return EgoStep(
@@ -391,4 +468,5 @@ def _ego_step(ego: _FleetEgo, record: StepRecord) -> EgoStep:
         record.off_road,
         record.contacts,
         math.nan if planning is None else planning.cpu_ms,
+        _plan_ahead(plan, step),
     )

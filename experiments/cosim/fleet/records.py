@@ -62,6 +62,7 @@ class EgoStep:
     off_road: float  # [m]
     contacts: tuple[str, ...]
     planning_ms: float  # CPU time of planning
+    ahead: tuple[float, ...] = ()  # x, y of its plan after 1, 2 and 3 s [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -23,6 +23,19 @@ def page_road(trace: Trace, road_map: RoadMap) -> dict[str, Any]:
     Returns:
         Areas of asphalt; lines by kind: kerb, dashed, edge, reference.
     """
+    drawn = page_lanes(road_map)
+    edges = [_beside(trace.road, numbers(trace.road[key])) for key in _EDGES]
+    drawn["areas"].append(_flat(np.concatenate((edges[0], edges[1][::-1]))))
+    middle = np.column_stack((numbers(trace.road["x_m"]), numbers(trace.road["y_m"])))
+    return {
+        **drawn,
+        "edges": [_flat(edge) for edge in edges],
+        "reference": _flat(middle),
+    }
+
+
+def page_lanes(road_map: RoadMap) -> dict[str, Any]:
+    """Describe lanes: areas of asphalt; lines by kind: kerb, dashed."""
     leftmost: dict[str, int] = {}
     for lane in road_map.lanes:
         leftmost[lane.edge] = max(leftmost.get(lane.edge, 0), lane.index)
@@ -37,16 +50,7 @@ def page_road(trace: Trace, road_map: RoadMap) -> dict[str, Any]:
         (kerbs if _outermost(lane, leftmost) else dashed).append(_flat(left))
         if lane.index == 0:
             kerbs.append(_flat(right))
-    edges = [_beside(trace.road, numbers(trace.road[key])) for key in _EDGES]
-    areas.append(_flat(np.concatenate((edges[0], edges[1][::-1]))))
-    middle = np.column_stack((numbers(trace.road["x_m"]), numbers(trace.road["y_m"])))
-    return {
-        "areas": areas,
-        "kerbs": kerbs,
-        "dashed": dashed,
-        "edges": [_flat(edge) for edge in edges],
-        "reference": _flat(middle),
-    }
+    return {"areas": areas, "kerbs": kerbs, "dashed": dashed}
 
 
 def page_obstacles(obstacles: Table) -> list[dict[str, Any]]:

@@ -27,7 +27,7 @@ from experiments.sweep.folder import (
     run_folder,
     run_folders,
 )
-from experiments.trace.files import file_name
+from experiments.trace.files import MANY_EGOS, file_name
 
 STEP_KEY = "simulation.step_s"
 _SCRIPTS = ("unpack.js", "theme.js", "plot.js", "plots.js", "sweep.js")
@@ -56,7 +56,12 @@ def save_run_pages(folder: Path) -> int:
     Returns:
         How many.
     """
-    kept = [run for run in run_folders(folder) if (run / file_name("steps")).is_file()]
+    traces = (file_name("steps"), MANY_EGOS)
+    kept = [
+        run
+        for run in run_folders(folder)
+        if any((run / name).is_file() for name in traces)
+    ]
     for run in kept:
         save_run_page(run)
     return len(kept)

@@ -1,6 +1,9 @@
 """Environments of Gymnasium and policies that drive as planners."""
 
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -123,7 +126,9 @@ def test_seeds_are_drawn_from_the_generator():
     [
         ({"action": "steer"}, "allowed: control, lane_and_speed, frenet"),
         ({"changes": {"ego.gaol_m": 1}}, "did you mean goal_m?"),
-        ({"repeat": 0}, "allowed: 1 or more"),
+        ({"repeat": 0}, "allowed: 1 to"),
+        ({"repeat": 2.5}, "repeat: is 2.5; allowed: 1 to"),
+        ({"seeds": range(0)}, "seeds: are range(0, 0); allowed: at least one"),
         ({"render_mode": "human"}, "allowed: rgb_array, None"),
         ({"changes": {"simulation.planning_period_s": 0.2}}, "acts in every step"),
     ],
@@ -133,6 +138,42 @@ def test_mistakes_are_one_line(options, words):
         kinematic(**options)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_many_egos_are_for_another_environment():
+    with pytest.raises(ConfigError, match=r"allowed: one ego, or rearview\.gym\.par"):
+        learning.DrivingEnv("motorway")
+
+
+@pytest.mark.parametrize("name", ["bodies", "points", "spacing"])
+def test_an_observation_holds_something(name):
+    with pytest.raises(ConfigError, match=f"{name}: is 0; allowed: more than 0"):
+        learning.ObservationShape(**{name: 0})
+
+
+@pytest.mark.sumo
+def test_actions_drive_the_ego_of_a_scenario_of_sumos_driver():
+    """Whose world moves the ego itself, were it not for that."""
+    action = np.array([1, 0])  # stop
+
+    def ends(planner):
+        env = learning.DrivingEnv("straight", changes={"planner": planner}, repeat=20)
+        env.reset(seed=1)
+        return env.step(action)[-1]["speed_mps"]
+
+    assert ends("sumo") == ends("cruise")
+
+
+def test_without_the_package_one_line_says_how_to_get_it():
+    code = "import sys; sys.modules['gymnasium'] = None; import rearview.gym"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "rearview.gym needs gymnasium; install it: pip" in done.stderr
 
 
 def test_a_picture_shows_the_ego():

@@ -23,6 +23,7 @@ from experiments.config.scenario_file import load_scenario
 from experiments.cosim.goal import GoalRegion, GoalWindow
 from experiments.cosim.replay_world import RecordedFuture
 from experiments.episode.commonroad_export import exported_scenario
+from experiments.episode.commonroad_lanelets import lanelets_of_net
 from experiments.episode.commonroad_solution import read_solved_run, solution_of
 from experiments.episode.replan import replan
 from experiments.episode.run import run_episode
@@ -31,6 +32,7 @@ from experiments.trace.files import read_trace
 from experiments.world_setup.layout import make_layout
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
+from sumo_nets.net_reader import read_net
 from tests.experiments.commonroad.examples import (
     EXAMPLES,
     cut_in,
@@ -304,6 +306,23 @@ def test_an_exported_kinematic_run_has_its_lanes(tmp_path):
     assert len(made.static) == len(outcome.trace.obstacles["id"])
     with pytest.raises(ConfigError, match="world is commonroad"):
         exported_scenario(drive(dense_parking(), tmp_path).folder)
+
+
+@pytest.mark.parametrize("name", ["intersection", "curved", "on_ramp"])
+def test_exported_lanelets_beside_each_other_share_their_bound_exactly(name, tmp_path):
+    """Slivers between them count as the road's edge to the official checker."""
+    layout = make_layout(load_scenario(name))
+    net = read_net(layout.network.net_file)
+    network = lanelets_of_net(net, layout.road.path)
+    made = replace(cut_in(), network=network, problems=cut_in().problems)
+    file = tmp_path / "made.xml"
+    problem = replace(made.problems[0], goals=(GoalState(Range(1, 90)),))
+    write_commonroad(replace(made, problems=(problem,)), file)
+    found = read_commonroad(file).network.lanelets
+    pairs = [(x, found[x.same_left]) for x in found.values() if x.same_left]
+    assert pairs
+    for right, left in pairs:
+        np.testing.assert_array_equal(right.left, left.right)
 
 
 def test_a_recorded_follower_that_will_not_brake_is_kept_behind(tmp_path):

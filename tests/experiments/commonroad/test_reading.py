@@ -238,8 +238,134 @@ def test_all_kinds_of_obstacles_positions_and_goals(read):
     assert [problem.id for problem in found.problems] == [9, 10]
 
 
+def test_the_older_format_is_the_same_scenario(read):
+    """2018b: one kind of obstacle with a role, and limits of the lanelets' own."""
+    shape = "<shape><rectangle><length>4</length><width>2</width></rectangle></shape>"
+    places = {"static": 50, "dynamic": 20}
+
+    def content(before, after):
+        return lanelet_text(1, more="<speedLimit>9</speedLimit>") + "".join(
+            before.format(role=role, id=number)
+            + f"<type>car</type>{shape}{state_text('initialState', x)}"
+            + after.format(role=role)
+            for number, (role, x) in enumerate(places.items(), 20)
+        ) + problem_text()  # fmt: skip
+
+    old = content("<obstacle id='{id}'><role>{role}</role>", "</obstacle>")
+    new = content("<{role}Obstacle id='{id}'>", "</{role}Obstacle>")
+    found, same = read(old, version="2018b"), read(new)
+    assert (found.version, same.version) == ("2018b", "2020a")
+    assert found.static == same.static
+    assert [user.id for user in found.moving] == ["21"]
+    np.testing.assert_array_equal(found.moving[0].table, same.moving[0].table)
+    assert found.network.speed_limits == same.network.speed_limits == {-1: 9.0}
+    read(old, version="2018b")
+    make_layout(load_scenario(str(found.file)))
+
+
+def test_lanelets_that_share_a_bound_are_neighbours_though_it_is_not_written(read):
+    """Three lanes, a short junction of three lanelets without neighbours, three lanes.
+
+    The middle lane goes on; a turn that leaves it shares a begin with its neighbour.
+    """
+
+    def lane(number, x0, x1, y, beside=()):
+        more = "".join(
+            f"<adjacent{side} ref='{x}' drivingDir='same'/>" for side, x in beside
+        )
+        return lanelet_text(number, x0, x1, y, more)
+
+    text = "".join(
+        lane(
+            10 * row + k,
+            x0,
+            x1,
+            3.5 * k,
+            [
+                (side, 10 * row + k + d)
+                for side, d in (("Left", 1), ("Right", -1))
+                if written and 1 <= k + d <= 3
+            ],
+        )
+        for row, x0, x1, written in (
+            (1, 0.0, 50.0, True),
+            (2, 50.0, 50.3, False),
+            (3, 50.3, 100.0, True),
+        )
+        for k in (1, 2, 3)
+    )
+    turn = LANELET.format(
+        id=99,
+        left=points([(50.0, 8.75), (52.0, 9.5), (55.0, 14.0)]),
+        right=points([(50.0, 5.25), (53.0, 6.0), (58.5, 14.0)]),
+        more="",
+    )
+    start = state_text("initialState", 10.0, 7.0)
+    goal = GOAL.replace("'1'", "'32'")
+    found = read(text + turn + problem_text(start, goal))
+    inside = found.network.lanelets
+    assert [inside[k].same_left for k in (21, 22, 23)] == [22, 23, None]
+    assert [inside[k].same_right for k in (21, 22, 23)] == [None, 21, 22]
+    assert inside[99].same_left is inside[99].same_right is None
+    bounds = make_layout(load_scenario(str(found.file))).road.bounds
+    assert np.ptp(bounds.left) < 0.01
+    assert np.ptp(bounds.right) < 0.01
+
+
+OTHERS = {
+    "bicycle lane": "<laneletType>urban</laneletType>"
+    "<laneletType>bicycleLane</laneletType>",
+    "bus lane": "<laneletType>busLane</laneletType><userOneWay>bus</userOneWay>",
+    "pavement": "<laneletType>sidewalk</laneletType>",
+    "shoulder": "<laneletType>shoulder</laneletType>",
+    "of bicycles": "<userOneWay>bicycle</userOneWay>",
+}
+
+
+@pytest.mark.parametrize("kind", OTHERS.values(), ids=list(OTHERS))
+def test_ways_of_others_are_not_driven_on_unless_they_are_the_goal(read, kind):
+    """Lanes 1 and 3 of cars, 2 between them: the goal on 3 is out of reach by it."""
+
+    def beside(right, left):
+        return "".join(
+            f"<adjacent{side} ref='{x}' drivingDir='same'/>"
+            for side, x in (("Left", left), ("Right", right))
+            if x
+        )
+
+    lanelets = (
+        lanelet_text(1, more=beside(0, 2))
+        + lanelet_text(2, y=3.5, more=beside(1, 3) + kind)
+        + lanelet_text(3, y=7.0, more=beside(2, 0))
+    )
+    problem = read(lanelets + problem_text(goal=GOAL.replace("'1'", "'3'")))
+    with pytest.raises(ConfigError, match="no route reaches its goal on lanelets 3"):
+        make_layout(load_scenario(str(problem.file)))
+    own = make_layout(load_scenario(str(read(lanelets + problem_text()).file)))
+    assert len(own.road.lanes.at(10.0)[0]) == 1
+    goal = read(lanelets + problem_text(goal=GOAL.replace("'1'", "'2'")))
+    layout = make_layout(load_scenario(str(goal.file)))
+    assert len(layout.road.lanes.at(10.0)[0]) > 1
+    vans = kind + "<userOneWay>vehicle</userOneWay>"
+    if "laneletType" not in kind:  # several users
+        open_to_all = lanelets.replace(kind, vans)
+        found = read(open_to_all + problem_text(goal=GOAL.replace("'1'", "'3'")))
+        make_layout(load_scenario(str(found.file)))
+
+
 BAD = {
-    "another version": ({"version": "2018b"}, "", "commonRoadVersion is '2018b'"),
+    "another version": (
+        {"version": "2017a"},
+        "",
+        "commonRoadVersion is '2017a'; allowed: 2020a, 2018b",
+    ),
+    "an unknown role": (
+        {"version": "2018b"},
+        lanelet_text(1)
+        + "<obstacle id='7'><role>haunted</role></obstacle>"
+        + problem_text(),
+        "role: is 'haunted'; allowed: static, dynamic",
+    ),
     "another root": ({"root": "routes"}, "", "is not a CommonRoad scenario"),
     "no time step": ({"step": "soon"}, "", "timeStepSize is 'soon'"),
     "no lanelet": ({}, problem_text(), "has no lanelet"),

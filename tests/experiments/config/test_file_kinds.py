@@ -36,6 +36,17 @@ def test_shipped_names_that_both_have_are_what_was_asked_for():
         assert load_scenario(name).name == load_sweep(name)[0].name == name
 
 
+def test_a_folder_of_the_name_hides_no_shipped_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("dense", "smoke"):
+        (tmp_path / name).mkdir()
+    assert load_scenario("dense").name == "dense"
+    assert load_sweep("smoke")[0].name == "smoke"
+    (tmp_path / "mine").mkdir()
+    with pytest.raises(ConfigError, match="mine: is a folder"):
+        load_scenario("mine")
+
+
 def test_a_file_that_is_neither_is_checked_as_asked(tmp_path):
     file = tmp_path / "mine.yaml"
     file.write_text("name: mine\nspeed: 3\n")

@@ -8,6 +8,7 @@ import rearview
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.fleet.loop import FleetLoop
 from experiments.episode.drive import run_scenario
+from experiments.episode.fleet_preview import preview_fleet
 from experiments.episode.run_folder import Outcome
 from experiments.errors import ConfigError, ResultsError
 from experiments.metrics.catalogue import ALL_COLUMNS
@@ -52,11 +53,14 @@ def test_run_folder_holds_tables_row_and_configuration(tmp_path):
     assert run_scenario(again, out=tmp_path / "again").trace_hash == outcome.trace_hash
     manifest = json.loads((outcome.folder / "manifest.json").read_text())
     assert manifest["trace_hash"] == outcome.trace_hash
+    assert manifest["planner"] == row["planner"] == "cruise"
+    assert outcome.folder.name.startswith("motorway-cruise-1-")
 
 
 def test_nobody_is_driven_at_0_and_labels_alone_change_nothing(tmp_path):
     none = run(tmp_path, "egos.penetration=0")
     assert none.row["egos_driven"] == 0
+    assert none.row["planner"] == "sumo"
     labelled = run(tmp_path, "planner=sumo")
     assert labelled.row["egos_driven"] > 0
     assert labelled.row["all_mean_speed_mps"] == none.row["all_mean_speed_mps"]
@@ -67,6 +71,23 @@ def test_several_planners_share_a_simulation(tmp_path):
     outcome = run_scenario(scenario, out=tmp_path)
     fleet = read_table(FLEET_TABLES["fleet"], outcome.folder / "fleet.parquet")
     assert set(fleet["group"].tolist()) == {None, 0, 1}
+    assert outcome.row["planner"] == "cruise+idm_mobil"
+    assert outcome.folder.name.startswith("two-cruise_idm_mobil-0-")
+
+
+def test_a_check_says_who_drives_what(tmp_path):
+    found = preview_fleet(load_scenario(str(_with_two_groups(tmp_path))))
+    facts = dict(found.facts)
+    assert facts["scenario"] == "two, driven by cruise+idm_mobil"
+    assert facts["egos 1"].startswith("30 % of own, driven by idm_mobil: ")
+    own = [int(facts[f"egos {k}"].split()[-4]) for k in range(2)]
+    total, humans = (int(facts["traffic"].split()[k]) for k in (0, -4))
+    assert sum(own) + humans == total
+    assert min(own) > 0
+    none = load_scenario("motorway", overrides=[*SHORT, "egos.penetration=0"])
+    assert preview_fleet(none).unusual == ()
+    with pytest.raises(ConfigError, match=r"egos\.of: is nobody; allowed: own, "):
+        preview_fleet(load_scenario("motorway", overrides=["egos.of=nobody"]))
 
 
 def _with_two_groups(folder: Path) -> Path:

@@ -198,3 +198,108 @@ def test_a_road_laid_out_in_parts_is_driven_through():
     assert np.abs(np.diff(speed)).max() < 0.5  # nothing jumps where the parts meet
     assert np.diff(x).max() < 1.1
     assert pytest.approx(0.0, abs=1e-9) == x[0]
+
+
+STRAIGHT = ReferencePath.from_segments([line(400.0)])
+WIDE_ROAD = Road(STRAIGHT, constant_bounds(STRAIGHT, 5.0))
+
+
+class Egos:
+    """A straight road on which all vehicles are egos: id -> x, y, speed at first."""
+
+    step = 0.1
+    lanes = ("road",)
+
+    def __init__(self, starts: Mapping[str, tuple[float, float, float]]) -> None:
+        self.states = {
+            name: CartesianState(x, y, 0.0, 0.0, speed, 0.0)
+            for name, (x, y, speed) in starts.items()
+        }
+        self._time = 0.0
+
+    def enter(self) -> None:
+        pass
+
+    def observe(self) -> FleetSnapshot:
+        names = tuple(sorted(self.states))
+        rows = []
+        for name in names:
+            ego = self.states[name]
+            x, y = centre_from_rear_axle(ego, CAR)
+            size = (CAR.length, CAR.width)
+            rows.append((x, y, ego.heading, ego.speed, ego.acceleration, 0.0, *size))
+        users = RoadUsers.from_table(names, np.array(rows).reshape(-1, 8).T)
+        zero = np.zeros(len(names))
+        lane = np.zeros(len(names), np.int64)
+        return FleetSnapshot(self._time, users, lane, zero, zero, zero, zero, 0)
+
+    def describe(self, name: str) -> EnteredVehicle:
+        size = (CAR.length, CAR.width, 20.0, 3.0)
+        return EnteredVehicle(name, "car", ("road",), 0, 0, *size)
+
+    def take_over(self, name: str, body: Vehicle) -> CartesianState:
+        return self.states[name]
+
+    def hand_back(self, name: str) -> None:
+        del self.states[name]
+
+    take_out = forget = hand_back
+
+    def signals(self, road: Road) -> tuple[()]:
+        return ()
+
+    def ghost(self, name: str) -> None:
+        return None
+
+    def advance(self, egos: Mapping[str, CartesianState]) -> None:
+        self.states |= egos
+        self._time += self.step
+
+
+def traces(starts: Mapping[str, tuple[float, float, float]]):
+    """Let all drive for 12 s; id -> rows of x, y, heading, speed."""
+    steps: list[FleetStep] = []
+    task = EgoTask(CAR, 390.0, 12.0)
+    loop = FleetLoop(
+        Egos(starts),
+        [FleetGroup(proposed())],
+        EgoSelection([GroupShare(count=10)], 0),
+        lambda vehicle, group: EgoWay(WIDE_ROAD, task),
+        EpisodeOptions(duration=12.0),
+        steps.append,
+    )
+    assert loop.run().status is EpisodeStatus.ARRIVED
+    return {
+        name: np.array(
+            [
+                (one.ego.x, one.ego.y, one.ego.heading, one.ego.speed)
+                for step in steps
+                for one in step.egos
+                if one.id == name
+            ]
+        )
+        for name in starts
+    }
+
+
+SLOW_AND_FAST = ((60.0, 0.8, 3.0), (20.0, -0.6, 11.0))
+
+
+def test_two_egos_that_change_roles_change_traces():
+    """What an ego is called means nothing, also while one swerves round the other."""
+    slow, fast = SLOW_AND_FAST
+    first = traces({"a": slow, "b": fast})
+    second = traces({"a": fast, "b": slow})
+    assert len(first["a"]) > 100
+    assert np.abs(first["b"][:, 1] - fast[1]).max() > 0.5  # it does something
+    np.testing.assert_array_equal(first["a"], second["b"])
+    np.testing.assert_array_equal(first["b"], second["a"])
+
+
+def test_a_mirrored_road_gives_mirrored_traces():
+    right = traces(dict(zip("ab", SLOW_AND_FAST, strict=True)))
+    starts = [(x, -y, speed) for x, y, speed in SLOW_AND_FAST]
+    left = traces(dict(zip("ab", starts, strict=True)))
+    for name in "ab":
+        mirrored = left[name] * np.array([1.0, -1.0, -1.0, 1.0])
+        np.testing.assert_allclose(mirrored, right[name], atol=1e-6)
