@@ -54,6 +54,39 @@ def drivable_area(net: Net, uses: Sequence[LaneUse]) -> BaseGeometry:
     return shapely.union_all(grown)
 
 
+def own_area(net: Net, uses: Sequence[LaneUse], area: BaseGeometry) -> BaseGeometry:
+    """Leave out of an area what others use who drive beside the route.
+
+    These are the other lanes of its edges, and the lanes that lead from there over a
+    junction to the same edge: two who turn side by side each keep to their own lane.
+
+    Args:
+        net: The network.
+        uses: The route, edge by edge.
+        area: Of the route.
+
+    Returns:
+        A polygon or several [m]; `area` itself where nobody drives beside.
+    """
+    own, others = [], []
+    for use in uses:
+        between = sorted((use.entered.index, use.left.index))
+        for lane in use.entered.edge.drivable_lanes:
+            is_own = between[0] <= lane.index <= between[1]
+            (own if is_own else others).append(_strip(lane))
+        if use.link is None:
+            continue
+        own += [_strip(lane) for lane in via_lanes(net, use.link)]
+        for link in use.left.edge.links_to(use.link.target.edge):
+            if link.source is not use.left:
+                others += [_strip(lane) for lane in via_lanes(net, link)]
+    if not others:
+        return area
+    kept = area.difference(shapely.union_all(others))
+    grown = [part.buffer(SEAM, join_style="mitre") for part in (kept, *own)]
+    return shapely.union_all(grown)
+
+
 def boundary_about(area: BaseGeometry, points: FloatArray, reach: float) -> FloatArray:
     """List the sides of an area about some points.
 

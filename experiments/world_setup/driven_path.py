@@ -54,6 +54,7 @@ ATTEMPTS = (
     Attempt(EASY, LEAST_MARGIN, 0.0, SHIFTS[:1]),
     Attempt(0.91, LEAST_MARGIN, 0.1, SHIFTS[:3]),
 )
+EASY_ATTEMPTS = ATTEMPTS[:2]  # beside others who turn, each in a lane of its own
 LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m] ...
 LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
 APART = 5.0  # stretches nearer than this to each other are planned as one [m]
@@ -229,10 +230,14 @@ def _planned(
         )
     boundary = boundary_about(found.area, guide, ROOM)
     most = vehicle.limits.max_curvature
-    for attempt in (*ATTEMPTS, Attempt(share, LEAST_MARGIN, LAST_RESORT, SHIFTS)):
-        part, margin, beyond, shifts = attempt
+    last = Attempt(share, LEAST_MARGIN, LAST_RESORT, SHIFTS)
+    tries = [(boundary, attempt) for attempt in (*ATTEMPTS, last)]
+    if found.own_area is not found.area:
+        own = boundary_about(found.own_area, guide, ROOM)
+        tries = [(own, attempt) for attempt in EASY_ATTEMPTS] + tries
+    for sides, (part, margin, beyond, shifts) in tries:
         limits = SteeringLimits(min(part, share) * most, margin=margin)
-        path = steerable_path(guide, boundary, vehicle, limits, shifts)
+        path = steerable_path(guide, sides, vehicle, limits, shifts)
         if path.fault <= margin + beyond:
             return path
     needed = _needed(guide, boundary, vehicle)

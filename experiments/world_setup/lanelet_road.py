@@ -70,6 +70,7 @@ def lanelet_road(
         (),
         (),
         corridor.area,
+        corridor.area,
         left_hand,
     )
     driven = _path_along(found, vehicle)

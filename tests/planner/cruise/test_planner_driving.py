@@ -241,9 +241,7 @@ def test_who_stands_beside_the_path_of_a_narrow_bend_gets_out_on_the_road(at):
     left = np.array([2.3, 2.3, 0.95 + 0.15, 0.95 + 0.15])
     s = np.array([0.0, 22.0, 27.0, path.length])
     bounds = RoadBounds(s, left, np.full(4, -3.0))
-    scene = make_scene(
-        path, ego_on(path, at, 0.045, 0.0, error=0.02), bounds=bounds
-    )
+    scene = make_scene(path, ego_on(path, at, 0.045, 0.0, error=0.02), bounds=bounds)
     cycles = drive(PROPOSED, scene, 80)
     assert places(cycles)[-1] > 40.0
     for cycle in cycles:
