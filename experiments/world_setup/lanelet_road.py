@@ -70,7 +70,6 @@ def lanelet_road(
         (),
         (),
         corridor.area,
-        corridor.area,
         left_hand,
     )
     driven = _path_along(found, vehicle)

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import shapely
@@ -6,7 +8,7 @@ from sumo_nets.drivable_area import (
     boundary_about,
     distances_to_edge,
     drivable_area,
-    own_area,
+    narrower_areas,
 )
 from sumo_nets.lane_choice import choose_lanes
 from sumo_nets.net_reader import read_net
@@ -53,7 +55,7 @@ def test_area_holds_own_lanes_and_junction_but_nothing_of_others(crossing):
 def test_own_area_leaves_out_those_who_turn_beside(crossing):
     uses = choose_lanes(crossing, ["A1B1", "B1B2"], 2)
     area = drivable_area(crossing, uses)
-    own = own_area(crossing, uses, area)
+    own, *wider = narrower_areas(crossing, uses, area)
     assert shapely.covers(area.buffer(0.2), own)
     for use in uses:
         for lane in use.entered.edge.drivable_lanes:
@@ -61,7 +63,11 @@ def test_own_area_leaves_out_those_who_turn_beside(crossing):
             assert shapely.area(own & strip(lane)) == pytest.approx(
                 strip(lane).area if is_own else 0.0, abs=0.1 * strip(lane).area
             )
-    assert shapely.covers(own, strip(crossing.lane(uses[0].link.via)))
+    assert shapely.covers(own.buffer(0.1), strip(crossing.lane(uses[0].link.via)))
+    for narrow, wide in pairwise((own, *wider, area)):
+        assert shapely.covers(wide.buffer(1e-6), narrow)
+    middle = shapely.Polygon(crossing.junctions["B1"].outline).centroid
+    assert shapely.covers(wider[0], middle)
 
 
 def test_route_s_line_is_inside_its_area(crossing):
