@@ -93,7 +93,7 @@ def wish(
         settings: See there.
     """
     front = scene.ego_frenet.s + scene.vehicle.front_reach
-    best = _leads_farthest(ends, own)
+    best = leads_farthest(ends, own)
     speed = max(scene.target_speed, scene.ego.speed)
     if best != own:
         count = abs(best - own)
@@ -116,7 +116,7 @@ def wish(
     return LaneWish(target, f"lane {target} is {faster:.1f} m/s faster", forced=False)
 
 
-def _leads_farthest(ends: FloatArray, own: int) -> int:
+def leads_farthest(ends: FloatArray, own: int) -> int:
     """Return the nearest of the lanes that lead on farthest; `own` if it is one."""
     farthest = ends.max()
     if ends[own] >= farthest - ENDS_TOGETHER:

@@ -27,7 +27,12 @@ from planner.route.lane_frame import (
     reference_frame,
     seen_from,
 )
-from planner.route.lane_need import lane_ends, lanes_to_follow, wish
+from planner.route.lane_need import (
+    lane_ends,
+    lanes_to_follow,
+    leads_farthest,
+    wish,
+)
 from planner.route.memory import Driver, LaneManoeuvre, RouteMemory
 from planner.route.settings import RouteSettings
 from planner.scene import Scene
@@ -140,7 +145,9 @@ class RoutePlanner:
         if wanted is None:
             return LaneManoeuvre(now.lane), scene.target_speed
         gap = gap_beside(scene, look.bodies, wanted.lane, self.settings.manoeuvre)
-        if gap.is_safe and _has_room(look, now.lane, wanted.lane):
+        # who stands too near to the end of its lane has no choice but to try
+        stuck = wanted.forced and look.stood >= self.settings.stuck_after
+        if gap.is_safe and (stuck or _has_room(look, now.lane, wanted.lane)):
             begun = LaneManoeuvre(now.lane, Phase.CHANGE, wanted.lane, wanted.why)
             return begun, scene.target_speed
         speed = scene.target_speed
@@ -184,7 +191,12 @@ class RoutePlanner:
         lane = manoeuvre.target if changes else manoeuvre.lane
         assert lane is not None  # noqa: S101 - a change has a target
         result = self._along(look, last, manoeuvre, lane, speed)
-        if manoeuvre.phase is Phase.CHANGE and not _goes_over(look, result, lane):
+        late = _is_late(look, manoeuvre)
+        if (
+            manoeuvre.phase is Phase.CHANGE
+            and not late
+            and not _goes_over(look, result, lane)
+        ):
             beside = _name(look.scene, _ahead_in(look, lane))
             back = replace(manoeuvre, phase=Phase.SEEK, beside=beside)
             return self._along(look, last, back, back.lane, speed)
@@ -203,7 +215,7 @@ class RoutePlanner:
         frame, frames = _frame_of(scene, lane, last)
         origin = manoeuvre.lane if lane != manoeuvre.lane else None
         kind = LaneCorridor.LANE if origin is None else LaneCorridor.CHANGE
-        if _is_open(look, frame):
+        if _is_late(look, manoeuvre) or _is_open(look, frame):
             kind = LaneCorridor.ROAD
         lines = (*scene.stop_lines, *self._lane_end(look, lane))
         until = look.front + max(OVER_ROOM, OVER_TIME * scene.ego.speed)
@@ -220,12 +232,16 @@ class RoutePlanner:
         return _told(look, result, manoeuvre, frame, frames, kind)
 
     def _lane_end(self, look: _Look, lane: int) -> tuple[float, ...]:
-        """Return where to wait before the end of a lane that must be left [m]."""
+        """Return where to wait before the end of a lane that must be left [m].
+
+        Where several lanes are to be crossed, each leaves room for the next one.
+        """
         end = look.ends[lane]
         if not np.isfinite(end) or end >= look.ends.max():
             return ()
         stop = look.front + max(look.scene.ego.speed, 0.0) ** 2 / (2.0 * FIRM)
-        return (float(max(end - self.settings.end_room, min(stop, end - 1.0))),)
+        room = self.settings.end_room * abs(leads_farthest(look.ends, lane) - lane)
+        return (float(max(end - room, min(stop, end - 1.0))),)
 
     def _without_lanes(self, look: _Look, last: RouteMemory | None) -> PlanResult:
         """Let `cruise` drive where nothing is marked."""
@@ -304,6 +320,15 @@ def _has_room(look: _Look, own: int, target: int) -> bool:
     """Check that both lanes go on for as long as a change takes."""
     need = max(CHANGE_ROOM, CHANGE_TIME * look.scene.ego.speed)
     return bool(min(look.ends[own], look.ends[target]) - look.front >= need)
+
+
+def _is_late(look: _Look, manoeuvre: LaneManoeuvre) -> bool:
+    """Check whether a lane ends before a change out of it can be over.
+
+    The ego has to leave it, as soon as there is a gap, on what road there is.
+    """
+    changes = manoeuvre.phase in (Phase.CHANGE, Phase.COMMITTED)
+    return changes and bool(look.ends[manoeuvre.lane] - look.front < OVER_ROOM)
 
 
 def _ahead_in(look: _Look, lane: int) -> int:

@@ -56,8 +56,12 @@ def rollout(scene, planner, n, traffic=(), vehicle=None):
         cars = [replace(car, s=car.s + car.speed * scene.step) for car in cars]
         ego = plan.trajectory.at(scene.step)
         scene = scene_on(path, ego, cars, end=END)
+        first = plans[0][0]
         scene = replace(
-            scene, lanes=plans[0][0].lanes, vehicle=vehicle or scene.vehicle
+            scene,
+            lanes=first.lanes,
+            road=first.road,
+            vehicle=vehicle or scene.vehicle,
         )
     return plans
 
@@ -209,6 +213,39 @@ def test_it_waits_at_a_lane_s_end_for_a_gap_however_long_it_takes():
     last = plans[-1][1].stats
     assert last.blocker in scene.vehicles.ids
     assert f"no way over yet, {last.blocker} is there" in last.explanation
+
+
+@pytest.mark.parametrize("before", [5.0, 9.0, 12.5])
+def test_who_stands_too_near_to_its_lane_s_end_to_change_tries_all_the_same(before):
+    """The lane leads on nowhere, but the road is there: as where a junction begins."""
+    path = straight()
+    planner = proposed(RouteSettings())
+    ego = ego_on(path, END - before - Vehicle().front_reach, -WIDTH, 0.0)
+    s = np.array([0.0, END + 10.0, END + 25.0, path.length])
+    right = -WIDTH * np.array([1.5, 1.5, 0.5, 0.5])
+    bounds = RoadBounds(s, np.full(4, WIDTH / 2), right)
+    start = replace(scene_on(path, ego, end=END), road=bounds)
+    plans = rollout(start, planner, 150)
+    scene = plans[-1][0]
+    assert scene.ego_frenet.s > END + 20.0
+    assert abs(scene.ego_frenet.l) < 0.5
+
+
+def test_two_lanes_are_crossed_one_after_the_other_at_one_lane_s_end():
+    """The middle lane ends where the right one does: it must leave room to go on."""
+    path = straight()
+    s = np.array([0.0, END, END + 0.1])
+    ends = np.array([WIDTH, WIDTH, 0.0])
+    centre = np.array([np.full(3, l) for l in (-2.0 * WIDTH, -WIDTH, 0.0)])
+    lanes = Lanes(s, centre, np.array([ends, ends, np.full(3, WIDTH)]))
+    planner = proposed(RouteSettings())
+    front = Vehicle().front_reach
+    ego = ego_on(path, END - 28.5 - front, -2.0 * WIDTH, 0.0)
+    bounds = road(path, WIDTH / 2, -2.5 * WIDTH)
+    scene = replace(make_scene(path, ego, bounds=bounds), lanes=lanes)
+    plans = rollout(scene, planner, 200)
+    assert plans[-1][0].ego_frenet.s > END + 20.0
+    assert abs(plans[-1][0].ego_frenet.l) < 0.5
 
 
 def memory_of(plan, phase, lane=0, target=1):
