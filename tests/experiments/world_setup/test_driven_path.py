@@ -101,7 +101,8 @@ def test_bend_that_is_too_narrow_names_place_and_curvature(tmp_path):
         if abs(turn(before, after.target.edge)) > 1.0
     )
     found = route_path(net.file, route, 0)
-    lorry = replace(CAR, length=12.0, wheelbase=7.0, rear_overhang=2.0)
+    # too long also with the oncoming lanes
+    lorry = replace(CAR, length=18.0, wheelbase=11.0, rear_overhang=3.0)
     with pytest.raises(NetworkError) as caught:
         driven_path(found, lorry)
     message = str(caught.value)
