@@ -10,6 +10,7 @@ from experiments.cosim.junctions import RoadJunction
 from experiments.cosim.records import TrafficState
 from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.signals import CLEARING, STOP
+from experiments.cosim.swinging_out import oncoming
 from planner.right_of_way.decision import decide, is_near
 from planner.right_of_way.records import (
     AtJunction,
@@ -109,6 +110,8 @@ class RightOfWay:
         for place, number in enumerate(near):
             junction = self._road.junctions[number]
             own = [x._replace(junction=place) for x in found if x.junction == number]
+            if junction.swings_over.size:
+                own += oncoming(place, junction, state.vehicles, ways)
             ahead = self._ahead(junction, state, at)
             if ahead is not None and self._clears(junction, state, at):
                 own = [x._replace(goes_first=x.to_line <= 0.0) for x in own]

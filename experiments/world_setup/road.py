@@ -17,7 +17,7 @@ from experiments.config.road import KinematicRoad
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.replay_world import Replay
 from experiments.cosim.road import EgoTask, Road
-from experiments.world_setup.conflict_zones import road_junctions
+from experiments.world_setup.conflict_zones import road_junctions, swings
 from experiments.world_setup.demand_files import taken_vehicle
 from experiments.world_setup.driven_path import DrivenPath, driven_path
 from experiments.world_setup.road_bounds import road_bounds
@@ -218,6 +218,7 @@ def _whole_road(network: Network, vehicle: Vehicle, start: float | None) -> Road
     bounds = road_bounds(found, driven, edges, vehicle)
     lanes, limits = _lanes(found, s, l), _speed_limits(found, s)
     junctions = road_junctions(found, path, s, vehicle)
+    junctions += swings(found, driven, vehicle)
     return Road(
         path, bounds, lanes, stop_lines, speed_limits=limits, junctions=junctions
     )
