@@ -44,7 +44,7 @@ ENTRY_ROOM = 0.5  # from a junction to the front of an ego that enters [m]
 FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
 DRAWN_APART = 0.15  # of the path from its lane as drawn, from which it counts [m]
 FARTHEST_APART = 1.2  # by which lanes beside the path are drawn apart from it [m]
-OWN_LANE = 0.3  # from the line of the route, the middle of its lane [m]
+BESIDE_PATH = 1.6  # from the line of the route, a lane is another one [m]
 SEAM = 0.01  # behind the end of an edge other lanes than the onward ones are gone [m]
 BEYOND_GOAL = 30.0  # a random route goes on behind the goal [m]
 
@@ -315,10 +315,10 @@ class _LaneRow(NamedTuple):
 
         With `on_path` the lane of the route stays on its line.
         """
-        centre = self.centre + l
+        share = np.ones(self.centre.size)
         if on_path:
-            centre = np.where(np.abs(self.centre) < OWN_LANE, self.centre, centre)
-        return _LaneRow(s, centre, self.width)
+            share = np.minimum(np.abs(self.centre) / BESIDE_PATH, 1.0)
+        return _LaneRow(s, self.centre + share * l, self.width)
 
 
 def _span_at(spans: Sequence[LaneSpan], at: float, first: int) -> int | None:

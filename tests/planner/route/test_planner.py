@@ -10,6 +10,7 @@ from planner.interface import PlanStatus
 from planner.lane_change.lane_choice import bodies_on_road
 from planner.lane_change.phases.memory import Phase
 from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, clothoid, line
 from planner.route import RouteSettings, proposed
 from planner.route.gaps import gap_beside
 from planner.route.lane_frame import (
@@ -179,9 +180,22 @@ def test_lanes_beside_a_turn_end_before_it():
     assert 40.0 < ends[0] < 60.0
 
 
-def bend_of(radius):
-    from planner.reference_path.segments import arc, clothoid, line
+def test_a_lane_that_goes_straight_on_beside_a_winding_path_does_not_end():
+    k = 0.09
+    path = ReferencePath.from_segments(
+        [line(50.0), arc(4.0, k), arc(8.0, -k), arc(4.0, k), line(60.0)]
+    )
+    assert np.abs(path.at(np.arange(0.0, path.length)).curvature).max() > 0.06
+    s = np.arange(0.0, path.length, 0.5)
+    at = path.at(s)
+    beside = (-WIDTH - at.y) / at.cos_heading
+    full = np.full(s.size, WIDTH)
+    lanes = Lanes(s, np.array([beside, np.zeros(s.size)]), np.array([full, full]))
+    scene = replace(make_scene(path, ego_on(path)), lanes=lanes)
+    assert np.isinf(lane_ends(lanes_to_follow(scene), 0.0)).all()
 
+
+def bend_of(radius):
     turn = 1.0 / radius
     return [
         line(40.0),
