@@ -19,7 +19,8 @@ from planner.scene import Prediction, RoadUsers
 from planner.states import FloatArray, IntArray, freeze
 
 NO_WAY = -1
-FADE = 3.0  # in which a vehicle comes to the centre of its lane [s]
+FADE = 3.0  # in which a vehicle comes to the centre of its lane [s] ...
+FADE_WAY = 6.0  # ... but it takes so much way; who stands stays as it stands [m]
 TURNING = 5.5  # lateral acceleration with which vehicles turn at most [m/s²]
 SLOWING = 3.0  # with which they slow down for it [m/s²]
 BEND = 4.0  # over which the curvature of a way is taken, to both sides [m]
@@ -139,7 +140,7 @@ def follow_line(
     """Drive one vehicle along a polyline.
 
     Both its ends stay on the line, as SUMO moves it: the middle of a long one cuts the
-    corner. Where it is off this now fades.
+    corner. By how much it is off this now, and turned, fades as it drives.
 
     One that changes its lane goes on doing so up to the centre of that lane: of its
     own one if it comes nearer to it, else of the next one.
@@ -163,9 +164,10 @@ def follow_line(
     leaves = moves_over and offset * sideways >= 0.0
     aim = np.copysign(NEXT_LANE, sideways) if leaves else 0.0
     driven = slowed_in_turns(line, begin, distance, times)
-    off_x, off_y = 0.0, 0.0  # of its place now from that on its way
+    turned, off_x, off_y = heading, 0.0, 0.0  # from how it would be on its way
     for i in range(distance.size):
-        fades = max(1.0 - times[i] / FADE, 0.0)
+        gone = min(times[i] / FADE, (driven[i] - driven[0]) / FADE_WAY)
+        fades = max(1.0 - gone, 0.0)
         if moves_over:
             missing = max(abs(aim - offset) - abs(sideways) * times[i], 0.0)
             l = aim + np.copysign(missing, offset - aim)
@@ -174,6 +176,8 @@ def follow_line(
         on_x, on_y, heading = body_on(line, begin + driven[i], length, l)
         if i == 0:
             off_x, off_y = x - on_x, y - on_y
+            turned = np.arctan2(np.sin(turned - heading), np.cos(turned - heading))
+        heading += turned * fades
         x = on_x + off_x * fades
         y = on_y + off_y * fades
         s, own_l = foot(

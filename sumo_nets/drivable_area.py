@@ -22,6 +22,13 @@ SEAM = 0.05
 # rear axle is at the begin of a route reaches beyond it.
 BEYOND = 30.0
 
+# So far into the lanes beside a body may reach: to where it meets nobody, or so that
+# it is still seen to be in its own lane [m].
+BESIDE = (0.4, 0.9)
+
+# So far over the middle of the road a body may reach first [m].
+ACROSS = 0.6
+
 # Corners of the least area.
 CORNERS = 3
 
@@ -52,6 +59,83 @@ def drivable_area(net: Net, uses: Sequence[LaneUse]) -> BaseGeometry:
         parts.append(_junction(net, use.left.edge, following.entered.edge))
     grown = [part.buffer(SEAM, join_style="mitre") for part in parts]
     return shapely.union_all(grown)
+
+
+def narrower_areas(
+    net: Net, uses: Sequence[LaneUse], area: BaseGeometry
+) -> tuple[BaseGeometry, ...]:
+    """Leave out of an area what others use who drive beside the route.
+
+    These are the other lanes of its edges, and the lanes that lead from there over a
+    junction to the same edge: two who turn side by side each keep to their own lane,
+    and nobody waits at a line across two lanes.
+
+    Args:
+        net: The network.
+        uses: The route, edge by edge.
+        area: Of the route.
+
+    Returns:
+        Polygons, the narrowest first: without others' lanes; with all of the junctions;
+        with strips of the other lanes, too. Empty where nobody drives beside.
+    """
+    own: list[BaseGeometry] = []
+    beside: list[BaseGeometry] = []
+    turning: list[BaseGeometry] = []
+    for use in uses:
+        between = sorted((use.entered.index, use.left.index))
+        for lane in use.entered.edge.drivable_lanes:
+            is_own = between[0] <= lane.index <= between[1]
+            (own if is_own else beside).append(_strip(lane))
+        if use.link is None:
+            continue
+        own += [_strip(lane) for lane in via_lanes(net, use.link)]
+        for link in use.left.edge.links_to(use.link.target.edge):
+            if link.source is not use.left:
+                turning += [_strip(lane) for lane in via_lanes(net, link)]
+    if not beside:
+        return ()
+    kept = [_without(area, others, own) for others in (beside + turning, beside)]
+    return (*kept, *(kept[1].buffer(reach).intersection(area) for reach in BESIDE))
+
+
+def wider_areas(
+    net: Net, uses: Sequence[LaneUse], area: BaseGeometry
+) -> tuple[BaseGeometry, ...]:
+    """Add the oncoming lanes of a route's roads to its area.
+
+    Where no body can take a bend in its own lanes, drivers swing out over the middle
+    of the road.
+
+    Args:
+        net: The network.
+        uses: The route, edge by edge.
+        area: Of the route.
+
+    Returns:
+        Polygons, the widest last; empty on a one-way route.
+    """
+    oncoming = []
+    for use in uses:
+        edge = use.entered.edge
+        back = [
+            x for x in net.at(edge.start) if (x.start, x.end) == (edge.end, edge.start)
+        ]
+        oncoming += [_strip(lane) for x in back for lane in x.drivable_lanes]
+    if not oncoming:
+        return ()
+    grown = [part.buffer(SEAM, join_style="mitre") for part in oncoming]
+    whole = shapely.union_all([area, *grown])
+    return (area.buffer(ACROSS).intersection(whole), whole)
+
+
+def _without(
+    area: BaseGeometry, others: Sequence[BaseGeometry], own: Sequence[BaseGeometry]
+) -> BaseGeometry:
+    """Leave others' lanes out of an area, but not where they are the route's too."""
+    kept = area.difference(shapely.union_all(others))
+    grown = [part.buffer(SEAM, join_style="mitre") for part in (kept, *own)]
+    return shapely.union_all(grown).intersection(area)
 
 
 def boundary_about(area: BaseGeometry, points: FloatArray, reach: float) -> FloatArray:

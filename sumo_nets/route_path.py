@@ -12,7 +12,7 @@ import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from sumo_nets.centre_line import FloatArray
-from sumo_nets.drivable_area import drivable_area
+from sumo_nets.drivable_area import drivable_area, narrower_areas, wider_areas
 from sumo_nets.errors import NetworkError
 from sumo_nets.join_lanes import Piece, blend, densify, resample, stitch
 from sumo_nets.lane_choice import LaneUse, choose_lanes, via_lanes
@@ -85,7 +85,8 @@ class RoutePath:
     `left` and `right` are the edges of the carriageway as lateral offsets from the
     points: left > 0 > right. Only lanes in the route's direction that cars may use
     count. Inside junctions the edges are interpolated. `area` is all that a body on
-    the route may use.
+    the route may use; `narrower`, the narrowest first, what it leaves to others beside;
+    `wider`, the widest last, with oncoming lanes, where nothing else will do.
     """
 
     points: FloatArray  # x, y [m], at most SPACING apart
@@ -97,6 +98,8 @@ class RoutePath:
     area: BaseGeometry
     left_hand: bool = False  # whether traffic keeps to the left
     junctions: tuple[JunctionSpan, ...] = ()
+    narrower: tuple[BaseGeometry, ...] = ()
+    wider: tuple[BaseGeometry, ...] = ()
 
     @property
     def lanes(self) -> tuple[str, ...]:
@@ -130,6 +133,8 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
     try:
         pieces, limits = _pieces(net, uses)
         area = drivable_area(net, uses)
+        narrower = narrower_areas(net, uses, area)
+        wider = wider_areas(net, uses, area)
     except NetworkError as error:
         message = str(error)
         if str(path) not in message:
@@ -170,7 +175,9 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
         column.setflags(write=False)
     stop_lines = _stop_lines(uses, spans)
     junctions = _junctions(passages(net, uses), spans)
-    return RoutePath(*columns, stop_lines, spans, area, net.left_hand, junctions)
+    return RoutePath(
+        *columns, stop_lines, spans, area, net.left_hand, junctions, narrower, wider
+    )
 
 
 def _pieces(net: Net, uses: Sequence[LaneUse]) -> tuple[list[Piece], list[float]]:

@@ -141,7 +141,7 @@ class EgoDriver:
             road.bounds,
         )
         self._right_of_way: RightOfWay | None = None
-        if road.junctions and junctions is not None:
+        if junctions is not None:
             self._right_of_way = RightOfWay(road, self._task, junctions, step)
         self._closed_lights: tuple[float, ...] = ()  # in the cycle before
         self._memory: object = None

@@ -1,8 +1,11 @@
 """The junctions on the ego's road: where it meets the movements of others."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from planner.right_of_way.records import JunctionAhead
+from planner.states import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +32,16 @@ class ConflictZone:
     signal_link: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class RoadJunction:
-    """A junction on the ego's road."""
+    """A junction on the ego's road, or a bend where it swings out of its lanes.
+
+    `swings_over` are places of other lanes that its body takes there, (n, 2).
+    """
 
     ahead: JunctionAhead
     zones: tuple[ConflictZone, ...]
     signal: str  # the ego's traffic light, "" without one
     signal_link: int
+    swing_begin: float = 0.0  # where the ego's front leaves its lanes, if it does [m]
+    swings_over: FloatArray = field(default_factory=lambda: np.empty((0, 2)))  # [m]

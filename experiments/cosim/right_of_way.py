@@ -10,6 +10,7 @@ from experiments.cosim.junctions import RoadJunction
 from experiments.cosim.records import TrafficState
 from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.signals import CLEARING, STOP
+from experiments.cosim.swinging_out import oncoming
 from planner.right_of_way.decision import decide, is_near
 from planner.right_of_way.records import (
     AtJunction,
@@ -30,6 +31,8 @@ QUEUE_WIDTH = 1.6  # lateral offset up to which they are in the ego's lane [m]
 BEHIND = 1.0  # a vehicle with its rear so little inside counts as behind it [m]
 SEEN = 100.0  # junctions nearer ahead are looked at [m] ...
 LEFT = 30.0  # ... until the ego has left them so far behind [m]
+BENT = 0.03  # curvature of the road beside which others take turns of their own [1/m]
+SPACING = 1.0  # at which such bends are looked for [m]
 FREE_ROOM = 1.0  # that is left when the ego has left the junction [m]
 
 # What a signal's letter makes of the right of way; others need no decision here.
@@ -76,6 +79,8 @@ class RightOfWay:
         self._traffic = traffic
         self._step = step
         self._memory: dict[int, Waiting] = {}
+        along = np.arange(0.0, road.path.length, SPACING)
+        self._bends = along[np.abs(road.path.at(along).curvature) > BENT]
 
     def update(
         self, state: TrafficState, s: float, ego: CartesianState
@@ -97,7 +102,7 @@ class RightOfWay:
             if junction.ahead.stop_s < at.front + SEEN
             and at.rear < junction.ahead.exit_s + LEFT
         ]
-        if not near:
+        if not near and not self._bends_near(at):
             return state, []
         found, ways = self._traffic.movements(set(near), state.vehicles)
         decided, junctions = [], []
@@ -105,6 +110,8 @@ class RightOfWay:
         for place, number in enumerate(near):
             junction = self._road.junctions[number]
             own = [x._replace(junction=place) for x in found if x.junction == number]
+            if junction.swings_over.size:
+                own += oncoming(place, junction, state.vehicles, ways)
             ahead = self._ahead(junction, state, at)
             if ahead is not None and self._clears(junction, state, at):
                 own = [x._replace(goes_first=x.to_line <= 0.0) for x in own]
@@ -116,6 +123,15 @@ class RightOfWay:
                 decided.append(self._first(at, junction.ahead, state))
         state = replace(state, ways=ways, junctions=tuple(junctions), foes=tuple(foes))
         return state, decided
+
+    def _bends_near(self, at: AtJunction) -> bool:
+        """Check whether the road bends near the ego.
+
+        There others are predicted along their lanes: one beside the ego does not turn
+        as the ego does.
+        """
+        near = (self._bends < at.front + SEEN) & (self._bends > at.rear - LEFT)
+        return bool(near.any())
 
     def _decision(
         self,

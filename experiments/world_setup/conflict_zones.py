@@ -6,7 +6,9 @@ import numpy as np
 import shapely
 
 from experiments.cosim.junctions import ConflictZone, RoadJunction
+from experiments.world_setup.driven_path import DrivenPath
 from planner.reference_path.path import ReferencePath
+from planner.reference_path.steerable import body_outline, outline_points
 from planner.right_of_way.records import JunctionAhead, Rule
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
@@ -19,6 +21,8 @@ HALF_WIDTH = 1.25  # of other vehicles: lorries and their mirrors [m]
 MARGIN = 0.3  # between two bodies that just miss each other [m]
 BEYOND = 2.0  # behind a junction where paths still lie close to each other [m]
 COMFORTABLE = 2.2  # lateral acceleration in a turn [m/s²]
+OUTSIDE = 0.25  # over the edge of its lanes a body meets nobody [m]
+BEFORE = 1.0  # the ego waits so far before it would leave its lanes [m]
 FASTEST = 60.0  # through a junction without a bend [m/s]
 
 
@@ -137,3 +141,42 @@ def _line(foe: FoeMovement) -> tuple[FloatArray, FloatArray]:
         lengths.append(place + steps * (lane.length / line.length))
         place += lane.length
     return np.concatenate(lengths), np.concatenate(parts)
+
+
+def swings(
+    found: RoutePath, driven: DrivenPath, vehicle: Vehicle
+) -> tuple[RoadJunction, ...]:
+    """Find where the ego's body leaves the lanes of its route for oncoming ones.
+
+    Args:
+        found: The route.
+        driven: The ego's path.
+        vehicle: The ego.
+    """
+    path = driven.path
+    area = found.area.buffer(OUTSIDE)
+    shapely.prepare(area)
+    out = []
+    for stretch in driven.planned:
+        s = np.arange(stretch.begin, stretch.end, 2.0 * SPACING)
+        at = path.at(s)
+        x, y = outline_points(at.x, at.y, at.heading, body_outline(vehicle, 0.0))
+        outside = ~shapely.contains_xy(area, x, y)
+        there = outside.any(axis=1)
+        if not there.any():
+            continue
+        begin = float(s[there][0]) + 0.5 * vehicle.front_reach
+        end = float(s[there][-1])
+        sharpest = float(np.abs(at.curvature[there]).max())
+        ahead = JunctionAhead(
+            id="oncoming",
+            rule=Rule.MINOR,
+            stop_s=max(begin - BEFORE, 0.0),
+            exit_s=end,
+            speed=min(math.sqrt(COMFORTABLE / max(sharpest, 1e-6)), FASTEST),
+        )
+        places = np.column_stack([x[outside], y[outside]])
+        out.append(
+            RoadJunction(ahead, (), "", 0, swing_begin=begin, swings_over=places)
+        )
+    return tuple(out)

@@ -45,6 +45,11 @@ class Attempt(NamedTuple):
     beyond: float  # how far the body may reach over the edge [m]
     shifts: tuple[float, ...]  # of the first guesses [m]
 
+    @property
+    def accepted(self) -> float:
+        """Largest fault of a path that is taken [m]."""
+        return self.margin + self.beyond
+
 
 # The first two leave room and steering to an ego that is beside the path or stops in
 # the bend; without them a planner finds no motion there that keeps the limits.
@@ -54,6 +59,7 @@ ATTEMPTS = (
     Attempt(EASY, LEAST_MARGIN, 0.0, SHIFTS[:1]),
     Attempt(0.91, LEAST_MARGIN, 0.1, SHIFTS[:3]),
 )
+ACROSS = Attempt(0.88, LEAST_MARGIN, 0.05, SHIFTS[:2])  # over the middle of the road
 LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m] ...
 LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
 APART = 5.0  # stretches nearer than this to each other are planned as one [m]
@@ -109,8 +115,12 @@ def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
     if smooth is not None and not bad.size:
         return DrivenPath(smooth, found.s, ())
     stretches = _stretches(found, bad)
+    attempts = [Attempts(_part(found, stretch), vehicle) for stretch in stretches]
     for share in SHARPEST:
-        planned = [(x, _planned(found, x, vehicle, share)) for x in stretches]
+        planned = [
+            (x, _planned(found, x, attempt, share))
+            for x, attempt in zip(stretches, attempts, strict=True)
+        ]
         driven = _joined(found, planned)
         fault = _fault(found, driven, stretches, vehicle)
         if not fault:
@@ -213,35 +223,94 @@ def _part(found: RoutePath, stretch: Stretch) -> FloatArray:
     return np.vstack([ends[0], found.points[inside], ends[1]])
 
 
+class Attempts:
+    """Plans of one stretch; what was tried once is known.
+
+    Args:
+        guide: Part of the raw line.
+        vehicle: The ego.
+    """
+
+    def __init__(self, guide: FloatArray, vehicle: Vehicle) -> None:
+        self.guide = guide
+        self.vehicle = vehicle
+        self._known: dict[tuple[int, Attempt], SteerablePath] = {}
+
+    def plan(self, area: BaseGeometry, attempt: Attempt) -> SteerablePath:
+        """Plan inside an area, which has to live as long as this."""
+        found = self._known.get((id(area), attempt))
+        if found is None:
+            curvature = attempt.share * self.vehicle.limits.max_curvature
+            limits = SteeringLimits(curvature, margin=attempt.margin)
+            sides = boundary_about(area, self.guide, ROOM)
+            found = steerable_path(
+                self.guide, sides, self.vehicle, limits, attempt.shifts
+            )
+            self._known[id(area), attempt] = found
+        return found
+
+    def first(
+        self, area: BaseGeometry, attempts: Sequence[Attempt], share: float
+    ) -> SteerablePath | None:
+        """Return the first path that comes out with at most a share; None without."""
+        for attempt in attempts:
+            held = attempt._replace(share=min(attempt.share, share))
+            path = self.plan(area, held)
+            if path.fault <= held.accepted:
+                return path
+        return None
+
+
 def _planned(
-    found: RoutePath, stretch: Stretch, vehicle: Vehicle, share: float
+    found: RoutePath, stretch: Stretch, attempts: Attempts, share: float
 ) -> SteerablePath:
     """Plan one stretch with a share of the ego's curvature.
 
     Raises:
         NetworkError: If there is no path.
     """
-    guide = _part(found, stretch)
     if stretch.end - stretch.begin > LONGEST:
         raise NetworkError(
             f"{_place(found, stretch)}: no car of this width can drive this: the body "
             f"would leave the lanes over {stretch.end - stretch.begin:.0f} m"
         )
-    boundary = boundary_about(found.area, guide, ROOM)
-    most = vehicle.limits.max_curvature
-    for attempt in (*ATTEMPTS, Attempt(share, LEAST_MARGIN, LAST_RESORT, SHIFTS)):
-        part, margin, beyond, shifts = attempt
-        limits = SteeringLimits(min(part, share) * most, margin=margin)
-        path = steerable_path(guide, boundary, vehicle, limits, shifts)
-        if path.fault <= margin + beyond:
-            return path
-    needed = _needed(guide, boundary, vehicle)
-    reach = path.fault - LEAST_MARGIN
+    last = Attempt(share, LEAST_MARGIN, LAST_RESORT, SHIFTS)
+    path = _beside_others(found.narrower, attempts, share)
+    path = path or attempts.first(found.area, ATTEMPTS, share)
+    for area in found.wider:
+        path = path or attempts.first(area, (ACROSS,), share)
+    path = path or attempts.first(found.area, (last,), share)
+    if path is not None:
+        return path
+    guide, vehicle = attempts.guide, attempts.vehicle
+    needed = _needed(guide, boundary_about(found.area, guide, ROOM), vehicle)
+    reach = attempts.plan(found.area, last).fault - LEAST_MARGIN
     raise NetworkError(
         f"{_place(found, stretch)}: a bend that this body cannot take: it needs a "
-        f"curvature of {needed} 1/m, the ego has {most:g} and would be {reach:.2f} m "
-        "beside the road"
+        f"curvature of {needed} 1/m, the ego has {vehicle.limits.max_curvature:g} and "
+        f"would be {reach:.2f} m beside the road"
     )
+
+
+def _beside_others(
+    areas: Sequence[BaseGeometry], attempts: Attempts, share: float
+) -> SteerablePath | None:
+    """Plan inside the narrowest area that has a path; None if there is none.
+
+    Where the first one does not leave room to spare, the widest is tried first: what
+    does not go there goes nowhere.
+    """
+    if not areas:
+        return None
+    best = attempts.first(areas[0], ATTEMPTS[:2], share)
+    if best is not None:
+        return best
+    for area in areas[::-1]:
+        path = attempts.first(area, ATTEMPTS[2:3], share)
+        if path is None:
+            break
+        best = path
+    return best
 
 
 def _needed(guide: FloatArray, boundary: FloatArray, vehicle: Vehicle) -> str:
@@ -294,7 +363,8 @@ def _fault(
 ) -> str:
     """Say what is wrong with the planned stretches once they are smooth, or ""."""
     most = vehicle.limits.max_curvature
-    allowed = found.area.buffer(2.0 * TOLERANCE)
+    widest = found.wider[-1] if found.wider else found.area
+    allowed = widest.buffer(2.0 * TOLERANCE)
     shapely.prepare(allowed)
     for stretch, span in zip(stretches, driven.planned, strict=True):
         s = np.arange(span.begin, span.end, STEP / 2.0)

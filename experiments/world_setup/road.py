@@ -17,7 +17,7 @@ from experiments.config.road import KinematicRoad
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.replay_world import Replay
 from experiments.cosim.road import EgoTask, Road
-from experiments.world_setup.conflict_zones import road_junctions
+from experiments.world_setup.conflict_zones import road_junctions, swings
 from experiments.world_setup.demand_files import taken_vehicle
 from experiments.world_setup.driven_path import DrivenPath, driven_path
 from experiments.world_setup.road_bounds import road_bounds
@@ -43,6 +43,8 @@ DRAWN = 12  # random routes that are tried
 ENTRY_ROOM = 0.5  # from a junction to the front of an ego that enters [m]
 FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
 DRAWN_APART = 0.15  # of the path from its lane as drawn, from which it counts [m]
+FARTHEST_APART = 1.2  # by which lanes beside the path are drawn apart from it [m]
+BESIDE_PATH = 1.6  # from the line of the route, a lane is another one [m]
 SEAM = 0.01  # behind the end of an edge other lanes than the onward ones are gone [m]
 BEYOND_GOAL = 30.0  # a random route goes on behind the goal [m]
 
@@ -216,6 +218,7 @@ def _whole_road(network: Network, vehicle: Vehicle, start: float | None) -> Road
     bounds = road_bounds(found, driven, edges, vehicle)
     lanes, limits = _lanes(found, s, l), _speed_limits(found, s)
     junctions = road_junctions(found, path, s, vehicle)
+    junctions += swings(found, driven, vehicle)
     return Road(
         path, bounds, lanes, stop_lines, speed_limits=limits, junctions=junctions
     )
@@ -263,12 +266,13 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
     Where a lane is missing its width is 0. Inside junctions there are no markings:
     lanes that lead over it beside the route's are interpolated from one edge to the
     next, the others are missing. Where the path is not where its lane is drawn, as in
-    tight bends, the lanes are beside the path: a vehicle can follow them.
+    tight bends, it is the middle of its lane all the same: a vehicle can follow it.
     """
     spans = [span for span in found.spans if not span.lane.startswith(":")]
     firsts, count = _first_lanes(spans)
-    if np.abs(l).max() > DRAWN_APART:
-        l = np.zeros(l.size)
+    planned = bool(np.abs(l).max() > DRAWN_APART)
+    if planned:
+        l = np.clip(l, -FARTHEST_APART, FARTHEST_APART)
     kept = np.flatnonzero(_growing(s))
     rows: list[_LaneRow] = []
     before = -1  # place of the span of the last row
@@ -277,7 +281,7 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
         if here is None:
             continue
         row = _lane_row(spans[here], float(found.left[k]), firsts[here], count)
-        row = row.moved(float(s[k]), float(l[k]))
+        row = row.moved(float(s[k]), float(l[k]), on_path=planned)
         if here != before and before >= 0:
             rows += _over_junction(rows[-1], row, spans[before], firsts[before])
         if not rows or row.s > rows[-1].s:
@@ -306,9 +310,15 @@ class _LaneRow(NamedTuple):
     centre: FloatArray  # (n_lanes,) [m]
     width: FloatArray  # [m]
 
-    def moved(self, s: float, l: float) -> "_LaneRow":
-        """Return the same lanes at `s`, and `l` to the left."""
-        return _LaneRow(s, self.centre + l, self.width)
+    def moved(self, s: float, l: float, *, on_path: bool) -> "_LaneRow":
+        """Return the same lanes at `s`, and `l` to the left.
+
+        With `on_path` the lane of the route stays on its line.
+        """
+        share = np.ones(self.centre.size)
+        if on_path:
+            share = np.minimum(np.abs(self.centre) / BESIDE_PATH, 1.0)
+        return _LaneRow(s, self.centre + share * l, self.width)
 
 
 def _span_at(spans: Sequence[LaneSpan], at: float, first: int) -> int | None:

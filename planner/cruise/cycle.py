@@ -128,10 +128,17 @@ class Cycle:
         )
         return replace(self, tables=tables._replace(limits=closer))
 
-    def with_length(self, length: float) -> "Cycle":
-        """Return the same cycle with lateral motions of at least a length [m]."""
-        lateral = self.tables.lateral._replace(min_length=length)
-        return replace(self, tables=self.tables._replace(lateral=lateral))
+    def starting(self, length: float, excess: float) -> "Cycle":
+        """Return the same cycle for an ego that has to get out of where it stands.
+
+        Args:
+            length: Of its lateral motions, at least [m].
+            excess: How far they may reach over the edge less its margin, at least [m].
+        """
+        tables = self.tables
+        lateral = tables.lateral._replace(min_length=length)
+        limits = tables.limits._replace(excess=max(tables.limits.excess, excess))
+        return replace(self, tables=tables._replace(lateral=lateral, limits=limits))
 
 
 def _behind_queue(scene: Scene, bodies: Bodies, leader: Leader) -> Scene:

@@ -30,6 +30,7 @@ SLOW = 3.0  # slower, the ego may be about to stop where it cannot start [m/s]
 FAR_TOO_SLOW = 1.3  # price of the speed of a plan that does not get on; 2 stands [-]
 LEAST_DRIVEN = 5.0  # a plan that drives less does not get on [m]
 NEAR_END = 0.5  # share of the room to steer round what stands, that may be missing [-]
+MARGIN_USED = 0.5  # share of the margin to the road's edge, by who has to start [-]
 S_ROW = 7  # of a motion: arc length
 
 
@@ -96,7 +97,9 @@ class CruisePlanner:
         """Look for longer lateral motions, where none of the usual length gets on.
 
         Beside the path in a bend, a motion that is over within the few metres that a
-        slow ego covers may need more curvature than the vehicle has.
+        slow ego covers may need more curvature than the vehicle has; and where the
+        road leaves little more than the margin, a few centimetres beside the path leave
+        none: half of the margin may be used up.
 
         Returns:
             The cheapest of all that gets on and its cycle; those given without one.
@@ -105,8 +108,9 @@ class CruisePlanner:
         scale = cycle.scale
         if found.choice.best >= 0:
             least = float(found.choice.terms.sum())
+        excess = MARGIN_USED * self.settings.road_margin
         for length in self.settings.starting_lengths:
-            longer = cycle.with_length(scale * length)
+            longer = cycle.starting(scale * length, excess)
             tried = self._evaluate(longer, exhaustive=exhaustive)
             total = float(tried.choice.terms.sum())
             if _moves(tried) and total < least:

@@ -10,6 +10,7 @@ from planner.lane_change.lane_choice import (
     lane_worths,
     wanted_lane,
 )
+from planner.reference_path.path import ReferencePath
 from planner.route.settings import RouteSettings
 from planner.scene import Lanes, Scene
 from planner.states import FloatArray
@@ -20,6 +21,7 @@ ENDS_TOGETHER = 1.0  # lanes whose ends are nearer than this end together [m]
 TURN = 0.06  # where the path bends more, only the route's own lane is followed [1/m]
 BESIDE = 0.3  # a lane this far from the path is another one [m]
 SPACING = 1.0  # at which bends are looked for [m]
+BASE = 3.0  # over which the bend of a lane is measured, to both sides [m]
 
 
 class LaneWish(NamedTuple):
@@ -31,24 +33,47 @@ class LaneWish(NamedTuple):
 
 
 def lanes_to_follow(scene: Scene) -> Lanes:
-    """Return the lanes without those beside the path where it turns.
+    """Return the lanes without those beside the path where they turn.
 
     In a turn the path is planned for the ego's body; beside it there may be no room, so
-    that whoever turns has to be in the route's lane before.
+    that whoever turns has to be in the route's lane before. Where the path alone winds,
+    to swing out before a turn, the lanes beside it go on.
     """
     lanes, path = scene.lanes, scene.path
     if not lanes.width.size:
         return lanes
     grid = np.arange(0.0, path.length, SPACING)
-    turns = np.abs(path.at(grid).curvature) > TURN
-    if not turns.any():
+    if not (np.abs(path.at(grid).curvature) > TURN).any():
         return lanes
     at = np.union1d(lanes.s, grid)
     centre = np.array([np.interp(at, lanes.s, row) for row in lanes.centre])
     width = np.array([np.interp(at, lanes.s, row) for row in lanes.width])
-    here = np.abs(path.at(at).curvature) > TURN
-    width[here & (np.abs(centre) > BESIDE)] = 0.0
+    bent = np.abs(path.at(at).curvature) > TURN
+    for row, beside in zip(width, centre, strict=True):
+        own = np.interp(at, grid, _bend(path, grid, np.interp(grid, at, beside)))
+        row[bent & (own > TURN) & (np.abs(beside) > BESIDE)] = 0.0
     return Lanes(at, centre, width, lanes.left_hand)
+
+
+def _bend(path: ReferencePath, grid: FloatArray, offset: FloatArray) -> FloatArray:
+    """Measure the curvature of a line beside the path over `BASE` to both sides, (n,).
+
+    Args:
+        path: Of the scene.
+        grid: Arc lengths on it, `SPACING` apart [m].
+        offset: Of the line at them [m].
+    """
+    points = path.at(grid)
+    x = points.x - offset * points.sin_heading
+    y = points.y + offset * points.cos_heading
+    n = min(round(BASE / SPACING), max(grid.size // 2, 1))
+    back, here = np.clip(np.arange(grid.size) - n, 0, None), np.arange(grid.size)
+    ahead = np.clip(here + n, None, grid.size - 1)
+    first = np.arctan2(y - y[back], x - x[back])
+    second = np.arctan2(y[ahead] - y, x[ahead] - x)
+    turn = np.abs(np.angle(np.exp(1j * (second - first)))) / (n * SPACING)
+    inside = (back + n == here) & (ahead - n == here)
+    return np.asarray(np.where(inside, turn, 0.0))
 
 
 def lane_ends(lanes: Lanes, s: float) -> FloatArray:
@@ -93,7 +118,7 @@ def wish(
         settings: See there.
     """
     front = scene.ego_frenet.s + scene.vehicle.front_reach
-    best = _leads_farthest(ends, own)
+    best = leads_farthest(ends, own)
     speed = max(scene.target_speed, scene.ego.speed)
     if best != own:
         count = abs(best - own)
@@ -116,7 +141,7 @@ def wish(
     return LaneWish(target, f"lane {target} is {faster:.1f} m/s faster", forced=False)
 
 
-def _leads_farthest(ends: FloatArray, own: int) -> int:
+def leads_farthest(ends: FloatArray, own: int) -> int:
     """Return the nearest of the lanes that lead on farthest; `own` if it is one."""
     farthest = ends.max()
     if ends[own] >= farthest - ENDS_TOGETHER:

@@ -27,7 +27,12 @@ from planner.route.lane_frame import (
     reference_frame,
     seen_from,
 )
-from planner.route.lane_need import lane_ends, lanes_to_follow, wish
+from planner.route.lane_need import (
+    lane_ends,
+    lanes_to_follow,
+    leads_farthest,
+    wish,
+)
 from planner.route.memory import Driver, LaneManoeuvre, RouteMemory
 from planner.route.settings import RouteSettings
 from planner.scene import Scene
@@ -140,7 +145,9 @@ class RoutePlanner:
         if wanted is None:
             return LaneManoeuvre(now.lane), scene.target_speed
         gap = gap_beside(scene, look.bodies, wanted.lane, self.settings.manoeuvre)
-        if gap.is_safe and _has_room(look, now.lane, wanted.lane):
+        # who stands too near to the end of its lane has no choice but to try
+        stuck = wanted.forced and look.stood >= self.settings.stuck_after
+        if gap.is_safe and (stuck or _has_room(look, now.lane, wanted.lane)):
             begun = LaneManoeuvre(now.lane, Phase.CHANGE, wanted.lane, wanted.why)
             return begun, scene.target_speed
         speed = scene.target_speed
@@ -161,7 +168,7 @@ class RoutePlanner:
         scene = look.scene
         if look.ends[target] < scene.ego_frenet.s:
             return None
-        if _is_over(scene, target):
+        if _is_over(scene, now.lane, target):
             return LaneManoeuvre(target)
         enters = about_to_enter(scene, now.lane, target, scene.step)
         if not (enters and now.phase is Phase.COMMITTED):
@@ -184,7 +191,13 @@ class RoutePlanner:
         lane = manoeuvre.target if changes else manoeuvre.lane
         assert lane is not None  # noqa: S101 - a change has a target
         result = self._along(look, last, manoeuvre, lane, speed)
-        if manoeuvre.phase is Phase.CHANGE and not _goes_over(look, result, lane):
+        # who has stood, or has no lane left, goes over as far as there is road
+        has_to = look.stood >= self.settings.stuck_after or _is_late(look, manoeuvre)
+        if (
+            manoeuvre.phase is Phase.CHANGE
+            and not has_to
+            and not _goes_over(look, result, lane)
+        ):
             beside = _name(look.scene, _ahead_in(look, lane))
             back = replace(manoeuvre, phase=Phase.SEEK, beside=beside)
             return self._along(look, last, back, back.lane, speed)
@@ -203,9 +216,10 @@ class RoutePlanner:
         frame, frames = _frame_of(scene, lane, last)
         origin = manoeuvre.lane if lane != manoeuvre.lane else None
         kind = LaneCorridor.LANE if origin is None else LaneCorridor.CHANGE
-        if _is_open(look, frame):
+        if _is_late(look, manoeuvre) or _is_open(look, frame):
             kind = LaneCorridor.ROAD
-        lines = (*scene.stop_lines, *self._lane_end(look, lane))
+        room = self.settings.end_room if origin is None else 0.0
+        lines = (*scene.stop_lines, *_lane_end(look, lane, room))
         until = look.front + max(OVER_ROOM, OVER_TIME * scene.ego.speed)
         road = corridor(scene, frame, kind, origin, until)
         seen = seen_from(scene, frame, road, tuple(sorted(lines)))
@@ -218,14 +232,6 @@ class RoutePlanner:
             before = CruiseMemory(in_frame(frame, last.trajectory))
         result = self._cruise.plan(seen, before)
         return _told(look, result, manoeuvre, frame, frames, kind)
-
-    def _lane_end(self, look: _Look, lane: int) -> tuple[float, ...]:
-        """Return where to wait before the end of a lane that must be left [m]."""
-        end = look.ends[lane]
-        if not np.isfinite(end) or end >= look.ends.max():
-            return ()
-        stop = look.front + max(look.scene.ego.speed, 0.0) ** 2 / (2.0 * FIRM)
-        return (float(max(end - self.settings.end_room, min(stop, end - 1.0))),)
 
     def _without_lanes(self, look: _Look, last: RouteMemory | None) -> PlanResult:
         """Let `cruise` drive where nothing is marked."""
@@ -278,20 +284,20 @@ def _kept(look: _Look, last: RouteMemory | None) -> LaneManoeuvre:
     return last.manoeuvre
 
 
-def _is_over(scene: Scene, target: int) -> bool:
+def _is_over(scene: Scene, origin: int, target: int) -> bool:
     """Check whether a change is over: the ego drives along in its new lane.
 
-    One that stands there, to wait for the next change, need not be in its middle.
+    One that stands there, to wait for the next change, need not be in its middle: it
+    has left the old lane.
     """
     ego, lanes = scene.ego_frenet, scene.lanes
     centre = float(np.interp(ego.s, lanes.s, lanes.centre[target]))
     if scene.ego.speed < STANDING:
-        half = 0.5 * float(np.interp(ego.s, lanes.s, lanes.width[target]))
-        return all(
-            reaches_over(scene.vehicle, ego.l, ego.l_prime, centre + side * half, side)
-            < 0.0
-            for side in (-1, 1)
+        side = 1 if origin > target else -1
+        line = centre + side * 0.5 * float(
+            np.interp(ego.s, lanes.s, lanes.width[target])
         )
+        return reaches_over(scene.vehicle, ego.l, ego.l_prime, line, side) < 0.0
     return abs(ego.l - centre) < NEARLY and abs(ego.l_prime) < ALONG
 
 
@@ -304,6 +310,31 @@ def _has_room(look: _Look, own: int, target: int) -> bool:
     """Check that both lanes go on for as long as a change takes."""
     need = max(CHANGE_ROOM, CHANGE_TIME * look.scene.ego.speed)
     return bool(min(look.ends[own], look.ends[target]) - look.front >= need)
+
+
+def _lane_end(look: _Look, lane: int, room: float) -> tuple[float, ...]:
+    """Return where to wait before the end of a lane that must be left [m].
+
+    Args:
+        look: The cycle.
+        lane: That is followed.
+        room: Kept to its end for each lane to be crossed; 0 until the ego is in it [m].
+    """
+    end = look.ends[lane]
+    if not np.isfinite(end) or end >= look.ends.max():
+        return ()
+    stop = look.front + max(look.scene.ego.speed, 0.0) ** 2 / (2.0 * FIRM)
+    kept = room * abs(leads_farthest(look.ends, lane) - lane)
+    return (float(min(max(end - kept, stop), end - 1.0)),)
+
+
+def _is_late(look: _Look, manoeuvre: LaneManoeuvre) -> bool:
+    """Check whether a lane ends before a change out of it can be over.
+
+    The ego has to leave it, as soon as there is a gap, on what road there is.
+    """
+    changes = manoeuvre.phase in (Phase.CHANGE, Phase.COMMITTED)
+    return changes and bool(look.ends[manoeuvre.lane] - look.front < OVER_ROOM)
 
 
 def _ahead_in(look: _Look, lane: int) -> int:

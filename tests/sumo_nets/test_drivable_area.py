@@ -1,8 +1,15 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import shapely
 
-from sumo_nets.drivable_area import boundary_about, distances_to_edge, drivable_area
+from sumo_nets.drivable_area import (
+    boundary_about,
+    distances_to_edge,
+    drivable_area,
+    narrower_areas,
+)
 from sumo_nets.lane_choice import choose_lanes
 from sumo_nets.net_reader import read_net
 from sumo_nets.route_path import route_path
@@ -43,6 +50,24 @@ def test_area_holds_own_lanes_and_junction_but_nothing_of_others(crossing):
         if edge.function == "walkingarea" and edge.id.startswith(":B1_w"):
             walk = shapely.Polygon(edge.lanes[0].points).buffer(0.0)
             assert shapely.area(area & walk) < 0.2 * walk.area
+
+
+def test_own_area_leaves_out_those_who_turn_beside(crossing):
+    uses = choose_lanes(crossing, ["A1B1", "B1B2"], 2)
+    area = drivable_area(crossing, uses)
+    own, *wider = narrower_areas(crossing, uses, area)
+    assert shapely.covers(area.buffer(0.2), own)
+    for use in uses:
+        for lane in use.entered.edge.drivable_lanes:
+            is_own = lane in (use.entered, use.left)
+            assert shapely.area(own & strip(lane)) == pytest.approx(
+                strip(lane).area if is_own else 0.0, abs=0.1 * strip(lane).area
+            )
+    assert shapely.covers(own.buffer(0.1), strip(crossing.lane(uses[0].link.via)))
+    for narrow, wide in pairwise((own, *wider, area)):
+        assert shapely.covers(wide.buffer(1e-6), narrow)
+    middle = shapely.Polygon(crossing.junctions["B1"].outline).centroid
+    assert shapely.covers(wider[0], middle)
 
 
 def test_route_s_line_is_inside_its_area(crossing):

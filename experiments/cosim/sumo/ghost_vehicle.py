@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.cosim.sumo import frames
-from experiments.cosim.sumo.lanes import Lane, Strip, edge_of
+from experiments.cosim.sumo.lanes import LANE_GAP, Lane, Strip, edge_of
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from planner.states import CartesianState, FloatArray
 from planner.vehicle import Vehicle
@@ -202,10 +202,11 @@ class Ghost:
 
     def _locate(self, front: tuple[float, float]) -> bool:
         """Find the strip that the ego is on, from the last one on, if it is on one."""
-        for index, strip in enumerate(self._ahead(), start=self._strip):
-            if strip.lane_of(*front) is not None:
-                self._strip = index
-                return True
+        for beyond in (0.0, LANE_GAP):
+            for index, strip in enumerate(self._ahead(), start=self._strip):
+                if strip.lane_of(*front, beyond) is not None:
+                    self._strip = index
+                    return True
         return False
 
     def _ahead(self) -> tuple[Strip, ...]:

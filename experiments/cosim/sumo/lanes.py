@@ -23,6 +23,9 @@ SAME_POINT = 1e-9  # closer points of a centre line are one [m]
 NEXT_LANE: Final = 0  # places in a link of `lane.getLinks`
 INTERNAL_LANE: Final = 4
 STRIP_MARGIN = 0.4  # SUMO drops a front bumper half a body outside; before it [m]
+# Between the end of a lane and the begin of the next one, where these turn: a front
+# bumper there is on none of them [m].
+LANE_GAP: Final = 0.5
 PLANE = 2  # coordinates of a point
 TWO = 2  # points of a line, lanes side by side
 TRAFFIC_CLASS = "passenger"  # of all vehicles in the demand files
@@ -219,9 +222,15 @@ class Strip:
             np.array([lane.width for lane in lanes]),
         )
 
-    def lane_of(self, x: float, y: float) -> int | None:
-        """Return the lane in which SUMO counts a front bumper; None off the edge."""
-        index = _lane_of(self._table, x, y)
+    def lane_of(self, x: float, y: float, beyond: float = 0.0) -> int | None:
+        """Return the lane in which SUMO counts a front bumper; None off the edge.
+
+        Args:
+            x: Of the front bumper [m].
+            y: The same [m].
+            beyond: So far beyond their ends lanes go on [m].
+        """
+        index = _lane_of(self._table, x, y, beyond)
         return None if index < 0 else index
 
     def reached_lane(
@@ -254,14 +263,15 @@ def _on_lane(strip: StripTable, k: int, x: float, y: float) -> tuple[float, floa
 
 
 @compiled
-def _lane_of(strip: StripTable, x: float, y: float) -> int:
+def _lane_of(strip: StripTable, x: float, y: float, beyond: float) -> int:
     """Return the lane that a front bumper is counted in, -1 off the edge."""
     nearest, excess = -1, STRIP_MARGIN
     for k in range(strip.widths.size):
         station, offset = _on_lane(strip, k, x, y)
         outside = abs(offset) - strip.widths[k] / 2.0
         length = strip.stations[strip.ends[k + 1] - 1]
-        if 0.0 <= station <= length and outside < excess:
+        inside = -beyond <= station <= length + beyond
+        if inside and outside < excess:
             nearest, excess = k, outside
     return nearest
 
@@ -284,7 +294,9 @@ def _reached_lane(
     Returns:
         (lane or -1, arc length of the front bumper on it [m]).
     """
-    own = _lane_of(strip, front[0], front[1])
+    own = _lane_of(strip, front[0], front[1], 0.0)
+    if own < 0:
+        own = _lane_of(strip, front[0], front[1], LANE_GAP)
     if own < 0:
         return -1, 0.0
     highest, lowest = -np.inf, np.inf

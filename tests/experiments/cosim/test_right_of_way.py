@@ -9,7 +9,7 @@ from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.right_of_way import RightOfWay, closed_lines
 from experiments.cosim.road import EgoTask, Road
 from planner.reference_path.path import ReferencePath
-from planner.reference_path.segments import line
+from planner.reference_path.segments import arc, line
 from planner.right_of_way.records import JunctionAhead, Rule
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
@@ -100,6 +100,20 @@ def test_junctions_far_away_and_behind_are_left_alone():
     state, lines = decide(second, gone, near, far)
     assert lines == (100.0,)
     assert state.foes[0].junction == 0  # its place among those of the state
+
+
+@pytest.mark.parametrize(("s", "asked"), [(20.0, False), (150.0, True), (300.0, False)])
+def test_in_a_bend_without_a_junction_the_ways_of_others_are_read_too(s, asked):
+    path = ReferencePath.from_segments([line(200.0), arc(15.0, 0.1), line(185.0)])
+    world = World()
+    road = Road(path, constant_bounds(path, 5.0))
+    rules = RightOfWay(road, TASK, world, 0.1)
+    state = TrafficState(0.0, road_users(("car", s + 8.0, 0.0, 0.0, 5.0, 0.0)))
+    ego = CartesianState(*path.pose(s), 0.0, 5.0, 0.0)
+    state, decided = rules.update(state, s, ego)
+    assert decided == []
+    assert world.asked == ([set()] if asked else [])
+    assert (state.ways is not None) == asked
 
 
 def test_a_junction_without_room_behind_it_is_kept_clear():

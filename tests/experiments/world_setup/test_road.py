@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.world_setup.road import sumo_road
+from experiments.world_setup.road import _LaneRow, sumo_road
 from planner.cruise.feasibility import RoadBody, road_excess
 from planner.vehicle import Vehicle
 from sumo_nets.catalogue import Network, network
@@ -56,3 +56,10 @@ def test_what_cannot_be_driven_beyond_the_goal_is_left_out():
             sumo_road(record, lorry, None, goal)
     road = sumo_road(record, lorry, None, 100.0)
     assert 150.0 < road.path.length < 200.0
+
+
+def test_beside_a_path_that_swings_out_the_other_lanes_stay_where_they_are():
+    row = _LaneRow(0.0, np.array([-3.2, 0.0, 3.2]), np.full(3, 3.2))
+    moved = row.moved(5.0, 0.7, on_path=True)
+    assert moved.centre.tolist() == pytest.approx([-2.5, 0.0, 3.9])
+    assert row.moved(5.0, 0.1, on_path=False).centre[1] == pytest.approx(0.1)

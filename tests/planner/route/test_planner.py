@@ -10,6 +10,7 @@ from planner.interface import PlanStatus
 from planner.lane_change.lane_choice import bodies_on_road
 from planner.lane_change.phases.memory import Phase
 from planner.reference_path.path import ReferencePath
+from planner.reference_path.segments import arc, clothoid, line
 from planner.route import RouteSettings, proposed
 from planner.route.gaps import gap_beside
 from planner.route.lane_frame import (
@@ -56,8 +57,12 @@ def rollout(scene, planner, n, traffic=(), vehicle=None):
         cars = [replace(car, s=car.s + car.speed * scene.step) for car in cars]
         ego = plan.trajectory.at(scene.step)
         scene = scene_on(path, ego, cars, end=END)
+        first = plans[0][0]
         scene = replace(
-            scene, lanes=plans[0][0].lanes, vehicle=vehicle or scene.vehicle
+            scene,
+            lanes=first.lanes,
+            road=first.road,
+            vehicle=vehicle or scene.vehicle,
         )
     return plans
 
@@ -175,9 +180,22 @@ def test_lanes_beside_a_turn_end_before_it():
     assert 40.0 < ends[0] < 60.0
 
 
-def bend_of(radius):
-    from planner.reference_path.segments import arc, clothoid, line
+def test_a_lane_that_goes_straight_on_beside_a_winding_path_does_not_end():
+    k = 0.09
+    path = ReferencePath.from_segments(
+        [line(50.0), arc(4.0, k), arc(8.0, -k), arc(4.0, k), line(60.0)]
+    )
+    assert np.abs(path.at(np.arange(0.0, path.length)).curvature).max() > 0.06
+    s = np.arange(0.0, path.length, 0.5)
+    at = path.at(s)
+    beside = (-WIDTH - at.y) / at.cos_heading
+    full = np.full(s.size, WIDTH)
+    lanes = Lanes(s, np.array([beside, np.zeros(s.size)]), np.array([full, full]))
+    scene = replace(make_scene(path, ego_on(path)), lanes=lanes)
+    assert np.isinf(lane_ends(lanes_to_follow(scene), 0.0)).all()
 
+
+def bend_of(radius):
     turn = 1.0 / radius
     return [
         line(40.0),
@@ -209,6 +227,39 @@ def test_it_waits_at_a_lane_s_end_for_a_gap_however_long_it_takes():
     last = plans[-1][1].stats
     assert last.blocker in scene.vehicles.ids
     assert f"no way over yet, {last.blocker} is there" in last.explanation
+
+
+@pytest.mark.parametrize("before", [5.0, 9.0, 12.5])
+def test_who_stands_too_near_to_its_lane_s_end_to_change_tries_all_the_same(before):
+    """The lane leads on nowhere, but the road is there: as where a junction begins."""
+    path = straight()
+    planner = proposed(RouteSettings())
+    ego = ego_on(path, END - before - Vehicle().front_reach, -WIDTH, 0.0)
+    s = np.array([0.0, END + 10.0, END + 25.0, path.length])
+    right = -WIDTH * np.array([1.5, 1.5, 0.5, 0.5])
+    bounds = RoadBounds(s, np.full(4, WIDTH / 2), right)
+    start = replace(scene_on(path, ego, end=END), road=bounds)
+    plans = rollout(start, planner, 150)
+    scene = plans[-1][0]
+    assert scene.ego_frenet.s > END + 20.0
+    assert abs(scene.ego_frenet.l) < 0.5
+
+
+def test_two_lanes_are_crossed_one_after_the_other_at_one_lane_s_end():
+    """The middle lane ends where the right one does: it must leave room to go on."""
+    path = straight()
+    s = np.array([0.0, END, END + 0.1])
+    ends = np.array([WIDTH, WIDTH, 0.0])
+    centre = np.array([np.full(3, l) for l in (-2.0 * WIDTH, -WIDTH, 0.0)])
+    lanes = Lanes(s, centre, np.array([ends, ends, np.full(3, WIDTH)]))
+    planner = proposed(RouteSettings())
+    front = Vehicle().front_reach
+    ego = ego_on(path, END - 28.5 - front, -2.0 * WIDTH, 0.0)
+    bounds = road(path, WIDTH / 2, -2.5 * WIDTH)
+    scene = replace(make_scene(path, ego, bounds=bounds), lanes=lanes)
+    plans = rollout(scene, planner, 200)
+    assert plans[-1][0].ego_frenet.s > END + 20.0
+    assert abs(plans[-1][0].ego_frenet.l) < 0.5
 
 
 def memory_of(plan, phase, lane=0, target=1):

@@ -79,6 +79,14 @@ def test_no_ghost_beyond_the_outer_lanes():
     assert ghost_pose(road(), ego(30.0, -WIDTH - 1.5), CAR) is None
 
 
+@pytest.mark.parametrize("x", [-3.9, 96.6])
+def test_a_ghost_stays_in_the_gap_between_two_lanes(x):
+    """Where a lane ends and the next one turns, a bumper may be on none of them."""
+    pose = ghost_pose(road(), ego(x, 1.0), CAR)
+    assert pose is not None
+    assert pose.lane == 2
+
+
 @pytest.mark.parametrize("x", [-10.0, 97.0])
 def test_no_ghost_before_and_beyond_the_edge(x):
     assert ghost_pose(road(), ego(x, 1.0), CAR) is None

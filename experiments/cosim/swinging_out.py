@@ -1,0 +1,84 @@
+"""Whom an ego meets where it swings out of its lanes, over the middle of the road.
+
+No rule of the network says who goes first there: whoever is in its own lane does.
+"""
+
+import numpy as np
+
+from experiments.cosim.junctions import RoadJunction
+from planner.right_of_way.records import Foe
+from planner.scene import RoadUsers
+from planner.states import FloatArray
+from planner.ways import NO_WAY, Ways, nearest_on
+
+MEETS = 1.3  # from the middle of another's way to what the ego takes of its lane [m]
+AHEAD = 80.0  # on its way, others are looked at [m]
+SPACING = 0.5  # of the places that are looked at [m]
+FASTEST = 1.2  # times its speed, another may come [-]
+STANDS = 0.3  # a slower one does not use its lane now [m/s]
+STOOD = 60.0  # it counts as standing for so long [s]
+
+
+def oncoming(
+    place: int, junction: RoadJunction, vehicles: RoadUsers, ways: Ways
+) -> list[Foe]:
+    """List those on whose ways the ego would swing out.
+
+    Args:
+        place: Of the junction in the list of those looked at.
+        junction: Where the ego leaves its lanes.
+        vehicles: Others, n of them.
+        ways: Of these vehicles.
+    """
+    found = []
+    for row in np.flatnonzero(ways.way != NO_WAY).tolist():
+        line = ways.lines[ways.way[row]]
+        heading = float(vehicles.heading[row])
+        half = 0.5 * float(vehicles.length[row])
+        front = (
+            float(vehicles.x[row]) + half * np.cos(heading),
+            float(vehicles.y[row]) + half * np.sin(heading),
+        )
+        met = _met(line, nearest_on(line, front)[0], junction.swings_over, 2.0 * half)
+        if met is None:
+            continue
+        speed = max(float(vehicles.speed[row]), 0.0)
+        found.append(
+            Foe(
+                junction=place,
+                vehicle=vehicles.ids[row],
+                begin_s=junction.swing_begin,
+                end_s=junction.ahead.exit_s,
+                entry=met[0],
+                exit=met[1] + 2.0 * half,
+                to_line=met[0],
+                speed=speed,
+                limit=FASTEST * max(speed, STANDS),
+                turn_speed=FASTEST * max(speed, STANDS),
+                road=AHEAD,
+                merges=False,
+                stood=STOOD if speed < STANDS else 0.0,
+                goes_first=True,
+                gives_way=False,
+                held=False,
+            )
+        )
+    return found
+
+
+def _met(
+    line: FloatArray, at: float, taken: FloatArray, length: float
+) -> tuple[float, float] | None:
+    """Find from where to where, from the front on, a way leads by places; or None.
+
+    Args:
+        line: Arc length, x, y of the way's corners, (3, m) [m].
+        at: Arc length of the vehicle's front [m].
+        taken: Places, (k, 2) [m].
+        length: Of the vehicle; what its rear has not left yet counts [m].
+    """
+    s = np.arange(at - length, min(at + AHEAD, float(line[0, -1])), SPACING)
+    x, y = np.interp(s, line[0], line[1]), np.interp(s, line[0], line[2])
+    gap = np.hypot(x[:, None] - taken[:, 0], y[:, None] - taken[:, 1])
+    near = s[gap.min(axis=1) < MEETS] if s.size and taken.size else s[:0]
+    return (float(near[0]) - at, float(near[-1]) - at) if near.size else None
