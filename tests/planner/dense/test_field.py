@@ -163,7 +163,7 @@ def test_a_long_body_is_not_made_wide():
 
 def test_the_front_of_a_long_body_stands_across_the_road_of_a_bend():
     discs = Cover.of(Vehicle(length=12.0, wheelbase=6.5, rear_overhang=3.0)).discs()
-    there = half_span(discs, 0.2, 1.0, 7.0, -0.02)
+    there = half_span(discs, 0.2, 1.0, -0.14, -0.02)
     turned = np.arctan(0.2) + 0.14
     exact = discs.half_length * np.sin(turned) + discs.half_width * np.cos(turned)
     assert exact - 0.005 <= there <= exact + 0.03
