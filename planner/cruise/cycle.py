@@ -41,13 +41,16 @@ from planner.reference_path.road_turn import (
     turn_between,
     turn_of_pieces,
 )
-from planner.scene import Scene
+from planner.scene import OFF_ROAD_TOLERANCE, Scene
 from planner.shapes.disc_clearance import segment_to_rectangle
 from planner.states import CartesianState, FloatArray, Trajectory
 from planner.vehicle import body_scale
 
 QUEUE_GAP = 1.0  # from the line behind a waiting vehicle to its rear [m]
 DISC_EXCESS = 0.3  # by which the discs may reach beyond the sides of a long body [m]
+FINE_EXCESS = 0.12  # the same of any body that is slow: it passes where it is narrow
+# Slower, it does, and may be about to stop where it cannot start [m/s].
+SLOW = 3.0
 NO_DISCS = np.zeros(0)  # not frozen, as others: one type, one kernel
 # By which a gap below the margin may still shrink in a cycle: rounding, no more, or an
 # ego that stands would creep into contact [m].
@@ -146,6 +149,11 @@ class Cycle:
             sideways_change=comfort.lateral_jerk * tables.lateral.step,
         )
         return replace(self, tables=tables._replace(limits=closer))
+
+    def settling_within(self, length: float) -> "Cycle":
+        """Return the same cycle with lateral motions that need not be longer [m]."""
+        lateral = self.tables.lateral._replace(min_length=length, min_speed=0.0)
+        return replace(self, tables=self.tables._replace(lateral=lateral))
 
     def with_length(self, length: float) -> "Cycle":
         """Return the same cycle with lateral motions of at least a length [m]."""
@@ -270,12 +278,22 @@ def _excess_now(
 def _allowed_excess(excess: float, road_margin: float) -> float:
     """How far a candidate may reach over the edge less its margin [m].
 
-    At the edge the margin may be used up, no more: the tail of a vehicle that turns
-    away from the edge swings out before the vehicle moves in.
+    Near the edge half of the margin that is left may be used, so that cycle after cycle
+    never takes more than all of it: the tail of a vehicle that turns away from the edge
+    swings out before the vehicle moves in. A body that is over the edge itself gets the
+    margin once more for its way back.
     """
     if excess < -road_margin:
         return TOLERANCE
-    return max(excess, 0.0) + road_margin + TOLERANCE
+    if excess > road_margin + OFF_ROAD_TOLERANCE:
+        return excess + road_margin
+    used = max(excess, 0.0)
+    return max(used, 0.5 * (used + road_margin) + TOLERANCE)
+
+
+def cover_excess(speed: float) -> float:
+    """Return how far the discs may reach beyond the sides of an ego [m]."""
+    return FINE_EXCESS if speed < SLOW else DISC_EXCESS
 
 
 def disc_cover(
@@ -289,10 +307,7 @@ def disc_cover(
     """
     if settings.cover_discs == 1:
         return (0.0, 0.0, 0.0), NO_DISCS, settings.single_disc_radius
-    vehicle = scene.vehicle
-    if vehicle.disc_radius - vehicle.width / 2.0 <= DISC_EXCESS:
-        return vehicle.disc_offsets, NO_DISCS, vehicle.disc_radius
-    centres, radius = vehicle.disc_cover(DISC_EXCESS)
+    centres, radius = scene.vehicle.disc_cover(cover_excess(scene.ego.speed))
     three = float(centres[0]), float(centres[1]), float(centres[-1])
     return three, centres[2:-1].copy(), radius
 
