@@ -150,11 +150,6 @@ class Cycle:
         )
         return replace(self, tables=tables._replace(limits=closer))
 
-    def settling_within(self, length: float) -> "Cycle":
-        """Return the same cycle with lateral motions that need not be longer [m]."""
-        lateral = self.tables.lateral._replace(min_length=length, min_speed=0.0)
-        return replace(self, tables=self.tables._replace(lateral=lateral))
-
     def with_length(self, length: float) -> "Cycle":
         """Return the same cycle with lateral motions of at least a length [m]."""
         lateral = self.tables.lateral._replace(min_length=length)

@@ -7,7 +7,7 @@ from functools import partial
 from planner.bodies import touched_by
 from planner.contact_check import Contact, contacts_of
 from planner.cruise import costs
-from planner.cruise.candidate_motion import S, lateral_length
+from planner.cruise.candidate_motion import S
 from planner.cruise.costs import DEAD_END, JERK, OFFSET, SPEED
 from planner.cruise.cycle import SLOW, Cycle, disc_cover
 from planner.cruise.drawn_candidates import alternatives_of
@@ -29,7 +29,6 @@ CHECK_NAMES = {
 
 FAR_TOO_SLOW = 1.3  # price of the speed of a plan that does not get on; 2 stands [-]
 LEAST_DRIVEN = 5.0  # a plan that drives less does not get on [m]
-LEAST_LEFT = 2.0  # of a lateral motion that is driven to its end [m]
 NEAR_END = 0.5  # share of the room to steer round what stands, that may be missing [-]
 S_ROW = 7  # of a motion: arc length
 
@@ -39,7 +38,6 @@ class CruiseMemory:
     """State handed from one cycle to the next."""
 
     trajectory: Trajectory
-    settled_s: float = -math.inf  # where its lateral motion is over [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,66 +60,35 @@ class CruisePlanner:
         if reason is not None:
             stats = PlanStats(reason=reason)
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
-        before = memory if isinstance(memory, CruiseMemory) else None
-        last = None if before is None else before.trajectory
-        left = -math.inf if before is None else before.settled_s - scene.ego_frenet.s
+        last = memory.trajectory if isinstance(memory, CruiseMemory) else None
         cycle = Cycle.of(scene, self.settings, last)
         exhaustive = scene.full_statistics or not self._separable
-        cycle, found = self._search(scene, cycle, left, exhaustive=exhaustive)
+        cycle, found = self._search(scene, cycle, exhaustive=exhaustive)
         stats = _statistics(cycle, found)
         looked_at = partial(self._alternatives, cycle, found)
         if found.choice.best < 0:
             instead = _fall_back(scene, self.settings, cycle, stats)
             return replace(instead, alternatives=looked_at)
         trajectory = Trajectory.from_rows(found.motion)
-        memory_now = CruiseMemory(trajectory, _settled_s(cycle, found))
+        memory_now = CruiseMemory(trajectory)
         return PlanResult(PlanStatus.OK, trajectory, memory_now, stats, looked_at)
 
     def _search(
-        self, scene: Scene, cycle: Cycle, left: float, *, exhaustive: bool
+        self, scene: Scene, cycle: Cycle, *, exhaustive: bool
     ) -> tuple[Cycle, Evaluation]:
-        """Find the best candidate: a comfortable one, if there is any that gets on.
-
-        Args:
-            scene: Of this cycle.
-            cycle: Its tables.
-            left: Of the last plan's lateral motion [m].
-            exhaustive: Whether every candidate is to be judged.
-        """
+        """Find the best candidate: a comfortable one, if there is any that gets on."""
         comfort = self.settings.comfort
-        slow = scene.ego.speed < SLOW and left > LEAST_LEFT
-        left = left if slow and self.settings.starting_lengths else -math.inf
         if comfort.is_limiting:
             gentle = cycle.gentle(scene.ego, comfort)
-            gentle, found = self._go_on(gentle, left, exhaustive=exhaustive)
+            found = self._evaluate(gentle, exhaustive=exhaustive)
             if found.choice.best >= 0 and found.choice.raw[DEAD_END] <= NEAR_END:
                 if scene.ego.speed < SLOW and not _gets_on(scene, found):
                     return self._start(gentle, found, exhaustive=exhaustive)
                 return gentle, found
-        cycle, found = self._go_on(cycle, left, exhaustive=exhaustive)
+        found = self._evaluate(cycle, exhaustive=exhaustive)
         if scene.ego.speed < SLOW and not _gets_on(scene, found):
             return self._start(cycle, found, exhaustive=exhaustive)
         return cycle, found
-
-    def _go_on(
-        self, cycle: Cycle, left: float, *, exhaustive: bool
-    ) -> tuple[Cycle, Evaluation]:
-        """Evaluate the candidates, and those that end a slow motion where it began to.
-
-        A motion to the side that is planned anew in each cycle, always as long as at
-        first, gets there far too late: what is left of it counts too.
-        """
-        found = self._evaluate(cycle, exhaustive=exhaustive)
-        if not math.isfinite(left):
-            return cycle, found
-        shorter = cycle.settling_within(left)
-        going_on = self._evaluate(shorter, exhaustive=exhaustive)
-        if going_on.choice.best < 0:
-            return cycle, found
-        totals = [float(each.choice.terms.sum()) for each in (going_on, found)]
-        if found.choice.best >= 0 and totals[1] <= totals[0]:
-            return cycle, found
-        return shorter, going_on
 
     def _start(
         self, cycle: Cycle, found: Evaluation, *, exhaustive: bool
@@ -168,16 +135,6 @@ def _moves(found: Evaluation) -> bool:
     """Check whether the chosen motion gets on."""
     s = found.motion[S_ROW]
     return bool(s.size) and bool(s[-1] - s[0] > LEAST_DRIVEN)
-
-
-def _settled_s(cycle: Cycle, found: Evaluation) -> float:
-    """Return where the lateral motion of the chosen plan is over [m]."""
-    tracks, lateral = cycle.tables.tracks, cycle.tables.lateral
-    p = found.choice.best // lateral.offsets.size
-    if lateral.over_time:
-        return -math.inf
-    length = lateral_length(tracks.rows, p, float(tracks.duration[p]), lateral)
-    return float(tracks.rows[p, S, 0]) + length
 
 
 def _is_complete(found: Evaluation) -> bool:
