@@ -48,9 +48,6 @@ from planner.vehicle import body_scale
 
 QUEUE_GAP = 1.0  # from the line behind a waiting vehicle to its rear [m]
 DISC_EXCESS = 0.3  # by which the discs may reach beyond the sides of a long body [m]
-FINE_EXCESS = 0.12  # the same of any body that is slow: it passes where it is narrow
-# Slower, it does, and may be about to stop where it cannot start [m/s].
-SLOW = 3.0
 NO_DISCS = np.zeros(0)  # not frozen, as others: one type, one kernel
 # By which a gap below the margin may still shrink in a cycle: rounding, no more, or an
 # ego that stands would creep into contact [m].
@@ -286,11 +283,6 @@ def _allowed_excess(excess: float, road_margin: float) -> float:
     return max(used, 0.5 * (used + road_margin) + TOLERANCE)
 
 
-def cover_excess(speed: float) -> float:
-    """Return how far the discs may reach beyond the sides of an ego [m]."""
-    return FINE_EXCESS if speed < SLOW else DISC_EXCESS
-
-
 def disc_cover(
     scene: Scene, settings: CruiseSettings
 ) -> tuple[tuple[float, float, float], FloatArray, float]:
@@ -302,7 +294,10 @@ def disc_cover(
     """
     if settings.cover_discs == 1:
         return (0.0, 0.0, 0.0), NO_DISCS, settings.single_disc_radius
-    centres, radius = scene.vehicle.disc_cover(cover_excess(scene.ego.speed))
+    vehicle = scene.vehicle
+    if vehicle.disc_radius - vehicle.width / 2.0 <= DISC_EXCESS:
+        return vehicle.disc_offsets, NO_DISCS, vehicle.disc_radius
+    centres, radius = vehicle.disc_cover(DISC_EXCESS)
     three = float(centres[0]), float(centres[1]), float(centres[-1])
     return three, centres[2:-1].copy(), radius
 

@@ -83,8 +83,6 @@ from planner.states import FloatArray, IntArray
 PASSED = int(Check.PASSED)
 COLLISION = int(Check.COLLISION)
 JERKY = int(Check.JERK)
-LOOKS = 5  # at a way on, for whether it leaves the road
-CRAWLING = 2.0  # slower, what drives is a queue that may stand [m/s]
 SLACK = 1e-6  # of a profile's bound: sums of squares may round below zero [-]
 
 
@@ -419,10 +417,6 @@ def _price_end(
     what stands. The room is a stopping distance and `turn_gap`: with less, the ego
     could later neither stop nor steer round, and it has no reverse gear. Linear, so
     that creeping nearer never pays.
-
-    Where a queue crawls beside what stands, a way round it through the queue leads
-    nowhere either, nor does one over the road's edge: the ego keeps the room to take
-    the other side.
     """
     last = count - 1
     s, speed = rows[0, S, last], rows[0, S_DOT, last]
@@ -445,52 +439,7 @@ def _price_end(
         if lack <= 0.0:
             continue
         begin = rows[0, S, 0], s - rows[0, S, 0]
-        _price_edges(beyond, begin, delta_l, onward, cycle, own[DEAD_END], lack)
-        beyond += around.extents[b, 0] + around.extents[b, 2] + around.front_reach
-        for c in range(around.size.size):
-            crawls = around.turn_gap[c] == 0.0 and around.speed[c] < CRAWLING
-            in_the_way = crawls and 0.0 < around.s[c, last] - s < beyond
-            if c == b or (in_the_way and not around.follower[c]):
-                _price_body(c, last, begin, delta_l, onward, cycle, own[DEAD_END], lack)
-
-
-@inlined
-def _price_edges(
-    beyond: float,
-    begin: tuple[float, float],
-    delta_l: FloatArray,
-    onward: Onward,
-    cycle: CycleTables,
-    dead_end: FloatArray,
-    lack: float,
-) -> None:
-    """Raise the dead end of those whose front leaves the road, as they go on.
-
-    Args:
-        beyond: From the end of the plans to what stands [m].
-        begin: Where the profile begins, and what it drives [m].
-        delta_l: Changes of offset, (n_offsets,) [m].
-        onward: How the motions go on.
-        cycle: Tables of the cycle.
-        dead_end: Raised, (n_offsets,).
-        lack: Share of the room that is missing.
-    """
-    road, limits = cycle.road, cycle.limits
-    start, driven = begin
-    q, half = limits.front, limits.half_width - limits.excess
-    for k in range(1, LOOKS + 1):
-        done = driven + beyond * k / LOOKS
-        if done > onward.length:
-            break
-        l, slope, _, _ = lateral_over_distance(onward.back, done, 0.0, 0.0, 0.0)
-        unit, unit_slope, _, _ = lateral_over_distance(onward.unit, done, 0.0, 0.0, 0.0)
-        circle, _ = circle_to(start + done, q, road.turn)
-        front, moved = l + q * slope - 0.5 * circle * q * q, unit + q * unit_slope
-        at = min(int(np.searchsorted(road.road_s, start + done)), road.road_s.size - 1)
-        high, low = road.road_left[at] - half, road.road_right[at] + half
-        for o in range(delta_l.size):
-            if not low <= front + delta_l[o] * moved <= high:
-                dead_end[o] = max(dead_end[o], lack)
+        _price_body(b, last, begin, delta_l, onward, cycle, own[DEAD_END], lack)
 
 
 @inlined

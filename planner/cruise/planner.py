@@ -9,7 +9,7 @@ from planner.contact_check import Contact, contacts_of
 from planner.cruise import costs
 from planner.cruise.candidate_motion import S
 from planner.cruise.costs import DEAD_END, JERK, OFFSET, SPEED
-from planner.cruise.cycle import SLOW, Cycle, disc_cover
+from planner.cruise.cycle import Cycle, disc_cover
 from planner.cruise.drawn_candidates import alternatives_of
 from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
@@ -27,6 +27,7 @@ CHECK_NAMES = {
 }
 
 
+SLOW = 3.0  # slower, the ego may be about to stop where it cannot start [m/s]
 FAR_TOO_SLOW = 1.3  # price of the speed of a plan that does not get on; 2 stands [-]
 LEAST_DRIVEN = 5.0  # a plan that drives less does not get on [m]
 NEAR_END = 0.5  # share of the room to steer round what stands, that may be missing [-]

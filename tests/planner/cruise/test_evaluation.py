@@ -14,7 +14,7 @@ import pytest
 from planner import cruise
 from planner.bodies import bodies_of, leader_of
 from planner.cruise.costs import convolve, safety_kernel, speed_deviation
-from planner.cruise.cycle import cover_excess
+from planner.cruise.cycle import DISC_EXCESS
 from planner.cruise.feasibility import RoadBend, RoadBody, road_excess
 from planner.cruise.headway import MIN_REAR_GAP, STRIDE
 from planner.cruise.planner import NEAR_END
@@ -49,7 +49,6 @@ TERMS = (
     "lane",
 )
 STANDING = 0.5  # slower bodies are steered round [m/s]
-CRAWLING = 2.0  # and slower ones are a queue [m/s]
 
 
 @dataclass
@@ -161,8 +160,7 @@ def step_gaps(settings, scene, bodies, b, x, y, heading):
     if settings.cover_discs == 1:
         discs, radius = [0.0], settings.single_disc_radius
     else:
-        excess = cover_excess(scene.ego.speed)
-        discs, radius = scene.vehicle.disc_cover(excess)
+        discs, radius = scene.vehicle.disc_cover(DISC_EXCESS)
     half_length, half_width, round_off = bodies.table.extents[b]
     px, py, cos, sin = bodies.table.poses[b, :, : x.size]
     gaps = []
@@ -290,8 +288,7 @@ class SlowPlanner:
             verdict = "domain"
         terms = {}
         if not verdict:
-            over_time = settings.lateral_motion is LateralMotion.TIME
-            if over_time:
+            if settings.lateral_motion is LateralMotion.TIME:
                 third = polynomial.deriv(3) / length**3
                 square = (third**2).integ()
                 sideways = length * (square(1.0) - square(0.0))
@@ -306,7 +303,6 @@ class SlowPlanner:
                     s,
                     s_dot,
                     partial(self._onward, polynomial, length, offset),
-                    0.0 if over_time else length,
                 ),
                 "lane": self._lane(offset),
             }
@@ -332,7 +328,6 @@ class SlowPlanner:
             return road_excess(l[i], cos, sin, bend, left, right, body)
 
         allowed = max(excess(0, here_left[0], here_right[0]), 0.0)
-        self.allowed = allowed
         limits = scene.vehicle.limits
         forward = max(limits.max_acceleration, ego.acceleration)
         braking = max(self.max_braking, -ego.acceleration)
@@ -363,8 +358,7 @@ class SlowPlanner:
     def _corridor(self, b):
         """Lateral distance below which body b is in the way."""
         settings = self.settings
-        excess = cover_excess(self.scene.ego.speed)
-        _, radius = self.scene.vehicle.disc_cover(excess)
+        _, radius = self.scene.vehicle.disc_cover(DISC_EXCESS)
         if settings.cover_discs == 1:
             radius = settings.single_disc_radius
         return radius + settings.margin + self.bodies.table.extents[b, 1:].sum()
@@ -421,19 +415,7 @@ class SlowPlanner:
         circle = circle_between(self.scene.path, axle, q, curvature)
         return l + q * slope - 0.5 * circle * q * q
 
-    def _leaves_road(self, s, beyond, onward, length):
-        """Whether the front is over an edge on the way to what stands."""
-        road, reached = self.scene.road, self.half_width - self.allowed
-        for axle in s[-1] + beyond * np.arange(1, 6) / 5.0:
-            if axle - s[0] > length:
-                return False
-            at = min(int(np.searchsorted(road.s, axle)), road.s.size - 1)
-            place = self._aside(self.front, axle, s, onward)
-            if not road.right[at] + reached <= place <= road.left[at] - reached:
-                return True
-        return False
-
-    def _dead_end(self, s, s_dot, onward, length):
+    def _dead_end(self, s, s_dot, onward):
         settings, bodies, vehicle = self.settings, self.bodies, self.scene.vehicle
         stopping = s_dot[-1] ** 2 / (2.0 * vehicle.limits.max_deceleration)
         worst, i = 0.0, s.size - 1
@@ -442,17 +424,7 @@ class SlowPlanner:
         ):
             beyond = bodies.table.s[b, i] - s[-1]
             half_length, _, radius = bodies.table.extents[b]
-            far = beyond + half_length + radius + vehicle.front_reach
-            crawling = [
-                c
-                for c in range(bodies.table.n_static, len(bodies.ids))
-                if STANDING < bodies.table.speed[c] < CRAWLING
-                and not bodies.table.follower[c]
-                and 0.0 < bodies.table.s[c, i] - s[-1] < far
-            ]
-            ends = any(self._comes_to(c, s, onward) for c in (b, *crawling))
-            ends = ends or self._leaves_road(s, beyond, onward, length)
-            if beyond <= 0.0 or not ends:
+            if beyond <= 0.0 or not self._comes_to(b, s, onward):
                 continue
             gap = max(beyond - half_length - radius - vehicle.front_reach, 0.0)
             room = settings.obstacle_gap * body_scale(vehicle)

@@ -298,18 +298,3 @@ def test_one_waits_behind_those_who_wait_at_a_red_light():
         assert plan.status is PlanStatus.OK
         assert np.abs(plan.trajectory.l).max() < 0.3
         assert plan.trajectory.s[-1] + near.vehicle.front_reach < 70.0 - 2.4
-
-
-@pytest.mark.parametrize("speed", [0.3, 0.9])
-def test_behind_a_crawling_queue_the_room_to_steer_round_an_obstacle_is_kept(speed):
-    """The way to its left leads through the queue, that to its right over the edge."""
-    path = straight()
-    standing = [Disc(60.0, -1.0, 2.0)]
-    queue = [Car(-20.0 + 7.0 * k, 3.3, speed) for k in range(18)]
-    scene = make_scene(
-        path, ego_on(path, 20.0, speed=6.0), standing, queue, bounds=road(path, 5, -4)
-    )
-    cycles = drive(PROPOSED, scene, 250, traffic=queue)
-    front = places(cycles)[-1] + scene.vehicle.front_reach
-    assert 58.0 - front > 0.6 * PROPOSED.settings.obstacle_gap
-    assert least_clearance(cycles) > 1.0
