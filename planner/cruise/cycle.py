@@ -192,10 +192,13 @@ def _circles_between(
     first = max(int(np.searchsorted(s, between[0])) - 1, 0)
     last = min(int(np.searchsorted(s, between[1])) + 1, s.size)
     rows = knots[first:last]
-    turn = turn_of_pieces(
-        rows[:, S].copy(), rows[:, CURVATURE].copy(), rows[:, RATE].copy()
-    )
-    circles, _ = circles_to(turn.s, points, turn)
+    at, curvature, rate = rows[:, S].copy(), rows[:, CURVATURE], rows[:, RATE]
+    if not curvature.any() and not rate.any():  # two points are enough
+        at = at[:: max(at.size - 1, 1)].copy()
+        turn = RoadTurn(at, np.zeros((at.size, 4)))
+        return turn, np.zeros((points.size, at.size))
+    turn = turn_of_pieces(at, curvature, rate)
+    circles, _ = circles_to(at, points, turn)
     return turn, circles
 
 

@@ -169,7 +169,10 @@ def road_excess(
             if place != reach and not min(0.0, reach) <= place <= max(0.0, reach):
                 continue
             circle = bend.axle + rate * place
+            bent = bend.axle + 3.0 * rate * place  # of the road there
             for side in (half_width, -half_width):
+                if place != reach and side * bent < 0.0:  # the outer side
+                    continue
                 along = place * cos_error - side * sin_error
                 offset = l + place * sin_error + side * cos_error
                 if abs(circle) >= STRAIGHT:

@@ -6,7 +6,7 @@ right of way: the ego goes first only where a gentle braking of theirs is enough
 
 import numpy as np
 
-from planner.bodies import bodies_of
+from planner.bodies import CORRIDOR_MARGIN
 from planner.dense.field import Cover
 from planner.numerics.compiled import compiled
 from planner.scene import Scene
@@ -24,39 +24,34 @@ def cut_off_by(trajectory: Trajectory, scene: Scene) -> BoolArray:
     clear by themselves, of what they have had ahead for long.
 
     Args:
-        trajectory: Of the ego, evenly in time.
+        trajectory: Of the ego.
         scene: Of this cycle.
     """
     vehicles, ego = scene.vehicles, scene.ego
+    ahead = vehicles.prediction
     cut_off = np.zeros(len(vehicles.ids), dtype=np.bool_)
-    if not vehicles.ids or not vehicles.prediction.x.shape[1]:
+    if not vehicles.ids or not ahead.x.shape[1]:
         return cut_off
-    along = (vehicles.x - ego.x) * np.cos(ego.heading)
-    along += (vehicles.y - ego.y) * np.sin(ego.heading)
-    step = float(trajectory.t[1] - trajectory.t[0])
-    bodies = bodies_of(scene, trajectory.t.size, step)
-    table = bodies.table
-    moving = np.arange(table.n_static, len(bodies.ids))
-    behind = (along <= -scene.vehicle.rear_overhang) & ~table.follower[moving]
-    if not behind.any():
+    gap = (ego.x - vehicles.x) * np.cos(ego.heading)
+    gap += (ego.y - vehicles.y) * np.sin(ego.heading)
+    gap -= scene.vehicle.rear_overhang
+    width = 0.5 * (vehicles.width + scene.vehicle.width) + CORRIDOR_MARGIN
+    follows = np.isfinite(ahead.s[:, 0])
+    follows &= np.abs(ahead.l[:, 0] - scene.ego_frenet.l) < width
+    reach = vehicles.speed * trajectory.t[-1] + vehicles.length
+    counted = np.flatnonzero((gap >= 0.0) & (gap < reach) & ~follows)
+    if not counted.size:
         return cut_off
     cover = Cover.of(scene.vehicle)
-    points = np.stack(
-        [
-            trajectory.x,
-            trajectory.y,
-            np.cos(trajectory.heading),
-            np.sin(trajectory.heading),
-        ]
-    )
-    for v in np.flatnonzero(behind).tolist():
-        body = table.n_static + v
-        speed = float(table.speed[body])
+    heading = trajectory.heading
+    points = np.stack([trajectory.x, trajectory.y, np.cos(heading), np.sin(heading)])
+    for v in counted.tolist():
+        cos, sin = np.cos(ahead.heading[v]), np.sin(ahead.heading[v])
         cut_off[v] = _runs_into(
             points,
-            np.ascontiguousarray(table.poses[body]),
-            table.extents[body],
-            _when_braking(trajectory.t, speed) / step,
+            np.stack([ahead.x[v], ahead.y[v], cos, sin]),
+            (0.5 * float(vehicles.length[v]), 0.5 * float(vehicles.width[v])),
+            _when_braking(trajectory.t, float(vehicles.speed[v])) / ahead.step,
             np.array(cover.offsets),
             cover.radius + ROOM,
         )
@@ -77,7 +72,7 @@ def _when_braking(t: FloatArray, speed: float) -> FloatArray:
 def _runs_into(
     ego: FloatArray,
     poses: FloatArray,
-    extents: FloatArray,
+    half: tuple[float, float],
     column: FloatArray,
     offsets: FloatArray,
     radius: float,
@@ -87,7 +82,7 @@ def _runs_into(
     Args:
         ego: x, y, cos and sin of the heading, (4, n_times).
         poses: Of the body, the same over columns.
-        extents: Half length, half width, radius [m].
+        half: Of its length and of its width [m].
         column: Where in its columns the body is, (n_times,).
         offsets: Of the discs, along the ego's heading [m].
         radius: Of the discs [m].
@@ -99,8 +94,8 @@ def _runs_into(
         for offset in offsets:
             dx = ego[0, i] + offset * ego[2, i] - poses[0, k]
             dy = ego[1, i] + offset * ego[3, i] - poses[1, k]
-            along = max(abs(dx * cos + dy * sin) - extents[0], 0.0)
-            across = max(abs(dy * cos - dx * sin) - extents[1], 0.0)
-            if along**2 + across**2 < (radius + extents[2]) ** 2:
+            along = max(abs(dx * cos + dy * sin) - half[0], 0.0)
+            across = max(abs(dy * cos - dx * sin) - half[1], 0.0)
+            if along**2 + across**2 < radius * radius:
                 return True
     return False

@@ -60,8 +60,14 @@ def turn_of_pieces(s: FloatArray, curvature: FloatArray, rate: FloatArray) -> Ro
 @inlined
 def turn_between(place: float, road: RoadTurn) -> tuple[float, float, float]:
     """Read (K, K', curvature) at a place; beyond the points the curvature is held."""
+    k = max(int(np.searchsorted(road.s, place, side="right")) - 1, 0)
+    return turn_on_piece(k, place, road)
+
+
+@inlined
+def turn_on_piece(k: int, place: float, road: RoadTurn) -> tuple[float, float, float]:
+    """Read what `turn_between` does on a piece that is known."""
     s, turn = road
-    k = max(int(np.searchsorted(s, place, side="right")) - 1, 0)
     rate = turn[k, 3] if place >= s[0] and k + 1 < s.size else 0.0
     x, bend = place - s[k], turn[k, 2]
     slope = turn[k, 1] + x * (bend + 0.5 * x * rate)
@@ -100,7 +106,7 @@ def circles_to(
     """Compute `circle_to` for many places and points of a body.
 
     Args:
-        s: Of the axle, (n,) [m].
+        s: Of the axle, in about growing order, (n,) [m].
         ahead: Of the points, (n_points,) [m].
         road: See there.
 
@@ -109,6 +115,26 @@ def circles_to(
     """
     bend, turned = np.empty((ahead.size, s.size)), np.empty((ahead.size, s.size))
     for d in range(ahead.size):
+        here = there = 0  # pieces, looked for from the ones before
+        way = ahead[d]
+        near = abs(way) < AT_THE_POINT
         for k in range(s.size):
-            bend[d, k], turned[d, k] = circle_to(s[k], ahead[d], road)
+            here = _piece(here, s[k], road.s)
+            lead, slope, curvature = turn_on_piece(here, s[k], road)
+            bend[d, k], turned[d, k] = curvature, 0.0
+            if not near:
+                there = _piece(there, s[k] + way, road.s)
+                aside, turn, _ = turn_on_piece(there, s[k] + way, road)
+                bend[d, k] = 2.0 * (aside - lead - way * slope) / (way * way)
+                turned[d, k] = turn - slope
     return bend, turned
+
+
+@inlined
+def _piece(k: int, place: float, s: FloatArray) -> int:
+    """Find the piece that holds a place, from another one near it."""
+    while k + 1 < s.size and place >= s[k + 1]:
+        k += 1
+    while k > 0 and place < s[k]:
+        k -= 1
+    return k
