@@ -1,4 +1,4 @@
-"""First contact of a trajectory with other bodies, between exact rectangles."""
+"""Contacts of a trajectory with other bodies, between exact rectangles."""
 
 import math
 from typing import NamedTuple
@@ -13,21 +13,21 @@ from planner.vehicle import Vehicle
 
 
 class Contact(NamedTuple):
-    """The first contact of a trajectory."""
+    """The first contact of a trajectory with one body."""
 
     id: str
     time: float  # [s]
     closing_speed: float  # of the two bodies, relative to each other [m/s]
 
 
-def first_contact(
+def contacts_of(
     trajectory: Trajectory,
     vehicle: Vehicle,
     bodies: Bodies,
     ignored: BoolArray,
     margin: float,
-) -> Contact | None:
-    """Find the first body that a trajectory touches.
+) -> tuple[Contact, ...]:
+    """Find the bodies that a trajectory touches, as if it went on through them.
 
     Unlike three discs, which reach beyond the sides, the rectangle tells whether there
     is room beside a body. A body that the ego has left wholly behind does not count
@@ -42,13 +42,13 @@ def first_contact(
         margin: Kept around the ego [m].
 
     Returns:
-        The contact, None if there is none.
+        The first contact with each, in the order of time.
     """
     poses = bodies.table.poses
     column = np.rint(trajectory.t / bodies.step).astype(np.int64)
     n = int(np.count_nonzero(column < poses.shape[2]))
     if n < 2 or ignored.all():
-        return None
+        return ()
     offset = vehicle.centre_offset
     rows = np.empty((n, 6))
     rows[:, 0] = trajectory.x[:n] + offset * np.cos(trajectory.heading[:n])
@@ -56,15 +56,14 @@ def first_contact(
     rows[:, 2] = trajectory.heading[:n]
     rows[:, 3:] = 0.5 * vehicle.length, 0.5 * vehicle.width, margin
     touched = _first_steps(rows, poses, column[:n], bodies.table.extents, ignored)
-    times = np.where(touched > 0, trajectory.t[touched], np.inf)
-    first = int(np.argmin(times))
-    if not np.isfinite(times[first]):
-        return None
-    k = int(touched[first])
-    way = rows[k, :2] - rows[k - 1, :2]
-    way = way - (poses[first, :2, column[k]] - poses[first, :2, column[k - 1]])
-    speed = float(np.hypot(*way)) / float(trajectory.t[k] - trajectory.t[k - 1])
-    return Contact(bodies.ids[first], float(times[first]), speed)
+    found = []
+    for b in np.flatnonzero(touched).tolist():
+        k = int(touched[b])
+        way = rows[k, :2] - rows[k - 1, :2]
+        way = way - (poses[b, :2, column[k]] - poses[b, :2, column[k - 1]])
+        speed = float(np.hypot(*way)) / float(trajectory.t[k] - trajectory.t[k - 1])
+        found.append(Contact(bodies.ids[b], float(trajectory.t[k]), speed))
+    return tuple(sorted(found, key=lambda contact: contact.time))
 
 
 @compiled

@@ -2,8 +2,8 @@
 
 The last plan shifted by one step, as long as its line has room for a stop, or else a
 stop on it; a full stop within the limits; emergency braking, both with the pedal moved
-at a finite rate; an evasion within the lane. If none of them is free, the one with the
-least impact.
+at a finite rate; the last plan without its margins; an evasion within the lane. If none
+of them is free, the one with the least impact.
 """
 
 import math
@@ -37,8 +37,8 @@ LINE_GAP = 0.05  # that an evading body keeps from the lines of its lane [m]
 STATE_COLUMNS = ("x", "y", "heading", "curvature", "speed", "acceleration", "s", "l")
 
 Blocker = Callable[[Trajectory], str | None]
-# the first contact of a trajectory with a margin around the ego [m], None if free
-ContactCheck = Callable[[Trajectory, float], Contact | None]
+# the bodies that a trajectory touches with a margin around the ego [m], in time
+ContactCheck = Callable[[Trajectory, float], tuple[Contact, ...]]
 
 
 def fallback(
@@ -46,7 +46,7 @@ def fallback(
     last: Trajectory | None,
     blocker: Blocker,
     horizon: float,
-    contact: ContactCheck | None = None,
+    contacts: ContactCheck | None = None,
 ) -> tuple[PlanStatus, Trajectory]:
     """Return the first fallback that is free.
 
@@ -55,12 +55,12 @@ def fallback(
         last: The trajectory driven in the last cycle.
         blocker: Returns the id of what a trajectory would hit or cross, or None.
         horizon: Length of the stopping trajectories [s].
-        contact: Returns the first contact of a trajectory. Without it emergency braking
-            is never rejected.
+        contacts: Returns what a trajectory touches. Without it emergency braking is
+            never rejected.
 
     Returns:
-        Its status and trajectory. Where nothing is free, the one that hits at the
-        lowest relative speed, and of these the one that does so last.
+        Its status and trajectory. Where nothing is free, the one with the least sum
+        of squared speeds at which it hits, and of these the one that does so last.
     """
     shifted = None if last is None else shifted_plan(scene, last)
     if shifted is not None:
@@ -84,16 +84,21 @@ def fallback(
             return PlanStatus.EMERGENCY_BRAKING, stop
         if blocker(shifted) is None:
             return PlanStatus.LAST_PLAN_SHIFTED, shifted
-    return _emergency(scene, last, horizon, contact)
+    return _emergency(scene, last, shifted, horizon, contacts)
 
 
 def _emergency(
     scene: Scene,
     last: Trajectory | None,
+    shifted: Trajectory | None,
     horizon: float,
-    contact: ContactCheck | None,
+    contacts: ContactCheck | None,
 ) -> tuple[PlanStatus, Trajectory]:
-    """Return emergency braking that is free, else the least harm; see `fallback`."""
+    """Return what is free without the margins, braking first, else the least harm.
+
+    A long body that turns moves its corners out of the way of others, or stops with
+    them in it: to drive on may be free where to brake is not.
+    """
     deceleration = scene.vehicle.limits.emergency_deceleration
     braking = [
         stop
@@ -102,39 +107,48 @@ def _emergency(
     ]
     if not braking:
         braking = [braking_on_arc(scene.ego, deceleration, scene.step, horizon)]
-    if contact is None:
-        return PlanStatus.EMERGENCY_BRAKING, braking[0]
-    for stop in braking:
-        if contact(stop, HARD_GAP) is None:
-            return PlanStatus.EMERGENCY_BRAKING, stop
-    return _least_harm(scene, braking, contact, horizon)
+    ways = [(PlanStatus.EMERGENCY_BRAKING, stop) for stop in braking]
+    if contacts is None:
+        return ways[0]
+    if shifted is not None:
+        ways.append((PlanStatus.LAST_PLAN_SHIFTED, shifted))
+    for status, way in ways:
+        if not contacts(way, HARD_GAP):
+            return status, way
+    return _least_harm(scene, ways, contacts, horizon)
 
 
 def _least_harm(
-    scene: Scene, braking: list[Trajectory], contact: ContactCheck, horizon: float
+    scene: Scene,
+    ways: list[tuple[PlanStatus, Trajectory]],
+    contacts: ContactCheck,
+    horizon: float,
 ) -> tuple[PlanStatus, Trajectory]:
-    """Return the first evasion that is free, else what hits at the lowest speed.
+    """Return the first evasion that is free, else what hits with the least harm.
+
+    All that a way would hit counts: one that barely touches another vehicle first may
+    go on into what stands ahead.
 
     Args:
         scene: Of this cycle.
-        braking: Emergency braking, which is not free.
-        contact: Returns the first contact of a trajectory.
+        ways: Others, which are not free.
+        contacts: Returns what a trajectory touches.
         horizon: Of the trajectories [s].
     """
     evading = []
     for trajectory in evasions(scene, horizon):
-        if contact(trajectory, EASY_GAP) is None:
+        if not contacts(trajectory, EASY_GAP):
             return PlanStatus.EVASION, trajectory
         evading.append(trajectory)
     for trajectory in evading:
-        if contact(trajectory, HARD_GAP) is None:
+        if not contacts(trajectory, HARD_GAP):
             return PlanStatus.EVASION, trajectory
-    ways = [(PlanStatus.EMERGENCY_BRAKING, stop) for stop in braking]
-    ways += [(PlanStatus.EVASION, trajectory) for trajectory in evading]
+    ways = [*ways, *((PlanStatus.EVASION, trajectory) for trajectory in evading)]
 
     def harm(way: tuple[PlanStatus, Trajectory]) -> tuple[float, float]:
-        hit = contact(way[1], 0.0)
-        return (0.0, 0.0) if hit is None else (hit.closing_speed, -hit.time)
+        hits = contacts(way[1], 0.0)
+        squares = sum(hit.closing_speed**2 for hit in hits)
+        return (squares, -hits[0].time) if hits else (0.0, 0.0)
 
     return min(ways, key=harm)
 

@@ -206,8 +206,11 @@ def roll_out(
             steps = LATERAL_HOLD / step
             if moves_over and np.isfinite(aims[v]):
                 steps = (aims[v] - l) / drift
-            start = (s, l, drift, error)
-            follow_road(path, v, start, (direction, steps), distance, out)
+            askew = error if along > 0.0 else (error - np.pi)
+            askew = (askew + np.pi) % (2.0 * np.pi) - np.pi
+            turn = (0.0 if moves_over else 1.0, vehicles[6, v])
+            start = (s, l, drift, error - askew, askew)
+            follow_road(path, v, start, (direction, steps, *turn), distance, out)
         else:
             near = abs(l) < 3.0 * FRENET_REACH
             go_straight(path, v, (x[v], y[v], heading[v]), near, distance, out)
@@ -218,31 +221,43 @@ def roll_out(
 def follow_road(
     path: PathTable,
     v: int,
-    start: tuple[float, float, float, float],
-    course: tuple[float, float],
+    start: tuple[float, float, float, float, float],
+    course: tuple[float, float, float, float],
     distance: FloatArray,
     out: FloatArray,
 ) -> None:
     """Drive vehicle `v` along the path at its offset.
 
-    ds = d(distance) / (1 - kappa_r l), by the midpoint rule.
+    ds = d(distance) / (1 - kappa_r l), by the midpoint rule. One that stands askew
+    straightens within its own length, once it drifts no more: its rear follows its
+    front.
 
     Args:
         path: Tables of the path.
         v: Row of `distance` and `out`.
-        start: s [m], l [m], change of l in one step while it drifts [m], heading off
-            the path, which stays: a car in mid lane change stands askew [rad].
-        course: 1 with the path, -1 against it; how many steps it drifts.
+        start: s [m], l [m], change of l in one step while it drifts [m], heading along
+            the path, 0 or a half turn [rad], and how far it is off that [rad].
+        course: 1 with the path, -1 against it; how many steps it drifts; 1 if its
+            heading leads it aside, 0 if its drift says all; its length [m].
         distance: Driven, (n, n_steps) [m].
         out: Filled, see `roll_out`.
     """
     knots, bins = path.knots, path.bins
-    s, l0, drift, error = start
-    direction, steps = course
+    s, l0, drift, along, askew = start
+    direction, steps, leads, length = course
+    left, aside, turned, way = 1.0, 0.0, askew, 0.0
     for i in range(distance.shape[1]):
-        l = l0 + drift * min(1.0 * i, steps)
         if i > 0:
-            driven = direction * (distance[v, i] - distance[v, i - 1])
+            way = distance[v, i] - distance[v, i - 1]
+            if leads > 0.0 or i > steps:
+                left = max(left - way / length, 0.0)
+            mean = 0.5 * leads * (turned + askew * left)
+            aside += direction * way * np.sin(mean)
+            way *= np.cos(mean)
+            turned = askew * left
+        l = l0 + drift * min(1.0 * i, steps) + aside
+        if i > 0:
+            driven = direction * way
             stretch = max(1.0 - curvature_at(knots, bins, s) * l, MIN_STRETCH)
             middle = s + 0.5 * driven / stretch
             stretch = max(1.0 - curvature_at(knots, bins, middle) * l, MIN_STRETCH)
@@ -250,7 +265,7 @@ def follow_road(
         x, y, cos, sin, _, _, heading = point_at(knots, bins, s)
         out[0, v, i] = x - l * sin
         out[1, v, i] = y + l * cos
-        out[2, v, i] = heading + error
+        out[2, v, i] = heading + along + turned
         out[3, v, i] = s
         out[4, v, i] = l
 

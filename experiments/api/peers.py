@@ -28,7 +28,7 @@ import numpy as np
 
 from experiments.errors import ConfigError
 from planner.bodies import bodies_of
-from planner.contact_check import Contact, first_contact
+from planner.contact_check import Contact, contacts_of
 from planner.fallback import HARD_GAP, SAME_PLACE, SAME_SPEED, fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.reference_path.path import ReferencePath
@@ -358,14 +358,14 @@ def _fall_back(
     bodies = bodies_of(scene, max(ahead.x.shape[1], 1), ahead.step)
     none = np.zeros(len(bodies.ids), dtype=np.bool_)
 
-    def contact(trajectory: Trajectory, margin: float) -> Contact | None:
-        return first_contact(trajectory, scene.vehicle, bodies, none, margin)
+    def contacts(trajectory: Trajectory, margin: float) -> tuple[Contact, ...]:
+        return contacts_of(trajectory, scene.vehicle, bodies, none, margin)
 
     def blocker(trajectory: Trajectory) -> str | None:
-        hit = contact(trajectory, HARD_GAP)
-        return None if hit is None else hit.id
+        hits = contacts(trajectory, HARD_GAP)
+        return hits[0].id if hits else None
 
-    status, plan = fallback(scene, kept.driven, blocker, STOP_HORIZON, contact)
+    status, plan = fallback(scene, kept.driven, blocker, STOP_HORIZON, contacts)
     stats = PlanStats(
         reason=f"none of {generated} candidates is allowed",
         candidates=generated,

@@ -11,7 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from experiments.world_setup.driven_path import DrivenPath
+from planner.reference_path.linear_curvature import CURVATURE, RATE, S
 from planner.reference_path.path import ReferencePath
+from planner.reference_path.road_turn import circles_to, turn_of_pieces
 from planner.reference_path.steerable import outline_points
 from planner.scene import RoadBounds
 from planner.states import BoolArray, FloatArray
@@ -87,7 +89,7 @@ def _swept(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> _Room:
     """Measure what the body on the path sweeps at each arc length.
 
     Counted are the foot points of its outline, and its outline as the planners see it:
-    on a road that keeps the curvature it has under the rear axle.
+    by the circles that lead as far aside as the road does up to each point.
     """
     at = path.at(s)
     outline = _outline(vehicle)
@@ -99,8 +101,13 @@ def _swept(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> _Room:
         place = np.clip(np.rint(foot / STEP).astype(int) + shift, 0, s.size - 1)
         np.maximum.at(left, place, l)
         np.minimum.at(right, place, l)
-    bent = np.where(np.abs(at.curvature) < BENT, BENT, at.curvature)[:, None]
     along, across = outline[:, 0], outline[:, 1]
+    knots = path.table.knots
+    turn = turn_of_pieces(
+        *(np.ascontiguousarray(knots[:, column]) for column in (S, CURVATURE, RATE))
+    )
+    circles = circles_to(s, np.ascontiguousarray(along), turn)[0].T
+    bent = np.where(np.abs(circles) < BENT, BENT, circles)
     offset = (1.0 - np.hypot(1.0 - bent * across, bent * along)) / bent
     return _Room(
         np.maximum(left, _also_ahead(offset.max(axis=1), vehicle)),

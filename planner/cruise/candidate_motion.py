@@ -15,14 +15,16 @@ from planner.numerics.compiled import inlined
 from planner.numerics.interpolation import interpolate
 from planner.reference_path.frenet import cartesian_rates
 from planner.reference_path.linear_curvature import trace
+from planner.reference_path.road_turn import RoadTurn
 from planner.states import FloatArray, IntArray
 
 # Rows of a profile, and, where one is laid on the road, of the last plan's offset, the
 # path and the road under it.
 S, S_DOT, S_DDOT, S_DDDOT, LAST_L = 0, 1, 2, 3, 4
 X, Y, COS, SIN, KAPPA, KAPPA_RATE, LEFT, RIGHT = 5, 6, 7, 8, 9, 10, 11, 12
+TO_FRONT, TO_REAR = 13, 14  # circles that lead as far aside as the road does
 N_PROFILE = 4
-N_ROWS = 13
+N_ROWS = 15
 
 # Rows of the lateral basis: l, l', l'' and d³l/dt³ of the motion to the present offset,
 # then the same of a change by one metre.
@@ -63,11 +65,13 @@ class RoadTables(NamedTuple):
     last_s: FloatArray  # the last plan, (m,), empty without one [m]
     last_l: FloatArray  # [m]
     front_reach: float  # rear axle to front bumper [m]
+    turn: RoadTurn  # of the road along the profiles
+    circles: FloatArray  # to the body's front and rear at its points, (2, n) [1/m]
 
 
 @inlined
 def copy_profile(tracks: Tracks, p: int, rows: FloatArray) -> None:
-    """Fill the rows of the profile, (1, 13, n_steps), with those of profile `p`."""
+    """Fill the rows of the profile, (1, 15, n_steps), with those of profile `p`."""
     for row in range(N_PROFILE):
         for i in range(tracks.n_valid[p]):
             rows[0, row, i] = tracks.rows[p, row, i]
@@ -80,7 +84,7 @@ def sample_road(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
     The bounds are the tighter ones of those under the rear axle and under the front.
 
     Args:
-        rows: (n_profiles, 13, n_steps); s is given, X ... RIGHT are filled.
+        rows: (n_profiles, 15, n_steps); s is given, X ... TO_REAR are filled.
         p: Which profile.
         count: Its valid steps.
         road: Its tables.
@@ -97,6 +101,8 @@ def sample_road(rows: FloatArray, p: int, count: int, road: RoadTables) -> None:
     interpolate(s, road.front_reach, road_s, road.road_right, front)
     for i in range(count):
         right[i] = max(right[i], front[i])
+    interpolate(s, 0.0, road.turn.s, road.circles[0], rows[p, TO_FRONT])
+    interpolate(s, 0.0, road.turn.s, road.circles[1], rows[p, TO_REAR])
 
 
 @inlined

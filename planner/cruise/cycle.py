@@ -11,7 +11,13 @@ from planner.cruise.candidate_motion import (
     RoadTables,
 )
 from planner.cruise.evaluation import CycleTables
-from planner.cruise.feasibility import TOLERANCE, CandidateLimits, RoadBody, road_excess
+from planner.cruise.feasibility import (
+    TOLERANCE,
+    CandidateLimits,
+    RoadBend,
+    RoadBody,
+    road_excess,
+)
 from planner.cruise.sampling.lateral import (
     full_grid_size,
     lane_term,
@@ -27,10 +33,17 @@ from planner.cruise.sampling.reference_speed import reference_speed
 from planner.cruise.settings import ComfortLimits, CruiseSettings, LateralMotion
 from planner.cruise.workspace import FollowingRules, Surroundings
 from planner.numerics.compiled import compiled
-from planner.reference_path.linear_curvature import curvature_at
-from planner.scene import Scene
+from planner.reference_path.linear_curvature import CURVATURE, RATE, S
+from planner.reference_path.road_turn import (
+    RoadTurn,
+    circle_to,
+    circles_to,
+    turn_between,
+    turn_of_pieces,
+)
+from planner.scene import OFF_ROAD_TOLERANCE, Scene
 from planner.shapes.disc_clearance import segment_to_rectangle
-from planner.states import CartesianState, FloatArray, IntArray, Trajectory
+from planner.states import CartesianState, FloatArray, Trajectory
 from planner.vehicle import body_scale
 
 QUEUE_GAP = 1.0  # from the line behind a waiting vehicle to its rear [m]
@@ -42,6 +55,8 @@ TOUCH_TOLERANCE = 1e-6
 # A vehicle that stands can turn its wheels before it starts: its motions need not
 # begin with the curvature that it stopped with, which may leave none within the limits.
 WHEELS_TURN_FREELY = 0.02  # [m/s]
+# The road's turn is taken that much farther than the body gets [m].
+BEHIND, BEYOND = 1.0, 40.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,8 +80,10 @@ class Cycle:
             scene = _behind_queue(scene, bodies, leader)
         speed_ahead = reference_speed(scene, settings)
         profiles = longitudinal_profiles(scene, settings, speed_ahead, leader)
-        limits = _limits(scene, settings)
         ego = scene.ego_frenet
+        whole_body = settings.cover_discs > 1
+        turn, circles = _turn_ahead(scene, profiles.farthest, whole_body=whole_body)
+        limits = _limits(scene, settings, turn)
         offsets = terminal_offsets(
             scene.road, (ego.s, profiles.farthest), limits.half_width, settings
         )
@@ -94,6 +111,8 @@ class Cycle:
             EMPTY if last is None else last.s,
             EMPTY if last is None else last.l,
             scene.vehicle.front_reach,
+            turn,
+            circles,
         )
         return cls(
             bodies,
@@ -155,7 +174,42 @@ def _behind_queue(scene: Scene, bodies: Bodies, leader: Leader) -> Scene:
     return replace(scene, stop_lines=(max(rear - QUEUE_GAP, front), *scene.stop_lines))
 
 
-def _limits(scene: Scene, settings: CruiseSettings) -> CandidateLimits:
+def _turn_ahead(
+    scene: Scene, farthest: float, *, whole_body: bool
+) -> tuple[RoadTurn, FloatArray]:
+    """Integrate the road's curvature from behind the ego to beyond its plans.
+
+    Returns:
+        The integrals; circles to the body's front and rear at their points, (2, n)
+        [1/m], see `RoadBend`.
+    """
+    knots, vehicle = scene.path.table.knots, scene.vehicle
+    begin = scene.ego_frenet.s - vehicle.rear_overhang - BEHIND
+    end = farthest + vehicle.front_reach + BEYOND
+    points = np.array((vehicle.front_reach, -vehicle.rear_overhang))
+    return _circles_between(knots, (begin, end), points if whole_body else 0.0 * points)
+
+
+@compiled
+def _circles_between(
+    knots: FloatArray, between: tuple[float, float], points: FloatArray
+) -> tuple[RoadTurn, FloatArray]:
+    """Compute what `_turn_ahead` returns, from the knots of the path."""
+    s = knots[:, S]
+    first = max(int(np.searchsorted(s, between[0])) - 1, 0)
+    last = min(int(np.searchsorted(s, between[1])) + 1, s.size)
+    rows = knots[first:last]
+    at, curvature, rate = rows[:, S].copy(), rows[:, CURVATURE], rows[:, RATE]
+    if not curvature.any() and not rate.any():  # two points are enough
+        at = at[:: max(at.size - 1, 1)].copy()
+        turn = RoadTurn(at, np.zeros((at.size, 4)))
+        return turn, np.zeros((points.size, at.size))
+    turn = turn_of_pieces(at, curvature, rate)
+    circles, _ = circles_to(at, points, turn)
+    return turn, circles
+
+
+def _limits(scene: Scene, settings: CruiseSettings, turn: RoadTurn) -> CandidateLimits:
     """CandidateLimits of this cycle.
 
     Where the ego already exceeds a limit, for example after a fallback, the limit is
@@ -168,11 +222,10 @@ def _limits(scene: Scene, settings: CruiseSettings) -> CandidateLimits:
     front = vehicle.front_reach if whole_body else 0.0
     rear = vehicle.rear_overhang if whole_body else 0.0
     half_width = vehicle.width / 2.0 + settings.road_margin
-    at, table, road = scene.ego_frenet, scene.path.table, scene.road
+    at, road = scene.ego_frenet, scene.road
     excess = _excess_now(
         (at.s, at.l, at.l_prime),
-        table.knots,
-        table.bins,
+        turn,
         (road.s, road.left, road.right),
         (front, rear, half_width),
     )
@@ -194,8 +247,7 @@ def _limits(scene: Scene, settings: CruiseSettings) -> CandidateLimits:
 @compiled
 def _excess_now(
     ego: tuple[float, float, float],
-    knots: FloatArray,
-    bins: IntArray,
+    turn: RoadTurn,
     road: tuple[FloatArray, FloatArray, FloatArray],
     body: tuple[float, float, float],
 ) -> float:
@@ -203,31 +255,42 @@ def _excess_now(
 
     Args:
         ego: s, l and dl/ds.
-        knots: Table of the path.
-        bins: Its look-up.
+        turn: Of the road.
         road: Arc lengths, left and right bounds, (n,) [m].
         body: To its front and rear from the axle, and half its width [m].
     """
     s, l, slope = ego
-    curvature = curvature_at(knots, bins, s)
+    front, rear, half_width = body
+    _, _, curvature = turn_between(s, turn)
+    ahead, behind = circle_to(s, front, turn)[0], circle_to(s, -rear, turn)[0]
     error = math.atan2(slope, 1.0 - curvature * l)
     right, left = lateral_room(road, (s, s))
-    front, rear, half_width = body
     cos, sin = math.cos(error), math.sin(error)
     return road_excess(
-        l, cos, sin, curvature, left, right, RoadBody(front, rear, half_width)
+        l,
+        cos,
+        sin,
+        RoadBend(ahead, curvature, behind),
+        left,
+        right,
+        RoadBody(front, rear, half_width),
     )
 
 
 def _allowed_excess(excess: float, road_margin: float) -> float:
     """How far a candidate may reach over the edge less its margin [m].
 
-    At the edge the margin may be used up, no more: the tail of a vehicle that turns
-    away from the edge swings out before the vehicle moves in.
+    Near the edge half of the margin that is left may be used, so that cycle after cycle
+    never takes more than all of it: the tail of a vehicle that turns away from the edge
+    swings out before the vehicle moves in. A body that is over the edge itself gets the
+    margin once more for its way back.
     """
     if excess < -road_margin:
         return TOLERANCE
-    return max(excess, 0.0) + road_margin + TOLERANCE
+    if excess > road_margin + OFF_ROAD_TOLERANCE:
+        return excess + road_margin
+    used = max(excess, 0.0)
+    return max(used, 0.5 * (used + road_margin) + TOLERANCE)
 
 
 def disc_cover(

@@ -77,6 +77,7 @@ from planner.cruise.workspace import (
 )
 from planner.numerics.compiled import compiled, inlined
 from planner.reference_path.frenet import cartesian_rates
+from planner.reference_path.road_turn import circle_to
 from planner.states import FloatArray, IntArray
 
 PASSED = int(Check.PASSED)
@@ -165,7 +166,7 @@ def evaluate(
 class Workplace(NamedTuple):
     """Arrays for the profile at hand; its rows stand under the number 0."""
 
-    rows: FloatArray  # profile and road, (1, 13, n_steps)
+    rows: FloatArray  # profile and road, (1, 15, n_steps)
     basis: FloatArray  # lateral basis, (8, n_steps)
     delta_l: FloatArray  # terminal offsets less the present one, (n_offsets,) [m]
     members: IntArray  # numbers of the candidates to be judged, (n_offsets,)
@@ -306,7 +307,7 @@ def _price(
         return 0
     sample_road(rows, 0, count, cycle.road)
     onward = _onward(p, rows, cycle.tracks, cycle.lateral)
-    _price_end(count, rows, basis, delta_l, onward, cycle.around, priced.own)
+    _price_end(count, rows, basis, delta_l, onward, cycle, priced.own)
     if least.passed < np.inf:
         bound_safety(count, rows, basis, delta_l, worth, cycle.around, priced)
     return _gather(priced, factor, least, members)
@@ -407,7 +408,7 @@ def _price_end(
     basis: FloatArray,
     delta_l: FloatArray,
     onward: Onward,
-    around: Surroundings,
+    cycle: CycleTables,
     own: FloatArray,
 ) -> None:
     """Fill heading and dead end: where the plans of one profile come to.
@@ -427,6 +428,7 @@ def _price_end(
         )
         own[HEADING, o] = sin_e * sin_e
         own[DEAD_END, o] = 0.0
+    around = cycle.around
     for b in range(around.size.size):
         beyond = around.s[b, last] - s
         if around.turn_gap[b] == 0.0 or not beyond > 0.0:
@@ -434,17 +436,20 @@ def _price_end(
         gap = beyond - around.extents[b, 0] - around.extents[b, 2] - around.front_reach
         needed = around.turn_gap[b] + 0.5 * speed * speed / around.deceleration
         lack = 1.0 - max(gap, 0.0) / needed
-        _price_dead_end(b, rows, last, delta_l, onward, around, own[DEAD_END], lack)
+        if lack <= 0.0:
+            continue
+        begin = rows[0, S, 0], s - rows[0, S, 0]
+        _price_body(b, last, begin, delta_l, onward, cycle, own[DEAD_END], lack)
 
 
 @inlined
-def _price_dead_end(
+def _price_body(
     b: int,
-    rows: FloatArray,
     last: int,
+    begin: tuple[float, float],
     delta_l: FloatArray,
     onward: Onward,
-    around: Surroundings,
+    cycle: CycleTables,
     dead_end: FloatArray,
     lack: float,
 ) -> None:
@@ -452,21 +457,57 @@ def _price_dead_end(
 
     A long body goes to the side over more metres than a slow plan covers: what counts
     is whether its front, its axle and its rear pass beside the body, driven on.
+
+    Args:
+        b: Which body.
+        last: Step at which the plans end.
+        begin: Where the profile begins, and what it drives [m].
+        delta_l: Changes of offset, (n_offsets,) [m].
+        onward: How the motions go on.
+        cycle: Tables of the cycle.
+        dead_end: Raised, (n_offsets,).
+        lack: Share of the room that is missing.
     """
+    around = cycle.around
+    start, driven = begin
     reach = around.corridor + around.extents[b, 1] + around.extents[b, 2]
     near = around.s[b, last] - around.extents[b, 0] - around.extents[b, 2]
-    start, driven = rows[0, S, 0], rows[0, S, last] - rows[0, S, 0]
-    kappa = rows[0, KAPPA, last]
     for q in (around.front_reach, 0.0, -around.rear_overhang):
         done = max(near - q - start, driven)
-        l, slope, unit, unit_slope = onward.here, 0.0, 1.0, 0.0
-        if done <= onward.length:
-            l, slope, _, _ = lateral_over_distance(onward.back, done, 0.0, 0.0, 0.0)
-            unit, unit_slope, _, _ = lateral_over_distance(
-                onward.unit, done, 0.0, 0.0, 0.0
-            )
-        apart = around.l[b, last] - l - q * slope + 0.5 * kappa * q * q
-        moved = unit + q * unit_slope
-        for o in range(delta_l.size):
-            if abs(apart - delta_l[o] * moved) <= reach:
-                dead_end[o] = max(dead_end[o], lack)
+        circle, _ = circle_to(start + done, q, cycle.road.turn)
+        beside = around.l[b, last] + 0.5 * circle * q * q
+        _price_dead_end((q, done), beside, reach, delta_l, onward, dead_end, lack)
+
+
+@inlined
+def _price_dead_end(
+    point: tuple[float, float],
+    beside: float,
+    reach: float,
+    delta_l: FloatArray,
+    onward: Onward,
+    dead_end: FloatArray,
+    lack: float,
+) -> None:
+    """Raise the dead end of those a point of which comes to a body to the lack.
+
+    Args:
+        point: Of the ego, ahead of its axle, and what the axle has driven when it is
+            at the body [m].
+        beside: Offset of the body, and how far the road leads aside to the point [m].
+        reach: Offset from which on the point passes [m].
+        delta_l: Changes of offset, (n_offsets,) [m].
+        onward: How the motions go on.
+        dead_end: Raised, (n_offsets,).
+        lack: Share of the room that is missing.
+    """
+    q, done = point
+    l, slope, unit, unit_slope = onward.here, 0.0, 1.0, 0.0
+    if done <= onward.length:
+        l, slope, _, _ = lateral_over_distance(onward.back, done, 0.0, 0.0, 0.0)
+        unit, unit_slope, _, _ = lateral_over_distance(onward.unit, done, 0.0, 0.0, 0.0)
+    apart = beside - l - q * slope
+    moved = unit + q * unit_slope
+    for o in range(delta_l.size):
+        if abs(apart - delta_l[o] * moved) <= reach:
+            dead_end[o] = max(dead_end[o], lack)

@@ -46,6 +46,17 @@ class CandidateLimits(NamedTuple):
     sideways_change: float  # of the lateral acceleration from step to step [m/s²]
 
 
+class RoadBend(NamedTuple):
+    """Circles that lead as far aside as the road does, from under the rear axle.
+
+    See `planner.reference_path.road_turn.circle_to`.
+    """
+
+    front: float  # up to the body's front [1/m]
+    axle: float  # the road's curvature there [1/m]
+    rear: float  # up to the body's rear [1/m]
+
+
 class RoadBody(NamedTuple):
     """The body that has to stay on the road, from the rear axle."""
 
@@ -136,31 +147,57 @@ def road_excess(
     l: float,
     cos_error: float,
     sin_error: float,
-    curvature: float,
+    bend: RoadBend,
     left: float,
     right: float,
     body: RoadBody,
 ) -> float:
     """Compute how far the body reaches over the road's edge [m]; negative inside.
 
-    Corners and the sides' innermost points are put into the Frenet frame as on a road
-    of the curvature that it has under the rear axle: exact on lines and arcs.
+    Corners and the sides' innermost points are put into the Frenet frame by the circle
+    that leads as far aside as the road does up to there: exact on lines and arcs, to
+    second order where the curvature is linear.
     """
-    front, rear, half_width = body
-    straight = abs(curvature) < STRAIGHT
-    nearest = 0.0  # where the body comes nearest to the centre of the road's circle
-    if not straight:
-        nearest = min(max(sin_error * (1.0 / curvature - l), -rear), front)
+    half_width = body.half_width
     excess = -np.inf
-    for d in (front, nearest, -rear):
-        for side in (half_width, -half_width):
-            along = d * cos_error - side * sin_error
-            across = l + d * sin_error + side * cos_error
-            offset = across
-            if not straight:
-                # Distance from the centre of the road's circle, less its radius.
-                reach = 1.0 - curvature * across
-                turn = curvature * along
-                offset = (1.0 - np.sqrt(reach * reach + turn * turn)) / curvature
-            excess = max(excess, offset - left, right - offset)
+    for reach, curvature in ((body.front, bend.front), (-body.rear, bend.rear)):
+        rate = 0.0  # of the circles' curvature, linear in the way to the point
+        if reach != 0.0:
+            rate = (curvature - bend.axle) / reach
+        first, second = _innermost(l, sin_error, bend.axle, rate)
+        for place in (reach, first, second):
+            if place != reach and not min(0.0, reach) <= place <= max(0.0, reach):
+                continue
+            circle = bend.axle + rate * place
+            bent = bend.axle + 3.0 * rate * place  # of the road there
+            for side in (half_width, -half_width):
+                if place != reach and side * bent < 0.0:  # the outer side
+                    continue
+                along = place * cos_error - side * sin_error
+                offset = l + place * sin_error + side * cos_error
+                if abs(circle) >= STRAIGHT:
+                    # Distance from the centre of the road's circle, less its radius.
+                    away = 1.0 - circle * offset
+                    turn = circle * along
+                    offset = (1.0 - np.sqrt(away * away + turn * turn)) / circle
+                excess = max(excess, offset - left, right - offset)
     return excess
+
+
+@inlined
+def _innermost(
+    l: float, sin_error: float, axle: float, rate: float
+) -> tuple[float, float]:
+    """Find where a body is nearest to the inner edge of a bend, ahead of its axle [m].
+
+    There the road, whose circles bend by `axle` + `rate` d, has turned as far as the
+    body: the roots of d axle + 1.5 d² rate = sin e, on the road's scale beside it.
+
+    Returns:
+        Both places; nan or infinite without one.
+    """
+    stretch = 1.0 - axle * l
+    axle, rate = axle / stretch, 1.5 * rate / stretch
+    root = np.sqrt(axle * axle + 4.0 * rate * sin_error)
+    total = axle + np.copysign(root, axle)
+    return 2.0 * sin_error / total, -0.5 * total / rate

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from planner.bodies import touched_by
+from planner.contact_check import Contact, contacts_of
 from planner.cruise import costs
 from planner.cruise.candidate_motion import S
 from planner.cruise.costs import DEAD_END, JERK, OFFSET, SPEED
@@ -206,8 +207,13 @@ def _fall_back(
             threshold,
         )
 
+    def contacts(trajectory: Trajectory, margin: float) -> tuple[Contact, ...]:
+        bodies = cycle.bodies
+        ignored = bodies.table.follower
+        return contacts_of(trajectory, scene.vehicle, bodies, ignored, margin)
+
     horizon = settings.horizon or max(settings.times)
-    status, trajectory = fallback(scene, cycle.last, blocker, horizon)
+    status, trajectory = fallback(scene, cycle.last, blocker, horizon, contacts)
     checks = ", ".join(f"{name} {n}" for name, n in stats.removed.items())
     stats = replace(
         stats,

@@ -294,7 +294,7 @@ def disc_centre(
 
 @inlined
 def half_span(
-    discs: Discs, slope: float, rho: float, ahead: float, curvature: float
+    discs: Discs, slope: float, rho: float, turned: float, curvature: float
 ) -> float:
     """How far the piece of the body in a disc reaches across the road from its centre.
 
@@ -305,14 +305,14 @@ def half_span(
         discs: Of the ego.
         slope: dl/ds of the path at the ego's point [-].
         rho: 1 - kappa_r l there [-].
-        ahead: Of the disc along the heading [m].
+        turned: What the road has turned on the way to the disc [rad].
         curvature: Of the road between [1/m].
 
     Returns:
         Half of its width across the road [m].
     """
     norm = np.sqrt(rho * rho + slope * slope)
-    cos, sin, turned = rho / norm, slope / norm, curvature * ahead
+    cos, sin = rho / norm, slope / norm
     across = abs(sin - turned * cos)
     along = min(cos + turned * sin, 1.0)
     need = discs.half_length * across + discs.half_width * along

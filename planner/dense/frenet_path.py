@@ -123,7 +123,7 @@ def worst_of(
         for d in range(discs.offset.size):
             offset, reach = discs.offset[d], road.reach[d, j]
             at_s, at_l = disc_centre(s[j], l[j], slope[j], offset, reach)
-            need = half_span(discs, slope[j], rho, offset, reach)
+            need = half_span(discs, slope[j], rho, road.turned[d, j], reach)
             room = min(room, road.left[d, j] - at_l - need)
             room = min(room, at_l - need - road.right[d, j])
             for i in range(obstacles.s.size):

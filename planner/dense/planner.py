@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from planner.bodies import Bodies, bodies_of, touched_by
+from planner.contact_check import Contact, contacts_of
 from planner.dense.field import Cover, field_of
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.path_ladder import ChosenPath, PathTask, choose_path
@@ -14,13 +15,14 @@ from planner.dense.settings import DenseSettings
 from planner.dense.speed import DrivablePath, knot_times, plan_drive
 from planner.dense.turning import Momentum, Turning
 from planner.dense.vehicles_ahead import bound_by_vehicles
+from planner.dense.vehicles_behind import cut_off_by
 from planner.fallback import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.path_velocity import trajectory_on
 from planner.reference_path.frenet_lines import line_in_plane
 from planner.scene import Scene
 from planner.scene_checks import invalid
-from planner.states import Path, SpeedProfile, Trajectory
+from planner.states import BoolArray, Path, SpeedProfile, Trajectory
 from planner.vehicle import VehicleLimits
 
 HARD_GAP = 0.02  # least distance to a body that a fallback may leave [m]
@@ -63,8 +65,15 @@ class DensePlanner:
         if profile is None:
             why = no_speed(scene, way, blockers, chosen.blocked_by)
             return _fall_back(scene, last, why, self.settings)
-        blocker = chosen.blocked_by or _holding(profile, way, blockers)
         trajectory = trajectory_on(path, profile)
+        cut_off = cut_off_by(trajectory, scene)
+        if cut_off.any():
+            behind, who = self._drivable(scene, chosen, path, cut_off)
+            slower = plan_drive(behind, scene, self.settings.drive)
+            if slower is not None:  # else it is too late to let them by
+                way, blockers, profile = behind, who, slower
+                trajectory = trajectory_on(path, profile)
+        blocker = chosen.blocked_by or _holding(profile, way, blockers)
         if chosen.ended:
             least = self.settings.margins[-1]
             reason = no_passage(chosen, task.field, scene, least)
@@ -96,7 +105,11 @@ class DensePlanner:
         return line_in_plane(scene.path, fine.s, fine.l, fine.slope, fine.second)
 
     def _drivable(
-        self, scene: Scene, chosen: ChosenPath, path: Path
+        self,
+        scene: Scene,
+        chosen: ChosenPath,
+        path: Path,
+        yield_to: BoolArray | None = None,
     ) -> tuple[DrivablePath, list[str | None]]:
         """Bound how far along the path the ego may go: obstacles, lines, vehicles."""
         reach = scene.vehicle.front_reach
@@ -105,7 +118,7 @@ class DensePlanner:
         end = float(np.interp(end_s, path.s, path.distance))
         times = knot_times(self.settings.drive)
         bound, blockers = bound_by_vehicles(
-            path, scene, times, self.settings.drive.vehicle_gap
+            path, scene, times, self.settings.drive.vehicle_gap, yield_to
         )
         return DrivablePath(path, end, bound), blockers
 
@@ -157,7 +170,11 @@ def _fall_back(
     def blocker(trajectory: Trajectory) -> str | None:
         return touched_body(scene, bodies, trajectory)
 
-    status, trajectory = fallback(scene, last.trajectory, blocker, duration)
+    def contacts(trajectory: Trajectory, margin: float) -> tuple[Contact, ...]:
+        ignored = bodies.table.follower
+        return contacts_of(trajectory, scene.vehicle, bodies, ignored, margin)
+
+    status, trajectory = fallback(scene, last.trajectory, blocker, duration, contacts)
     memory = DenseMemory(trajectory, last.sides)
     stats = PlanStats(reason=reason, blocker=blocker(trajectory))
     return PlanResult(status, trajectory, memory, stats)

@@ -11,18 +11,24 @@ from planner.states import BoolArray, FloatArray, IntArray, Path
 
 
 def bound_by_vehicles(
-    path: Path, scene: Scene, times: FloatArray, gap: float
+    path: Path,
+    scene: Scene,
+    times: FloatArray,
+    gap: float,
+    yield_to: BoolArray | None = None,
 ) -> tuple[FloatArray, list[str | None]]:
     """Bound the place along a path by the vehicles that are or will be on it.
 
-    Vehicles behind the ego's rear bumper do not count: they have to keep clear of what
-    is ahead. A vehicle that already touches the ego's place sets no bound.
+    Vehicles behind the ego's rear bumper do not count, but for those that it yields to:
+    they have to keep clear of what is ahead. A vehicle that already touches the ego's
+    place sets no bound.
 
     Args:
         path: Of the ego's rear axle.
         scene: Of this cycle.
         times: (n_times,) [s].
         gap: Kept along the path [m].
+        yield_to: Vehicles behind that are let by, (n,); none if None.
 
     Returns:
         (bound, (n_times,) [m], inf where there is none; the vehicle that sets it at
@@ -35,6 +41,8 @@ def bound_by_vehicles(
     if not vehicles.ids:
         return bound, blockers
     counted = _ahead_of_rear(scene)
+    if yield_to is not None:
+        counted |= yield_to
     if ahead.x.shape[1]:
         column = np.rint(times / ahead.step).astype(np.int64)
         column = np.minimum(column, ahead.x.shape[1] - 1)

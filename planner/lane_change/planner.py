@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from planner.bodies import bodies_of
-from planner.contact_check import Contact, first_contact
+from planner.contact_check import Contact, contacts_of
 from planner.fallback import HARD_GAP, fallback
 from planner.interface import Indicator, PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import lane_at, wanted_lane
@@ -191,16 +191,16 @@ def _fall_back(
     scene, ahead = here.scene, here.scene.vehicles.prediction
     bodies = bodies_of(scene, max(ahead.x.shape[1], 1), ahead.step)
 
-    def contact(trajectory: Trajectory, margin: float) -> Contact | None:
-        return first_contact(trajectory, scene.vehicle, bodies, here.behind, margin)
+    def contacts(trajectory: Trajectory, margin: float) -> tuple[Contact, ...]:
+        return contacts_of(trajectory, scene.vehicle, bodies, here.behind, margin)
 
     def blocker(trajectory: Trajectory) -> str | None:
-        hit = contact(trajectory, HARD_GAP)
-        return None if hit is None else hit.id
+        hits = contacts(trajectory, HARD_GAP)
+        return hits[0].id if hits else None
 
     driven = None if last is None else last.trajectory
     status, trajectory = fallback(
-        scene, driven, blocker, settings.speed.duration, contact
+        scene, driven, blocker, settings.speed.duration, contacts
     )
     ego = scene.ego_frenet
     lane = lane_at(scene.lanes, ego.s, ego.l)

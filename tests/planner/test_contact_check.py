@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.bodies import bodies_of
-from planner.contact_check import first_contact
+from planner.contact_check import contacts_of
 from planner.fallback import stopping_trajectory
 from planner.scene import Scene
 from planner.shapes.rectangles import Rectangle, distance
@@ -28,7 +28,8 @@ def held(scene: Scene, seconds: float = 5.0) -> Trajectory:
 
 def contact(scene: Scene, trajectory: Trajectory, margin: float = 0.0):
     bodies = bodies_of(scene, 101)
-    return first_contact(trajectory, scene.vehicle, bodies, NOBODY, margin)
+    hits = contacts_of(trajectory, scene.vehicle, bodies, NOBODY, margin)
+    return hits[0] if hits else None
 
 
 def test_the_time_and_speed_of_a_rear_end_collision():
@@ -77,8 +78,9 @@ def test_contacts_are_those_of_densely_sampled_rectangles(s, l, speed, turned):
         )
         centre = scene.ego.x + vehicle.centre_offset + 15.0 * t
         own = Rectangle(centre, scene.ego.y, 0.0, vehicle.length, vehicle.width)
-        other = Rectangle(x, y, float(users.heading[0, 0]), 4.8, 1.9)
-        behind = x + 2.4 * math.cos(turned) + 0.95 * abs(math.sin(turned))
+        heading = float(np.interp(t, STEP * np.arange(101), users.heading[0]))
+        other = Rectangle(x, y, heading, 4.8, 1.9)
+        behind = x + 2.4 * math.cos(heading) + 0.95 * abs(math.sin(heading))
         if behind < centre - 0.5 * vehicle.length:
             break  # left behind
         apart = distance(own, other)

@@ -341,8 +341,10 @@ class Contacts:
     def __call__(self, trajectory, margin):
         self.margins.add(margin)
         if self.free(trajectory):
-            return None
-        return Contact("other", 1.0, self.speed(trajectory))
+            return ()
+        speeds = self.speed(trajectory)
+        many = speeds if isinstance(speeds, tuple) else (speeds,)
+        return tuple(Contact("other", 1.0 + k, v) for k, v in enumerate(many))
 
 
 def refuse(trajectory):
@@ -371,6 +373,25 @@ def test_where_nothing_is_free_the_slowest_impact_is_taken():
     _, found = fallback(scene, None, refuse, HORIZON, contacts)
     offsets = [abs(way.l[-1] + 2.5) for way in evasions(scene, HORIZON)]
     assert abs(found.l[-1] + 2.5) == pytest.approx(min(offsets))
+
+
+def test_all_that_a_way_hits_counts_not_only_what_it_hits_first():
+    scene = on_lanes(speed=15.0)
+
+    def speeds(trajectory):  # held speed touches gently, and then hits what stands
+        return (1.0, 5.0) if trajectory.speed[5] == 15.0 else 3.0
+
+    _, found = fallback(scene, None, refuse, HORIZON, Contacts(speed=speeds))
+    assert found.speed[5] < 15.0
+
+
+def test_the_last_plan_is_driven_on_where_only_its_margins_are_missing():
+    path = straight()
+    last = plan_along(path, 50.0, 10.0)
+    scene = scene_after(path, last)
+    contacts = Contacts(free=lambda trajectory: trajectory.speed[-1] == 10.0)
+    status, _ = fallback(scene, last, refuse, HORIZON, contacts)
+    assert status is PlanStatus.LAST_PLAN_SHIFTED
 
 
 @given(st.floats(-0.5, 0.5), st.floats(1.0, 30.0))

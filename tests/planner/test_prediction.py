@@ -148,6 +148,33 @@ def test_held_braking_does_not_hold_an_acceleration(straight):
     np.testing.assert_allclose(held.s, even.s, atol=0.02)
 
 
+@pytest.mark.parametrize("against", [False, True])
+@given(askew=st.floats(-0.45, 0.45), speed=st.floats(0.5, 15.0))
+def test_who_stands_askew_straightens_as_its_front_leads(
+    straight, against, askew, speed
+):
+    """Its heading is that of its motion, and ends along the road after its length."""
+    x, y, heading = on_lane(straight, 100.0, 3.0, against=against)
+    ahead = predict(constant_speed, straight, (x, y, heading + askew), speed, step=0.02)
+    off = np.sin(ahead.heading[0] - heading)
+    driven = speed * 0.02 * np.arange(off.size)
+    np.testing.assert_allclose(off[driven > 4.7], 0.0, atol=1e-9)
+    np.testing.assert_allclose(off[0], math.sin(askew), atol=1e-9)
+    moving = np.arctan2(np.diff(ahead.y[0]), np.diff(ahead.x[0]))
+    between = 0.5 * (off[1:] + off[:-1])
+    assert np.abs(np.sin(moving - heading) - between).max() < 0.02
+    sign = -1.0 if against else 1.0
+    assert sign * (ahead.l[0, -1] - 3.0) * askew >= 0.0
+
+
+def test_who_has_changed_its_lane_stands_askew_no_longer(straight):
+    x, y, heading = on_lane(straight, 100.0, 0.0)
+    ahead = predict(constant_speed, straight, (x, y, heading + 0.1), 10.0, lateral=1.0)
+    assert ahead.heading[0, 5] == pytest.approx(0.1)  # it still moves over
+    assert ahead.l[0, -1] == pytest.approx(1.0 * LATERAL_HOLD)
+    assert ahead.heading[0, -1] == pytest.approx(0.0)
+
+
 def test_many_are_predicted_as_each_alone(u_turn):
     poses = [
         on_lane(u_turn, 10.0, 1.0),

@@ -14,6 +14,8 @@ from planner.cruise.candidate_motion import (
     S_DDOT,
     S_DOT,
     SLOPE,
+    TO_FRONT,
+    TO_REAR,
     UNIT_BEND,
     UNIT_L,
     UNIT_SLOPE,
@@ -23,6 +25,7 @@ from planner.cruise.feasibility import (
     MIN_STRETCH,
     CandidateLimits,
     Check,
+    RoadBend,
     RoadBody,
     road_excess,
 )
@@ -70,7 +73,6 @@ def check_profile(
     n, basis, course = verdict.size, bench.basis, bench.course
     delta_l = bench.change
     axle_to_corner = max(limits.front, limits.rear)
-    corner2 = axle_to_corner * axle_to_corner
     for o in range(n):
         verdict[o] = PASSED
     left = n
@@ -81,9 +83,7 @@ def check_profile(
         kappa, kappa_rate = rows[p, KAPPA, i], rows[p, KAPPA_RATE, i]
         l0, slope0, bend0 = basis[L, i], basis[SLOPE, i], basis[BEND, i]
         l1, slope1, bend1 = basis[UNIT_L, i], basis[UNIT_SLOPE, i], basis[UNIT_BEND, i]
-        # No body reaches farther from its axle's offset than that, and what it turns.
-        widest = limits.half_width + corner2 * abs(kappa) - limits.excess
-        leftmost, rightmost = rows[p, LEFT, i] - widest, rows[p, RIGHT, i] + widest
+        leftmost, rightmost = _safe_offsets(p, i, rows, limits)
         suspects, left = 0, 0
         for o in range(n):
             l = l0 + delta_l[o] * l1
@@ -95,11 +95,11 @@ def check_profile(
             course[1, i, o] = sin_e
             turned = axle_to_corner * abs(sin_e)
             sideways = speed * speed * curvature
+            found = _check_sideways(sideways, bench.sideways[o], limits)
+            bench.sideways[o] = sideways
             along = max(
                 acceleration - limits.acceleration, -acceleration - limits.deceleration
             )
-            found = _check_sideways(sideways, bench.sideways[o], limits)
-            bench.sideways[o] = sideways
             found = ACCELERATION if along > 0.0 else found
             found = CURVATURE if abs(curvature) > limits.curvature else found
             suspect = SUSPECT if max(l - leftmost, rightmost - l) + turned > 0.0 else 0
@@ -115,6 +115,22 @@ def check_profile(
         elif suspects > 0:
             left = _settle(p, i, rows, basis, delta_l, limits, course, verdict)
     return left
+
+
+@inlined
+def _safe_offsets(
+    p: int, i: int, rows: FloatArray, limits: CandidateLimits
+) -> tuple[float, float]:
+    """Return offsets between which a body along the road is within its edges [m].
+
+    No body reaches farther from its axle's offset than that, and what it turns.
+    """
+    sharpest = max(
+        abs(rows[p, TO_FRONT, i]), abs(rows[p, KAPPA, i]), abs(rows[p, TO_REAR, i])
+    )
+    axle_to_corner = max(limits.front, limits.rear)
+    widest = limits.half_width + axle_to_corner**2 * sharpest - limits.excess
+    return rows[p, LEFT, i] - widest, rows[p, RIGHT, i] + widest
 
 
 @inlined
@@ -148,13 +164,14 @@ def _settle(
     """Settle where bodies reach near the road's edge; count those without violation."""
     passed = 0
     body = RoadBody(limits.front, limits.rear, limits.half_width)
+    bend = RoadBend(rows[p, TO_FRONT, i], rows[p, KAPPA, i], rows[p, TO_REAR, i])
     for o in range(verdict.size):
         if verdict[o] >= SUSPECT:
             excess = road_excess(
                 basis[L, i] + delta_l[o] * basis[UNIT_L, i],
                 course[0, i, o],
                 course[1, i, o],
-                rows[p, KAPPA, i],
+                bend,
                 rows[p, LEFT, i],
                 rows[p, RIGHT, i],
                 body,

@@ -52,7 +52,7 @@ def bound_safety(
 
     Args:
         count: Its valid steps.
-        rows: Of the profile and the road under it, (1, 13, n_steps).
+        rows: Of the profile and the road under it, (1, 15, n_steps).
         basis: Of its lateral motion.
         delta_l: Terminal offsets less the present one, (n,) [m].
         members: Numbers of the candidates.

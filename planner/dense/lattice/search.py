@@ -219,7 +219,7 @@ def relax_layer(
     points, table = gap_points(gap, task)
     edge = edge_scratch(points.s.size, discs.offset.size)
     # On a bent road discs swing out further than along a straight edge.
-    unbounded = gap.from_ego or np.any(points.road.curvature != 0.0)
+    unbounded = gap.from_ego or np.any(points.road.reach != 0.0)
     reach = max(abs(discs.offset[0]), abs(discs.offset[-1]))
     span = LateralSpan(-np.inf, np.inf)
     collisions, checked = 0, 0

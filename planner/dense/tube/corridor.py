@@ -57,7 +57,7 @@ def road_rows(
             _, at_l = disc_centre(s[k], l[k], slope[k], offset, bend)
             gain[k, d] = offset * cos * cos * cos / rho
             shift = at_l - l[k] - gain[k, d] * slope[k]
-            need = half_span(discs, slope[k], rho, offset, bend)
+            need = half_span(discs, slope[k], rho, road.turned[d, k], bend)
             low[k, d] = road.right[d, k] + need - shift
             high[k, d] = road.left[d, k] - need - shift
     return gain, low, high
@@ -140,7 +140,7 @@ def narrow(
 @compiled
 def sides_of(
     path: PathGuess,
-    curvature: FloatArray,
+    road: RoadAlong,
     obstacles: ObstacleColumns,
     offsets: FloatArray,
 ) -> FloatArray:
@@ -148,7 +148,7 @@ def sides_of(
 
     Args:
         path: (n,).
-        curvature: Of the road at its knots, (n,) [1/m].
+        road: At its knots.
         obstacles: Of the field.
         offsets: Of the ego's discs [m].
     """
@@ -158,7 +158,9 @@ def sides_of(
         nearest = np.inf
         for k in range(s.size):
             for d in range(offsets.size):
-                at_s, at_l = disc_centre(s[k], l[k], slope[k], offsets[d], curvature[k])
+                at_s, at_l = disc_centre(
+                    s[k], l[k], slope[k], offsets[d], road.reach[d, k]
+                )
                 away = abs(at_s - obstacles.s[i])
                 if away < nearest:
                     nearest = away

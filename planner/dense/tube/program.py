@@ -13,7 +13,6 @@ import numpy as np
 from planner.dense.field import Cover, FrenetObstacles
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice.edge_check import road_along
-from planner.dense.road_turn import road_turn
 from planner.dense.tube.corridor import (
     Passages,
     PathGuess,
@@ -23,6 +22,7 @@ from planner.dense.tube.corridor import (
     second_bounds,
 )
 from planner.piecewise_jerk.problem import JerkProgram, PiecewiseJerkProblem
+from planner.reference_path.road_turn import road_turn
 from planner.states import FloatArray
 
 CURVATURE_SHARE = 0.999  # of the bound is used, for what lies between knots
@@ -117,7 +117,7 @@ def in_plane(tube: Tube, curvature: FloatArray) -> Tube:
         tube: About the road.
         curvature: Of the road at the knots, (n,) [1/m].
     """
-    turn = road_turn(tube.guess.s, curvature)
+    turn = road_turn(tube.guess.s, curvature).turn[:, :3]
     shift = turn[:, :1] + tube.gain * turn[:, 1:2]
     left, right, window = tube.passages
     return replace(

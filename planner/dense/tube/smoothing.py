@@ -13,6 +13,7 @@ import numpy as np
 from planner.dense.field import Cover, FrenetObstacles
 from planner.dense.frenet_path import FrenetPath, PathCheck, check_path
 from planner.dense.lattice.coarse_path import CoarsePath, PathStart
+from planner.dense.lattice.edge_check import road_along
 from planner.dense.settings import SmoothingSettings
 from planner.dense.tube.corridor import PathGuess, sides_of
 from planner.dense.tube.program import (
@@ -151,11 +152,11 @@ def smoothing_problem(
         settings: See there.
     """
     offsets = np.array(cover.offsets)
-    curvature = np.interp(about.s, field.road_s, field.curvature)
-    turning = bool(np.any(offsets != 0.0)) or bool(np.any(curvature != 0.0))
+    road = road_along(about.s, field.road_columns(), offsets)
+    turning = bool(np.any(offsets != 0.0)) or bool(np.any(road.curvature != 0.0))
     margin = settings.turn_margin if turning else 0.0
     tube = tube_about(about, field, cover, margin, settings.max_curvature)
-    sides = sides_of(about, curvature, field.obstacle_columns(), offsets)
+    sides = sides_of(about, road, field.obstacle_columns(), offsets)
     smoothness = settings.smoothness_weight
     return tube_program(
         tube,

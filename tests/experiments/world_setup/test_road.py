@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
+<<<<<<< HEAD
 from experiments.world_setup.road import _LaneRow, sumo_road
 from planner.cruise.feasibility import RoadBody, road_excess
+=======
+from experiments.world_setup.road import sumo_road
+from planner.cruise.feasibility import RoadBend, RoadBody, road_excess
+from planner.reference_path.linear_curvature import CURVATURE, RATE, S
+from planner.reference_path.road_turn import circle_to, turn_of_pieces
+>>>>>>> faults
 from planner.vehicle import Vehicle
 from sumo_nets.catalogue import Network, network
 from sumo_nets.errors import NetworkError
@@ -38,12 +45,17 @@ def test_an_ego_on_its_path_is_on_its_road_as_planners_see_it(tmp_path):
         except NetworkError:
             continue
         tried += 1
+        knots = road.path.table.knots
+        turn = turn_of_pieces(knots[:, S], knots[:, CURVATURE], knots[:, RATE])
         for s in np.arange(10.0, road.path.length - 20.0, 0.4):
             left, right = road.bounds.at(np.array([s, s + CAR.front_reach]))
-            curvature = float(road.path.at(s).curvature)
-            excess = road_excess(
-                0.0, 1.0, 0.0, curvature, float(left.min()), float(right.max()), body
+            axle = float(road.path.at(s).curvature)
+            front, rear = (
+                circle_to(s, ahead, turn)[0] for ahead in (body.front, -body.rear)
             )
+            bend = RoadBend(front, axle, rear)
+            edges = float(left.min()), float(right.max())
+            excess = road_excess(0.0, 1.0, 0.0, bend, *edges, body)
             assert excess < 0.0, (seed, s)
     assert tried > 1
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from planner.cruise.cycle import _thresholds
+from planner.cruise.cycle import _allowed_excess, _thresholds
 from planner.shapes.disc_clearance import gaps_to
 
 DISCS, RADIUS, MARGIN = (-0.2, 1.4, 3.0), 1.2, 0.3
@@ -48,3 +48,16 @@ def test_straight_on_past_a_body_stays_allowed(place):
     least = gaps_to(points, poses, np.zeros((1, 3)), np.array(DISCS), RADIUS)[0]
     assert required <= least
     assert required == pytest.approx(0.1, abs=1e-5)
+
+
+@pytest.mark.parametrize("start", [-0.3, -0.05, 0.0, 0.06, 0.0999])
+def test_plans_use_the_margin_to_the_roads_edge_and_never_more(start):
+    """Cycle after cycle, each plan as near to the edge as it may be."""
+    margin, excess = 0.1, start
+    for _ in range(200):
+        excess = _allowed_excess(excess, margin)
+        assert excess <= margin + 1e-5  # the body is at the edge itself
+
+
+def test_a_body_over_the_edge_may_swing_its_tail_out_on_its_way_back():
+    assert _allowed_excess(0.3, 0.1) == pytest.approx(0.4, abs=1e-5)

@@ -6,7 +6,7 @@ cost term is done again in plain numpy, candidate by candidate.
 
 import math
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from planner import cruise
 from planner.bodies import bodies_of, leader_of
 from planner.cruise.costs import convolve, safety_kernel, speed_deviation
 from planner.cruise.cycle import DISC_EXCESS
-from planner.cruise.feasibility import RoadBody, road_excess
+from planner.cruise.feasibility import RoadBend, RoadBody, road_excess
 from planner.cruise.headway import MIN_REAR_GAP, STRIDE
 from planner.cruise.planner import NEAR_END
 from planner.cruise.sampling.lateral import terminal_offsets
@@ -155,12 +155,12 @@ def nearest_on_segments(u0, w0, u1, w1, half_length, half_width):
     return np.minimum(ends, inside)
 
 
-def step_gaps(settings, vehicle, bodies, b, x, y, heading):
+def step_gaps(settings, scene, bodies, b, x, y, heading):
     """Gap of each step's sweep to body b, (n_steps - 1,); one pose gives its gap."""
     if settings.cover_discs == 1:
         discs, radius = [0.0], settings.single_disc_radius
     else:
-        discs, radius = vehicle.disc_cover(DISC_EXCESS)
+        discs, radius = scene.vehicle.disc_cover(DISC_EXCESS)
     half_length, half_width, round_off = bodies.table.extents[b]
     px, py, cos, sin = bodies.table.poses[b, :, : x.size]
     gaps = []
@@ -175,6 +175,16 @@ def step_gaps(settings, vehicle, bodies, b, x, y, heading):
             )
         )
     return np.min(gaps, axis=0) - round_off - radius
+
+
+@cache
+def circle_between(path, s, ahead, curvature):
+    """Curvature of the circle that leads as far aside as the path does."""
+    if ahead == 0.0:
+        return curvature
+    way = np.linspace(0.0, ahead, 401)
+    turned = np.unwrap(path.at(s + way).heading)
+    return 2.0 * np.trapezoid(turned - turned[0], way) / ahead**2
 
 
 class SlowPlanner:
@@ -212,7 +222,7 @@ class SlowPlanner:
         self.threshold = [
             min(
                 settings.margin,
-                float(step_gaps(settings, vehicle, self.bodies, b, *now)[0]) - 1e-6,
+                float(step_gaps(settings, scene, self.bodies, b, *now)[0]) - 1e-6,
             )
             for b in range(len(self.bodies.ids))
         ]
@@ -293,7 +303,6 @@ class SlowPlanner:
                     s,
                     s_dot,
                     partial(self._onward, polynomial, length, offset),
-                    float(road.curvature[-1]),
                 ),
                 "lane": self._lane(offset),
             }
@@ -313,7 +322,10 @@ class SlowPlanner:
 
         def excess(i, left, right):
             cos, sin = math.cos(error[i]), math.sin(error[i])
-            return road_excess(l[i], cos, sin, curvature[i], left, right, body)
+            ahead = circle_between(scene.path, s[i], self.front, curvature[i])
+            behind = circle_between(scene.path, s[i], -self.rear, curvature[i])
+            bend = RoadBend(ahead, curvature[i], behind)
+            return road_excess(l[i], cos, sin, bend, left, right, body)
 
         allowed = max(excess(0, here_left[0], here_right[0]), 0.0)
         limits = scene.vehicle.limits
@@ -385,7 +397,25 @@ class SlowPlanner:
         u = done / length
         return polynomial(u), polynomial.deriv(1)(u) / length
 
-    def _dead_end(self, s, s_dot, onward, kappa):
+    def _comes_to(self, b, s, onward):
+        """Whether front, axle or rear come to a body, driven on."""
+        bodies, vehicle = self.bodies, self.scene.vehicle
+        half_length, _, radius = bodies.table.extents[b]
+        near = bodies.table.s[b, s.size - 1] - half_length - radius
+        for q in (vehicle.front_reach, 0.0, -vehicle.rear_overhang):
+            axle = max(near - q, s[-1])
+            place = self._aside(q, axle, s, onward)
+            if abs(bodies.table.l[b, s.size - 1] - place) <= self._corridor(b):
+                return True
+        return False
+
+    def _aside(self, q, axle, s, onward):
+        l, slope = onward(axle - s[0])
+        curvature = float(self.scene.path.at(axle).curvature)
+        circle = circle_between(self.scene.path, axle, q, curvature)
+        return l + q * slope - 0.5 * circle * q * q
+
+    def _dead_end(self, s, s_dot, onward):
         settings, bodies, vehicle = self.settings, self.bodies, self.scene.vehicle
         stopping = s_dot[-1] ** 2 / (2.0 * vehicle.limits.max_deceleration)
         worst, i = 0.0, s.size - 1
@@ -394,13 +424,7 @@ class SlowPlanner:
         ):
             beyond = bodies.table.s[b, i] - s[-1]
             half_length, _, radius = bodies.table.extents[b]
-            near = bodies.table.s[b, i] - half_length - radius
-            apart = math.inf
-            for q in (vehicle.front_reach, 0.0, -vehicle.rear_overhang):
-                l, slope = onward(max(near - q, s[-1]) - s[0])
-                place = l + q * slope - 0.5 * kappa * q * q
-                apart = min(apart, abs(bodies.table.l[b, i] - place))
-            if beyond <= 0.0 or apart > self._corridor(b):
+            if beyond <= 0.0 or not self._comes_to(b, s, onward):
                 continue
             gap = max(beyond - half_length - radius - vehicle.front_reach, 0.0)
             room = settings.obstacle_gap * body_scale(vehicle)
@@ -416,15 +440,8 @@ class SlowPlanner:
             away = np.hypot(plane.x - px, plane.y - py) - bodies.table.size[b]
             if away.min() > 10.0:
                 continue
-            gaps = step_gaps(
-                settings,
-                self.scene.vehicle,
-                bodies,
-                b,
-                plane.x,
-                plane.y,
-                plane.heading,
-            )
+            pose = plane.x, plane.y, plane.heading
+            gaps = step_gaps(settings, self.scene, bodies, b, *pose)
             gap = float(gaps.min())
             if gap < self.threshold[b]:
                 found.verdict = "collision"

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from planner.cruise.feasibility import (
+    RoadBend,
     RoadBody,
     lateral_at,
     lateral_over_distance,
@@ -15,8 +16,10 @@ from planner.cruise.feasibility import (
     road_excess,
     squared_jerk,
 )
+from planner.reference_path.linear_curvature import CURVATURE, RATE, S
 from planner.reference_path.path import ReferencePath
-from planner.reference_path.segments import arc
+from planner.reference_path.road_turn import circle_to, turn_between, turn_of_pieces
+from planner.reference_path.segments import arc, clothoid, line
 
 offset = st.floats(-5.0, 5.0)
 rate = st.floats(-2.0, 2.0)
@@ -112,14 +115,15 @@ def test_squared_jerk_against_quadrature(l0, l1, l2, end, T):
     assert math.isclose(squared_jerk(c, T), expected, rel_tol=1e-7, abs_tol=1e-9)
 
 
-def body_excess(path, s, l, error, left, right):
+def body_excess(path, s, l, error, left, right, body=(FRONT, REAR, HALF_WIDTH)):
     """The same by projecting the body's outline on the path."""
+    front, rear, half_width = body
     x, y, heading = path.pose(s)
     x, y = x - l * math.sin(heading), y + l * math.cos(heading)
-    along = np.linspace(-REAR, FRONT, 97)
+    along = np.linspace(-rear, front, 97)
     heading += error
     worst = -math.inf
-    for across in (-HALF_WIDTH, HALF_WIDTH):
+    for across in (-half_width, half_width):
         _, offsets = path.project(
             x + along * math.cos(heading) - across * math.sin(heading),
             y + along * math.sin(heading) + across * math.cos(heading),
@@ -135,7 +139,7 @@ def excess(l, error, curvature, left, right):
         l,
         math.cos(error),
         math.sin(error),
-        curvature,
+        RoadBend(curvature, curvature, curvature),
         left,
         right,
         RoadBody(FRONT, REAR, HALF_WIDTH),
@@ -167,3 +171,34 @@ def test_road_excess_of_a_body_along_the_middle(curvature):
     expected = body_excess(road_of(curvature), 18.0, 0.0, 0.0, 1.2, -1.2)
     found = excess(0.0, 0.0, curvature, 1.2, -1.2)
     assert math.isclose(found, expected, abs_tol=1e-3)
+
+
+LORRY = (9.0, 3.0, 1.25)
+
+
+def excess_along(path, s, l, error, left, right):
+    """As `excess`, with the road's own turn under a lorry."""
+    knots = path.table.knots
+    turn = turn_of_pieces(knots[:, S], knots[:, CURVATURE], knots[:, RATE])
+    front, rear, _ = LORRY
+    axle = turn_between(s, turn)[2]
+    bend = RoadBend(circle_to(s, front, turn)[0], axle, circle_to(s, -rear, turn)[0])
+    cos, sin = math.cos(error), math.sin(error)
+    return road_excess(l, cos, sin, bend, left, right, RoadBody(*LORRY))
+
+
+@pytest.mark.parametrize("radius", [25.0, -60.0])
+@pytest.mark.parametrize("entry", [0.0, 12.0])
+@given(s=st.floats(30.0, 100.0), l=st.floats(-3.0, 3.0), error=st.floats(-0.25, 0.25))
+def test_a_long_body_is_in_a_bend_before_its_axle(radius, entry, s, l, error):
+    """By its front, and its tail after it: 0.5 m more than the axle says."""
+    bent = 1.0 / radius
+    pieces = [clothoid(entry, 0.0, bent)] if entry else []
+    out = [clothoid(entry, bent, 0.0)] if entry else []
+    ends = line(50.0), line(60.0)
+    segments = ends[0], *pieces, arc(25.0, bent), *out, ends[1]
+    path = ReferencePath.from_segments(segments)
+    expected = body_excess(path, s, l, error, 3.5, -3.5, LORRY)
+    found = excess_along(path, s, l, error, 3.5, -3.5)
+    # where the curvature jumps, the circles are not those of one clothoid
+    assert math.isclose(found, expected, abs_tol=0.06 if entry else 0.15)

@@ -12,6 +12,7 @@ from planner.dense.planner import DenseMemory
 from planner.dense.settings import PathMethod
 from planner.interface import PlanStatus
 from planner.scene import Obstacles
+from planner.shapes.rectangles import Rectangle, distance
 from planner.states import Trajectory
 from tests.planner.scenes import (
     STEP,
@@ -22,6 +23,7 @@ from tests.planner.scenes import (
     discs,
     drive,
     ego_on,
+    ego_rectangle,
     least_clearance,
     make_scene,
     straight,
@@ -145,6 +147,27 @@ def test_who_stands_ahead_is_waited_for():
     assert last.plan.stats.blocker == "car.0"
     front = last.scene.ego_frenet.s + last.scene.vehicle.front_reach
     assert 1.0 < 60.0 - 2.4 - front < 6.0
+
+
+@pytest.mark.parametrize("behind", [25.0, 40.0, 300.0])
+def test_who_comes_fast_from_behind_is_let_by_before_the_ego_swings_out(behind):
+    """The way round what stands leads through the lane in which they drive."""
+    path = straight()
+    standing = [Disc(105.0, -1.0, 1.2), Disc(105.0, -3.5, 1.2)]
+    car = Car(60.0 - behind, 3.0, 13.0)
+    scene = make_scene(
+        path, ego_on(path, 60.0, speed=5.5), standing, [car], target_speed=5.5
+    )
+    cycles = drive(PLANNER, scene, 300, traffic=[car], until=past(120.0))
+    assert cycles[-1].scene.ego_frenet.s > 118.0
+    least = math.inf
+    for k, cycle in enumerate(cycles):
+        ego = ego_rectangle(cycle.scene.ego, cycle.scene.vehicle)
+        s = car.s + car.speed * k * STEP
+        least = min(least, distance(ego, Rectangle(s, car.l, 0.0, 4.8, 1.9)))
+    assert least > 0.3
+    slowest = min(cycle.scene.ego.speed for cycle in cycles)
+    assert (slowest < 3.5) == (behind < 100.0)  # who is far away is not waited for
 
 
 @pytest.mark.parametrize(

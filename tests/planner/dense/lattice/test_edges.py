@@ -8,6 +8,7 @@ from planner.dense.field import (
     ObstacleColumns,
     RoadColumns,
     disc_centre,
+    half_span,
     path_curvature,
     squared_distance,
 )
@@ -100,11 +101,9 @@ def naive_verdict(shape, s, road_of, obstacles, max_curvature):
         l, slope, second = shape[:, j]
         left, right, curvature, rate = road_of(s[j])
         sharp |= abs(path_curvature(l, slope, second, curvature, rate)) > max_curvature
-        heading = np.arctan2(slope, 1.0 - curvature * l)
-        need = DISCS.half_length * abs(np.sin(heading))
-        need += DISCS.half_width * np.cos(heading)
-        need += abs(curvature) * DISCS.half_length**2 / 2.0  # sagitta of the edge
         for offset in OFFSETS:
+            turned = curvature * offset
+            need = half_span(DISCS, slope, 1.0 - curvature * l, turned, curvature)
             at_s, at_l = disc_centre(s[j], l, slope, offset, curvature)
             outside |= at_l + need > left or at_l - need < right
             for o in obstacles:

@@ -7,9 +7,9 @@ import pytest
 
 from planner.dense.field import Cover, FrenetObstacles, path_curvature, straight_field
 from planner.dense.lattice.coarse_path import PathStart
-from planner.dense.road_turn import road_turn
 from planner.dense.settings import SideSettings
 from planner.dense.sides.sequences import plan_sides
+from planner.reference_path.road_turn import road_turn
 from planner.vehicle import Vehicle
 
 ABOUT_ROAD = SideSettings(
@@ -39,7 +39,7 @@ def plane_curvature(path, field):
 
 def test_the_turn_is_the_double_integral_of_the_curvature():
     s = np.linspace(0.0, 30.0, 61)
-    turn = road_turn(s, 0.02 - 0.001 * s)
+    turn = road_turn(s, 0.02 - 0.001 * s).turn
     want = 0.01 * s**2 - 0.001 * s**3 / 6.0
     assert turn[:, 0] == pytest.approx(want, abs=1e-9)
     assert turn[:, 1] == pytest.approx(0.02 * s - 0.0005 * s**2, abs=1e-12)

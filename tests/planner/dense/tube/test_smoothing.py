@@ -118,7 +118,7 @@ def test_curvature_bounds_are_on_the_safe_side():
     random = np.random.default_rng(3)
     l, slope = random.uniform(-3.0, 3.0, 400), random.uniform(-0.6, 0.6, 400)
     curvature, none = random.uniform(-0.05, 0.05, 400), np.empty((0, 400))
-    road = RoadAlong(curvature, np.zeros(400), none, none, none)
+    road = RoadAlong(curvature, np.zeros(400), none, none, none, none)
     low, high = second_bounds(
         PathGuess(np.arange(400.0), l, slope), road, np.full(400, 0.2)
     )
