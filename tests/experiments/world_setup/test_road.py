@@ -3,15 +3,10 @@
 import numpy as np
 import pytest
 
-<<<<<<< HEAD
 from experiments.world_setup.road import _LaneRow, sumo_road
-from planner.cruise.feasibility import RoadBody, road_excess
-=======
-from experiments.world_setup.road import sumo_road
 from planner.cruise.feasibility import RoadBend, RoadBody, road_excess
 from planner.reference_path.linear_curvature import CURVATURE, RATE, S
 from planner.reference_path.road_turn import circle_to, turn_of_pieces
->>>>>>> faults
 from planner.vehicle import Vehicle
 from sumo_nets.catalogue import Network, network
 from sumo_nets.errors import NetworkError
