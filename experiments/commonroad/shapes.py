@@ -101,24 +101,23 @@ def covering_boxes(area: BaseGeometry, depth: int = DEEPEST) -> Iterator[Box]:
 
 
 def smallest_box(area: BaseGeometry) -> Box:
-    """Return the smallest rectangle about an area; its length is the longer side."""
-    outline = np.array(
-        shapely.get_coordinates(shapely.minimum_rotated_rectangle(area.convex_hull))
-    )
-    if outline.shape[0] < 5:  # noqa: PLR2004 - a line or a point
-        low, high = outline.min(axis=0), outline.max(axis=0)
-        side = high - low
-        length = max(float(np.hypot(*side)), LEAST_SIZE)
-        middle = (low + high) / 2.0
-        heading = math.atan2(*(outline[-1] - outline[0])[::-1])
-        return Box(float(middle[0]), float(middle[1]), heading, length, LEAST_SIZE)
-    first, second = outline[1] - outline[0], outline[2] - outline[1]
-    if np.hypot(*first) < np.hypot(*second):
-        first, second = second, first
-    x, y = outline[:4].mean(axis=0).tolist()
-    length, width = float(np.hypot(*first)), float(np.hypot(*second))
-    heading = math.atan2(float(first[1]), float(first[0]))
-    return Box(x, y, heading, max(length, LEAST_SIZE), max(width, LEAST_SIZE))
+    """Return the smallest rectangle about an area; its length is the longer side.
+
+    One of its sides lies on a side of the convex hull (Freeman, Shapira 1975). The
+    rectangle of GEOS 3.14 leaves parts of some areas outside.
+    """
+    hull = shapely.get_coordinates(area.convex_hull)
+    sides = np.diff(hull, axis=0)
+    sides = sides[np.hypot(*sides.T) > 0.0]
+    if not len(sides):
+        x, y = hull[0].tolist()
+        return Box(x, y, 0.0, LEAST_SIZE, LEAST_SIZE)
+    boxes = (box_along(area, math.atan2(y, x)) for x, y in sides.tolist())
+    box = min(boxes, key=lambda one: one.length * one.width)
+    if box.length >= box.width:
+        return box
+    turned = math.remainder(box.heading + math.pi / 2.0, 2.0 * math.pi)
+    return Box(box.x, box.y, turned, box.width, box.length)
 
 
 def box_along(area: BaseGeometry, heading: float) -> Box:
