@@ -5,7 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_worths
+from planner.lane_change.lane_choice import (
+    BodiesAhead,
+    bodies_on_road,
+    lane_end,
+    lane_worths,
+)
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.program import SpeedTask, knot_times
 from planner.lane_change.speed.st_graph import UsersInTime, in_time
@@ -75,10 +80,11 @@ def speed_task(
 
 
 def blockage_ahead(here: Situation, lane: int) -> float:
-    """Compute the room to what stands in a lane [m]; inf if nothing does."""
+    """Compute the room to what stands in a lane, or to its end [m]; inf without."""
     scene, bodies = here.scene, here.bodies
     rears = (bodies.s - bodies.half_length)[_blocking(here, lane)]
-    end = float(rears.min(initial=math.inf))
+    over = lane_end(scene.lanes, lane, scene.ego_frenet.s, here.total)
+    end = min(float(rears.min(initial=math.inf)), over)
     return end - scene.ego_frenet.s - scene.vehicle.front_reach
 
 
