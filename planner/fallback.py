@@ -82,8 +82,9 @@ def fallback(
         )
         if stop is not None and blocker(stop) is None:
             return PlanStatus.EMERGENCY_BRAKING, stop
-        if blocker(shifted) is None:
-            return PlanStatus.LAST_PLAN_SHIFTED, shifted
+        whole = _to_a_stand(scene, shifted, horizon)
+        if blocker(whole) is None:
+            return PlanStatus.LAST_PLAN_SHIFTED, whole
     return _emergency(scene, last, shifted, horizon, contacts)
 
 
@@ -111,7 +112,9 @@ def _emergency(
     if contacts is None:
         return ways[0]
     if shifted is not None:
-        ways.append((PlanStatus.LAST_PLAN_SHIFTED, shifted))
+        ways.append(
+            (PlanStatus.LAST_PLAN_SHIFTED, _to_a_stand(scene, shifted, horizon))
+        )
     for status, way in ways:
         if not contacts(way, HARD_GAP):
             return status, way
@@ -231,6 +234,22 @@ def _after_a_step(plan: Trajectory, then: Trajectory, step: float) -> Trajectory
         for name in STATE_COLUMNS
     ]
     return Trajectory(np.insert(then.t + step, 0, plan.t[0]), *columns)
+
+
+def _to_a_stand(scene: Scene, plan: Trajectory, horizon: float) -> Trajectory:
+    """Return a plan with emergency braking behind its end, the steering held.
+
+    What a plan hits beyond its end counts as what a stop hits does.
+    """
+    end = plan.at(float(plan.t[-1]))
+    deceleration = scene.vehicle.limits.emergency_deceleration
+    stop = braking_on_arc(end, deceleration, scene.step, horizon)
+    shift = {"s": plan.s[-1], "l": plan.l[-1]}
+    columns = [
+        np.append(getattr(plan, name), (getattr(stop, name) + shift.get(name, 0.0))[1:])
+        for name in STATE_COLUMNS
+    ]
+    return Trajectory(np.append(plan.t, plan.t[-1] + stop.t[1:]), *columns)
 
 
 def shifted_plan(scene: Scene, last: Trajectory) -> Trajectory | None:

@@ -287,8 +287,9 @@ def _allowed_excess(excess: float, road_margin: float) -> float:
     """
     if excess < -road_margin:
         return TOLERANCE
-    if excess > road_margin + OFF_ROAD_TOLERANCE:
-        return excess + road_margin
+    over = 2.0 * (excess - road_margin) / OFF_ROAD_TOLERANCE - 1.0
+    if over > 0.0:  # by more than rounding
+        return excess + road_margin * min(over, 1.0)
     used = max(excess, 0.0)
     return max(used, 0.5 * (used + road_margin) + TOLERANCE)
 

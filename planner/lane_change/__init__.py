@@ -1,9 +1,13 @@
 """[Thesis] ch. 6: changing lanes among vehicles that react."""
 
+import math
 from dataclasses import replace
 
 from planner.lane_change.planner import LaneChangePlanner
 from planner.lane_change.settings import GapRule, LaneChangeSettings, OrderRule
+
+DEFAULTS = LaneChangeSettings()
+PUBLISHED_GAIN = 1.0  # advantage that was worth a change [m/s]
 
 
 def proposed(settings: LaneChangeSettings | None = None) -> LaneChangePlanner:
@@ -31,12 +35,21 @@ def conventional(settings: LaneChangeSettings | None = None) -> LaneChangePlanne
 
 
 def _with(settings: LaneChangeSettings | None, rule: OrderRule) -> LaneChangeSettings:
-    """Return settings with another order rule, and changes as they were published."""
-    base = settings or LaneChangeSettings()
+    """Return settings with another order rule, and changes as they were published.
+
+    The check of a gap before it is entered is that of `proposed`.
+    """
+    base = settings or DEFAULTS
+    lateral, gain = base.speed.lateral_acceleration, base.manoeuvre.gain
+    if lateral == DEFAULTS.speed.lateral_acceleration:
+        lateral = math.inf
+    if gain == DEFAULTS.manoeuvre.gain:
+        gain = PUBLISHED_GAIN
     return replace(
         base,
-        speed=replace(base.speed, order_rule=rule),
+        speed=replace(base.speed, order_rule=rule, lateral_acceleration=lateral),
         gaps=replace(base.gaps, rule=GapRule.PLACES),
+        manoeuvre=replace(base.manoeuvre, gain=gain),
     )
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from planner.states import store_floats
+from planner.vehicle import Vehicle
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +177,12 @@ class LaneChangeSettings:
         if self.gaps.rule is GapRule.PLACES:
             return service
         return min(self.gaps.promised_braking, service)
+
+    def in_change(self, vehicle: Vehicle) -> Vehicle:
+        """Return the vehicle with the braking that plans of a change are held to."""
+        limits = vehicle.limits
+        promised = self.promised_braking(limits.max_deceleration)
+        return replace(vehicle, limits=replace(limits, max_deceleration=promised))
 
     @property
     def calm_path(self) -> PathSettings:

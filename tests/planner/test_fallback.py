@@ -389,9 +389,32 @@ def test_the_last_plan_is_driven_on_where_only_its_margins_are_missing():
     path = straight()
     last = plan_along(path, 50.0, 10.0)
     scene = scene_after(path, last)
-    contacts = Contacts(free=lambda trajectory: trajectory.speed[-1] == 10.0)
-    status, _ = fallback(scene, last, refuse, HORIZON, contacts)
+    contacts = Contacts(free=lambda trajectory: trajectory.speed[20] == 10.0)
+    status, driven = fallback(scene, last, refuse, HORIZON, contacts)
     assert status is PlanStatus.LAST_PLAN_SHIFTED
+    assert driven.speed[-1] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_end_of_a_last_plan_is_not_the_end_of_the_road():
+    """Driven on, 0.4 s of a plan at 10 m/s hit what is behind its end hardest."""
+    path = straight()
+    whole = plan_along(path, 50.0, 10.0)
+    short = [getattr(whole, name)[:6] for name in COLUMNS]
+    last = Trajectory(whole.t[:6], *short)
+    scene = scene_after(path, last)
+    wall = scene.ego.x + 6.0
+
+    def closing(trajectory):
+        over = np.flatnonzero(trajectory.x > wall)
+        return float(trajectory.speed[over[0]]) if over.size else 0.0
+
+    contacts = Contacts(free=lambda way: way.x.max() <= wall, speed=closing)
+    status, driven = fallback(scene, last, refuse, HORIZON, contacts)
+    assert status is not PlanStatus.LAST_PLAN_SHIFTED
+    braking = braking_on_arc(
+        scene.ego, scene.vehicle.limits.emergency_deceleration, STEP, HORIZON
+    )
+    assert closing(driven) <= closing(braking)
 
 
 @given(st.floats(-0.5, 0.5), st.floats(1.0, 30.0))

@@ -208,7 +208,7 @@ def _entry_within(
 def _room_at(i: int, place: float, v: float, case: GapCase) -> Room:
     """Return what the gap offers if the change begins in a step."""
     ego, own, lane, gap, rules = case
-    n, n_times = lane.front.shape
+    n_times = lane.front.shape[1]
     cross = i + int(rules.line_time / rules.step)
     if cross >= n_times or place > own.aside - rules.aside_time * v:
         return Room(np.inf, 0.0)
@@ -219,8 +219,6 @@ def _room_at(i: int, place: float, v: float, case: GapCase) -> Room:
         closing = max(v - lane.speed[gap - 1, cross], 0.0)
         need = rules.front_gap + rules.front_headway * v
         missing += max(need + closing * closing / (2.0 * rules.braking) - ahead, 0.0)
-    if gap == n:
-        return Room(missing if missing <= rules.most_missing else np.inf, 0.0)
     rear, follower = there - ego.length, lane.speed[gap, cross]
     behind = rear - lane.front[gap, cross]
     need = max(_safe_distance(follower, v, rules), rules.front_gap)

@@ -63,7 +63,7 @@ def go_on(
     )
     speed = plan_speed(
         path,
-        scene.vehicle,
+        settings.in_change(scene.vehicle),
         users,
         ~followers,
         speed_task(here),
@@ -87,7 +87,7 @@ def go_on(
         return _wait_at_line(here, candidate, followers, settings, counts)
     speed = plan_speed(
         path,
-        scene.vehicle,
+        settings.in_change(scene.vehicle),
         here.ahead,
         ~here.behind,
         speed_task(here),

@@ -84,7 +84,7 @@ def _change_into(
     begins = settings.gaps.line_time + settings.gaps.reaction
     speed = plan_speed(
         change.path,
-        scene.vehicle,
+        settings.in_change(scene.vehicle),
         with_yielding(here, plan.target, begins, settings),
         ~followers,
         speed_task(here),
