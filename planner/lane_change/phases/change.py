@@ -102,10 +102,10 @@ def go_on(
 def _is_given_up(
     here: Situation, change: Change, speed: SpeedPlan, settings: LaneChangeSettings
 ) -> bool:
-    """Tell whether a change that does not bind the ego yet is no longer worth it.
+    """Tell whether to give up a change to which the ego is not committed.
 
-    It cannot be taken back in a cycle, or it would brake hard to let a vehicle go first
-    that it was begun ahead of, where there is room to stay in the lane instead.
+    Either it could not be taken back a cycle later, or the ego would brake hard to let
+    a vehicle go first that it was to go ahead of, with room to stay in its lane.
     """
     if speed.profile is None:
         return False

@@ -1,4 +1,4 @@
-"""Changes that are worth no hard braking, as long as the ego can still stay."""
+"""The braking that a change may cost as long as the ego can stay in its lane."""
 
 from planner.lane_change.settings import LaneChangeSettings
 from planner.states import SpeedProfile
