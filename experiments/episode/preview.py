@@ -71,7 +71,8 @@ Said = tuple[list[tuple[str, str]], list[str]]  # facts, and what is unusual
 def _driven(layout: Layout) -> tuple[FloatArray, FloatArray]:
     """Sample (s, curvature) of the path from start to goal."""
     task, path = layout.task, layout.road.path
-    s = np.arange(task.start.s, min(task.goal, path.length), SAMPLING)
+    end = min(task.goal, path.length)  # the goal's lane may begin at the start
+    s = np.arange(task.start.s, max(end, task.start.s + SAMPLING), SAMPLING)
     return s, path.at(s).curvature
 
 
