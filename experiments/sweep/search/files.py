@@ -6,6 +6,7 @@ from typing import Any
 ASKED = "asked.json"  # what the folder was searched for
 FOUND = "search.json"  # what was found, once it is finished
 PROBABILITY = "probability"  # key of the latter: of a failure
+STOPS = "stop_after_failures"  # key of the latter: None where the budget ends it
 
 
 def shown(point: Mapping[str, Any]) -> str:

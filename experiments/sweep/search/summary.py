@@ -12,7 +12,7 @@ from experiments.config.search import Search
 from experiments.sweep.search.clusters import FailureCluster
 from experiments.sweep.search.coverage import SpaceCoverage
 from experiments.sweep.search.exploration import SearchTrial
-from experiments.sweep.search.files import FOUND, PROBABILITY, shown
+from experiments.sweep.search.files import FOUND, PROBABILITY, STOPS, shown
 from experiments.sweep.search.reduction import Reduced
 from experiments.sweep.search.subset_simulation import SubsetEstimate
 
@@ -60,6 +60,7 @@ def as_plain(found: SearchFindings, folder: Path) -> dict[str, Any]:
         "method": search.method,
         "objective": search.objective.model_dump(mode="json"),
         "budget": search.budget,
+        STOPS: search.stop_after_failures,
         "trials": [_trial(trial) for trial in found.trials],
         "failures": sum(trial.failed for trial in found.trials),
         "invalid": sum(trial.is_void for trial in found.trials),
