@@ -14,6 +14,7 @@ from experiments.comparison.inference import wilson
 from experiments.comparison.location import LEAST_VALUES
 from experiments.comparison.results import LABEL, Row, rows
 from experiments.errors import ConfigError, ExperimentError
+from experiments.evidence.first_look import first_look
 from experiments.evidence.populations.ranking import (
     POPULATION,
     RANKED,
@@ -105,9 +106,10 @@ def _ranking(folder: Path) -> Iterator[str]:
     if not found or POPULATION not in found[0]:
         raise ConfigError(f"{folder}: is no sweep over {POPULATION}; allowed: one")
     sweep = load_sweep_copy(folder)
-    seeds = len({row[columns.SEED] for row in found})
+    seeds = {int(row[columns.SEED]) for row in found}
     yield "\n## The order of planners\n"
-    yield f"Sweep `{sweep.name}`: {len(found)} runs finished, {seeds} seeds.\n"
+    yield f"Sweep `{sweep.name}`: {len(found)} runs finished, {len(seeds)} seeds.\n"
+    yield from first_look(seeds)
     yield from _endings(found)
     for metric in RANKED:
         yield from _ranked(found, metric)
