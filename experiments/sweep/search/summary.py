@@ -12,7 +12,13 @@ from experiments.config.search import Search
 from experiments.sweep.search.clusters import FailureCluster
 from experiments.sweep.search.coverage import SpaceCoverage
 from experiments.sweep.search.exploration import SearchTrial
-from experiments.sweep.search.files import FOUND, PROBABILITY, STOPS, shown
+from experiments.sweep.search.files import (
+    FOUND,
+    PROBABILITY,
+    STOPS,
+    probability_words,
+    shown,
+)
 from experiments.sweep.search.reduction import Reduced
 from experiments.sweep.search.subset_simulation import SubsetEstimate
 
@@ -198,9 +204,6 @@ def choices_of(search: Search, point: Mapping[str, Any]) -> Point:
 def probability_line(found: SubsetEstimate) -> str:
     """Say how probable a failure is."""
     levels = f"{len(found.levels)} level" + ("s" if len(found.levels) > 1 else "")
-    if not found.probability:
-        return f"a failure has a probability below {found.high:.2g} (95 %; {levels})"
-    return (
-        f"a failure has a probability of {found.probability:.2g} "
-        f"(95 %: {found.low:.2g} to {found.high:.2g}; {levels})"
-    )
+    words = probability_words(found.probability, found.low, found.high)
+    of = "of " if found.probability else ""
+    return f"a failure has a probability {of}{words}, {levels}"
