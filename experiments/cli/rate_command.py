@@ -87,9 +87,10 @@ def _probability(value: "Interval", *, as_json: bool) -> str:
     """Format the probability of a failure that was searched."""
     if as_json:
         return json.dumps({"per_run": [value.value, value.low, value.high]}) + "\n"
-    if not value.value:
-        return f"failures\n  per run       below {value.high:.3g} (95 %)\n"
-    return f"failures\n  per run       {_interval(value)}\n"
+    from experiments.sweep.search.files import probability_words
+
+    words = probability_words(value.value, value.low, value.high)
+    return f"failures\n  per run       {words}\n"
 
 
 def _interval(value: "Interval") -> str:

@@ -18,7 +18,7 @@ from experiments.config.search import SUBSET
 from experiments.errors import ConfigError
 from experiments.metrics import columns
 from experiments.storage.json_files import read_json
-from experiments.sweep.search.files import ASKED, FOUND, PROBABILITY
+from experiments.sweep.search.files import ASKED, FOUND, PROBABILITY, STOPS
 from planner.states import FloatArray
 
 USUAL_EVENT = "collisions > 0"
@@ -147,7 +147,8 @@ def sample_of(folder: Path) -> frozenset[str] | None:
     """Return the runs of a search that are a sample of its space; None of a sweep.
 
     Raises:
-        ConfigError: If the folder is of a search whose trials were not drawn at random.
+        ConfigError: If the folder is of a search whose trials were not drawn at random,
+            or whose number follows from what they found.
     """
     if not (folder / ASKED).is_file():
         return None
@@ -160,7 +161,14 @@ def sample_of(folder: Path) -> frozenset[str] | None:
     if not (folder / FOUND).is_file():
         problem = "is a search that is not finished"
         raise ConfigError(f"{folder}: {problem}; allowed: a finished one")
-    trials = read_json(folder / FOUND)["trials"]
+    found = read_json(folder / FOUND)
+    trials, enough = found["trials"], found.get(STOPS)
+    if enough is not None and len(trials) < found["budget"]:
+        raise ConfigError(
+            f"{folder}: {STOPS}: ended the search after {len(trials)} of "
+            f"{found['budget']} trials: their share of failures is too high; allowed: "
+            "a search that its budget ended"
+        )
     return frozenset(str(trial["run_id"]) for trial in trials)
 
 

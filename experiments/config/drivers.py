@@ -54,7 +54,7 @@ class Drivers(Strict):
     cooperation: Share = Field(
         default=0.0,
         description="probability that a driver opens a gap for an ego that indicates "
-        "a lane change",
+        "a lane change; only lane_change, its variants and route indicate",
     )
     near_ego_factor: Annotated[float, Field(ge=1.0, le=1000.0)] = Field(
         default=1.0,

@@ -95,8 +95,8 @@ class SearchObjective(Strict):
     )
     blame: Literal["anyone", "ego"] = Field(
         default="anyone",
-        description="ego: a contact that is not the ego's fault, or shared, is no "
-        "failure",
+        description="of near_miss; ego: a contact that is not the ego's fault, or "
+        "shared, is no failure",
     )
 
     @model_validator(mode="after")
@@ -105,6 +105,9 @@ class SearchObjective(Strict):
         if self.metric != CLEARANCE and self.margin_m:
             problem = f"is of clearance; allowed with {self.metric}: 0"
             raise mismatch("margin_m", problem)
+        if self.metric != NEAR_MISS and self.blame != "anyone":
+            problem = f"is of near_miss; allowed with {self.metric}: anyone"
+            raise mismatch("blame", problem)
         if self.metric in (CLEARANCE, NEAR_MISS):
             for key in ("direction", "fails_beyond"):
                 if getattr(self, key) is not None:

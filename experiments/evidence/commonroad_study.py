@@ -1,7 +1,8 @@
 """The table of `commonroad.md`: scenarios driven, solved, and officially checked.
 
 `python -m experiments.evidence.commonroad_study -o docs/commonroad.md` drives the
-shipped scenarios, and those exported from runs in SUMO; what is finished is kept.
+shipped scenarios, and those exported from runs in SUMO; what is finished is kept
+until the code, the scenario or its file changes.
 """
 
 import argparse
@@ -15,7 +16,8 @@ from experiments.commonroad.checker import check_solution, find_python
 from experiments.commonroad.read import read_commonroad
 from experiments.commonroad.solution import CostFunction
 from experiments.commonroad.write import write_commonroad
-from experiments.config.scenario_file import load_scenario
+from experiments.config import Scenario
+from experiments.config.scenario_file import config_hash, load_scenario
 from experiments.cosim.records import EpisodeStatus
 from experiments.episode.commonroad_export import exported_scenario
 from experiments.episode.commonroad_solution import read_solved_run, solution_of
@@ -23,6 +25,7 @@ from experiments.episode.run import run_episode
 from experiments.errors import ExperimentError
 from experiments.evidence.quote import quoted
 from experiments.storage.atomic_folder import make_folder, write_atomically
+from experiments.storage.provenance import code_hash, file_hash
 
 OUT = Path("runs/commonroad")
 SHIPPED = Path(__file__).parents[1] / "scenarios" / "commonroad"
@@ -45,6 +48,7 @@ ROADS = (
 SEEDS = (1, 2, 3)
 REFUSED = "refused"  # by the reader or the solution, with its line as the reason
 SHIPPED_ROW = "shipped"
+MADE_OF = "made_of"  # key of a result: what it is computed anew for
 
 
 def study(out: Path, python: Path) -> Iterator[Mapping[str, Any]]:
@@ -61,22 +65,48 @@ def study(out: Path, python: Path) -> Iterator[Mapping[str, Any]]:
             stem = f"{road}_{seed}"
             result = out / f"{stem}.json"
             file = out / f"{stem}.xml"
-            if not result.exists():
-                write_commonroad(_export(road, seed, out), file)
-            yield _kept(result, road, file, out, python)
+            scenario = load_scenario(road, overrides=(f"simulation.seed={seed}",))
+            recorded = config_hash(scenario.resolved())
+            if not is_current(result, made_of(file, recorded)):
+                write_commonroad(_export(scenario, out), file)
+            yield _kept(result, road, file, out, python, recorded=recorded)
 
 
-def _export(road: str, seed: int, out: Path) -> Any:
+def made_of(file: Path, recorded: str = "") -> Mapping[str, str]:
+    """Hash what a result is made of: the code, the file, and the run it is of.
+
+    Args:
+        file: Of the scenario; it need not be there.
+        recorded: Hash of the scenario of the run in SUMO; empty without one.
+    """
+    content = file_hash(file) if file.is_file() else ""
+    return {"code": code_hash(), "file": content, "recorded": recorded}
+
+
+def is_current(result: Path, parts: Mapping[str, str]) -> bool:
+    """Check whether a kept result is made of what is there now."""
+    if not result.exists():
+        return False
+    return bool(json.loads(result.read_text(encoding="utf-8")).get(MADE_OF) == parts)
+
+
+def _export(scenario: Scenario, out: Path) -> Any:
     """Drive a shipped scenario in SUMO, and turn the run into one of CommonRoad."""
-    scenario = load_scenario(road, overrides=(f"simulation.seed={seed}",))
     return exported_scenario(run_episode(scenario, out=out / "recorded").folder)
 
 
 def _kept(
-    result: Path, group: str, file: Path, out: Path, python: Path
+    result: Path,
+    group: str,
+    file: Path,
+    out: Path,
+    python: Path,
+    *,
+    recorded: str = "",
 ) -> Mapping[str, Any]:
-    """Return the result of a scenario, computed if it has not been."""
-    if result.exists():
+    """Return the result of a scenario, computed if it is not that of the present."""
+    parts = made_of(file, recorded)
+    if is_current(result, parts):
         found: dict[str, Any] = json.loads(result.read_text(encoding="utf-8"))
         return found
     try:
@@ -84,6 +114,7 @@ def _kept(
     except ExperimentError as error:
         reason = f"{error}"
         found = {"group": group, "file": file.name, "status": REFUSED, "reason": reason}
+    found[MADE_OF] = parts
     write_atomically(result, json.dumps(found, indent=1))
     return found
 

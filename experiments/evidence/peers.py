@@ -15,6 +15,7 @@ from experiments.comparison.results import Row, rows
 from experiments.config.sweep_file import load_sweep
 from experiments.cosim.records import EpisodeStatus
 from experiments.errors import ConfigError, ExperimentError
+from experiments.evidence.first_look import first_look
 from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS
 from experiments.storage.atomic_folder import write_atomically
@@ -61,6 +62,7 @@ def document(found: Sequence[Row]) -> str:
         f"{len(found)} of the {load_sweep(SWEEP)[0].count} runs of the sweep, "
         f"seeds {', '.join(map(str, seeds))}, density {', '.join(densities)}. What is "
         "not there was not driven.\n",
+        *first_look(seeds),
         "## In all\n",
         *_totals(found, labels),
         "",
@@ -92,10 +94,15 @@ def _totals(found: Sequence[Row], labels: Sequence[str]) -> Iterator[str]:
 
 def _worse(found: Sequence[Row], labels: Sequence[str]) -> Iterator[str]:
     """Say on which roads another planner arrives more often, or collides less."""
-    lines = []
+    lines, left_out = [], []
     for road in dict.fromkeys(str(row[columns.SCENARIO]) for row in found):
         own = _counts(found, road, OURS)
         others = {x: _counts(found, road, x) for x in labels if x != OURS}
+        left_out += [
+            f"- `{road}`: `{x}` {one[0]} runs, `{OURS}` {own[0]}"
+            for x, one in others.items()
+            if one[0] != own[0]
+        ]
         others = {x: one for x, one in others.items() if one[0] == own[0]}
         more = [x for x, one in others.items() if one[1] > own[1]]
         fewer = [x for x, one in others.items() if one[2] < own[2]]
@@ -112,6 +119,9 @@ def _worse(found: Sequence[Row], labels: Sequence[str]) -> Iterator[str]:
     else:
         yield f"On no road does another planner arrive more often than `{OURS}`,"
         yield "or collide in fewer runs."
+    if left_out:
+        yield "\nLeft out of that, since they have another number of runs:\n"
+        yield from left_out
     yield ""
 
 

@@ -14,7 +14,7 @@ from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
 from planner.lane_change.phases.change import go_on
 from planner.lane_change.phases.cycle_view import Situation, look
 from planner.lane_change.phases.keep import keep
-from planner.lane_change.phases.memory import Memory, Phase
+from planner.lane_change.phases.memory import Change, Memory, Phase
 from planner.lane_change.phases.seek import seek
 from planner.lane_change.phases.seek_gap import seek_gap
 from planner.lane_change.settings import GapRule, LaneChangeSettings
@@ -54,9 +54,12 @@ class LaneChangePlanner:
         counts = SearchCounts()
         candidate = _decide(situation, last, self.settings, counts)
         if candidate is None:
-            return _fall_back(situation, last, self.settings, counts)
+            result = _fall_back(situation, last, self.settings, counts)
+            change = None if last is None else last.change  # it is still wanted
+            indicator = _indicator(situation, change, last, self.settings)
+            return replace(result, indicator=indicator)
         result = _result(candidate, last, self.settings, counts)
-        indicator = _indicator(situation, candidate, last, self.settings)
+        indicator = _indicator(situation, candidate.change, last, self.settings)
         return replace(result, indicator=indicator)
 
 
@@ -114,13 +117,13 @@ def _wanted(
 
 def _indicator(
     here: Situation,
-    candidate: PlanCandidate,
+    change: Change | None,
     last: Memory | None,
     settings: LaneChangeSettings,
 ) -> Indicator:
-    """Return the side of the lane that is wanted or being changed to."""
-    if candidate.change is not None:
-        lane, target = candidate.change.lane, candidate.change.target
+    """Return the side of the lane that is being changed to, or else is wanted."""
+    if change is not None:
+        lane, target = change.lane, change.target
     else:
         lane, wanted, _ = _wanted(here, last, settings)
         if wanted is None:

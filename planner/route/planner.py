@@ -7,7 +7,7 @@ import numpy as np
 from planner.cruise import CruisePlanner
 from planner.cruise.planner import CruiseMemory
 from planner.dense import proposed as dense_proposed
-from planner.interface import PlanResult, PlanStats, PlanStatus
+from planner.interface import Indicator, PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_at
 from planner.lane_change.phases.memory import (
     Phase,
@@ -437,4 +437,15 @@ def _told(
     stats = replace(result.stats, explanation=", ".join(words))
     if look.stood > 0.0 and manoeuvre.beside and stats.blocker is None:
         stats = replace(stats, blocker=manoeuvre.beside)  # it waits for a gap
-    return replace(result, trajectory=trajectory, memory=memory, stats=stats)
+    indicator = Indicator.NONE
+    if manoeuvre.target is not None:  # lanes count to the left
+        to_left = manoeuvre.target > manoeuvre.lane
+        indicator = Indicator.LEFT if to_left else Indicator.RIGHT
+    return PlanResult(
+        result.status,
+        trajectory,
+        memory,
+        stats,
+        speed_graph=result.speed_graph,
+        indicator=indicator,
+    )

@@ -326,7 +326,7 @@ class FleetLoop:
         for seen in moment.egos:
             ego = seen.ego
             record, after, ending = self._step(seen)
-            steps.append(_ego_step(ego, record, self._world.step))
+            steps.append(_ego_step(ego, record))
             if ending is not None:
                 left = Leaving(moment.index, ego.id, ending.status, ending.reason)
                 leavings.append(left)
@@ -444,19 +444,19 @@ def _on_path(way: EgoWay, state: CartesianState) -> CartesianState:
     return along if abs(turned) < TURNED_AT_MOST else state
 
 
-def _plan_ahead(plan: PlanResult | None, step: float) -> tuple[float, ...]:
+def plan_ahead(plan: PlanResult | None) -> tuple[float, ...]:
     """Return x, y of a plan at the times that are kept of it; its end where it ends."""
     if plan is None or plan.trajectory is None:
         return ()
-    trajectory = plan.trajectory
-    last = trajectory.t.size - 1
-    places = [min(round(time / step), last) for time in SHOWN_AHEAD]
+    way = plan.trajectory
     return tuple(
-        float(axis[k]) for k in places for axis in (trajectory.x, trajectory.y)
+        float(np.interp(time, way.t, axis))
+        for time in SHOWN_AHEAD
+        for axis in (way.x, way.y)
     )
 
 
-def _ego_step(ego: FleetEgo, record: StepRecord, step: float) -> EgoStep:
+def _ego_step(ego: FleetEgo, record: StepRecord) -> EgoStep:
     """Return what is kept of a step of an ego."""
     plan, planning = record.plan, record.planning
     return EgoStep(
@@ -468,5 +468,5 @@ def _ego_step(ego: FleetEgo, record: StepRecord, step: float) -> EgoStep:
         record.off_road,
         record.contacts,
         math.nan if planning is None else planning.cpu_ms,
-        _plan_ahead(plan, step),
+        plan_ahead(plan),
     )

@@ -20,7 +20,7 @@ TIME_GAP, SPACE_GAP = 1.5, 6.0  # to the ego, that is opened [s, m]
 LASTS = 4.0  # then it is decided anew [s]
 RATE = 0.8  # of opening, as SUMO's changeRate
 DECELERATION = 2.0  # no harder than this [m/s²]
-LEFT_BEHIND, RIGHT_BEHIND = 0, 1  # mode of SUMO's getNeighbors
+INNER_BEHIND, OUTER_BEHIND = 0, 1  # mode of SUMO's getNeighbors: lane index up, down
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,7 @@ class Cooperation:
         settings: Who does so.
         ego: Id of the ego.
         hidden: Vehicles that are nobody's.
+        left_hand: Whether traffic keeps to the left: lanes then count from there.
     """
 
     def __init__(
@@ -47,11 +48,14 @@ class Cooperation:
         settings: CooperationSettings,
         ego: str,
         hidden: frozenset[str],
+        *,
+        left_hand: bool = False,
     ) -> None:
         self._sumo = sumo
         self._settings = settings
         self._ego = ego
         self._hidden = hidden
+        self._inner = Indicator.RIGHT if left_hand else Indicator.LEFT
         self._opening: tuple[str, float] | None = None  # who, until when [s]
 
     def update(self, time: float, indicator: Indicator) -> None:
@@ -85,7 +89,7 @@ class Cooperation:
         """Return who is the first behind in the lane beside; None without any."""
         if indicator is Indicator.NONE:
             return None
-        mode = LEFT_BEHIND if indicator is Indicator.LEFT else RIGHT_BEHIND
+        mode = INNER_BEHIND if indicator is self._inner else OUTER_BEHIND
         found = self._sumo.vehicle.getNeighbors(self._ego, mode)
         near = [(gap, name) for name, gap in found if name not in self._hidden]
         gap, name = min(near, default=(REACH + 1.0, ""))

@@ -4,12 +4,13 @@ When each of them errs is a Poisson process of its own, drawn from the seed and 
 vehicle's id alone. Neither the ego nor other vehicles change it: with and without ego,
 and with any planner, the same drivers err at the same moments.
 
-Near the ego errors may begin a number of times as often, to see rare ones. The process
-is then drawn with the higher rate, and away from the ego thinned to the one asked for
-(Lewis and Shedler, Naval Res. Logist. Q. 26 (1979) 403). The likelihood ratio of the
-run, asked for over drawn, is exp((k - 1) r T) / k^n with n errors begun near the ego,
-T the time in which they could have and r the rate asked for (Girsanov's theorem for
-point processes: Brémaud, Point Processes and Queues, 1981, chapter VI).
+Not so with a factor above 1: near the ego errors may then begin a number of times as
+often, to see rare ones, so that who errs depends on where the ego is. The process is
+drawn with the higher rate, and away from the ego thinned to the one asked for (Lewis
+and Shedler, Naval Res. Logist. Q. 26 (1979) 403). The likelihood ratio of the run,
+asked for over drawn, is exp((k - 1) r T) / k^n with n errors begun near the ego, T the
+time in which they could have and r the rate asked for (Girsanov's theorem for point
+processes: Brémaud, Point Processes and Queues, 1981, chapter VI).
 """
 
 import math
@@ -93,10 +94,14 @@ class DriverErrorSettings:
 class ErrorTimes:
     """The intervals in which one driver commits one kind of error.
 
+    Errors that may begin come as a Poisson process of `factor` times the rate asked
+    for. Near the ego all of them begin, elsewhere one of `factor`; the others are over
+    at once. While an error lasts, and shortly after it, no other may begin.
+
     Args:
         occurrence: How often, and for how long.
         key: Numbers that the random stream is made of.
-        factor: Drawn so many times as often; `mark` tells which are too many.
+        factor: Errors begin so many times as often near the ego.
     """
 
     def __init__(
@@ -105,36 +110,49 @@ class ErrorTimes:
         self._occurrence = occurrence
         self._rng = np.random.default_rng(key)
         self._factor = factor
-        self.mark = 0.0  # of the present interval, uniform from 0 to 1
-        self.begins = 0  # number of intervals so far
-        self._begin = self._end = -MIN_GAP_BETWEEN
-        self._next()
+        self._free = 0.0  # up to here is decided; from here on errors may begin [s]
+        self._end = 0.0  # of the latest error [s]
+        self.log_weight = 0.0  # of the likelihood ratio of all that was decided
+        self._candidate = self._pause()  # when the next may begin [s]
 
-    def active(self, time: float) -> bool:
-        """Check whether the driver errs at a time [s], which must not go back."""
-        while time >= self._end:
-            self._next()
-        return time >= self._begin
+    def active(self, time: float, *, near: bool = False) -> bool:
+        """Check whether the driver errs at a time [s], which must not go back.
 
-    @property
-    def per_second(self) -> float:
-        """Rate asked for [1/s]."""
-        return self._occurrence.per_hour / SECONDS_PER_HOUR
+        Args:
+            time: [s].
+            near: Whether the ego is near, since the time asked about before.
+        """
+        while time >= self._candidate:
+            begin = self._candidate
+            self._pass(begin, near=near)
+            one = self._occurrence
+            lasts = self._rng.uniform(one.shortest, one.longest)
+            mark = self._rng.random() if self._factor > 1.0 else 0.0
+            if near or mark * self._factor < 1.0:
+                self._end = begin + lasts
+                self._free = self._end + MIN_GAP_BETWEEN
+                if near:
+                    self.log_weight -= math.log(self._factor)
+            self._candidate = self._free + self._pause()
+        self._pass(time, near=near)
+        return time < self._end
 
     def remaining(self, time: float) -> float:
         """Return how long the present interval goes on from a time on [s]."""
         return self._end - time
 
-    def _next(self) -> None:
-        """Draw the next interval."""
-        one = self._occurrence
-        drawn = one.per_hour * self._factor
-        pause = self._rng.exponential(SECONDS_PER_HOUR / drawn)
-        self._begin = self._end + MIN_GAP_BETWEEN + pause
-        self._end = self._begin + self._rng.uniform(one.shortest, one.longest)
-        self.begins += 1
-        if self._factor > 1.0:
-            self.mark = self._rng.random()
+    def _pass(self, time: float, *, near: bool) -> None:
+        """Weigh that up to a time none has begun though it could have."""
+        if time > self._free:
+            if near:
+                rate = self._occurrence.per_hour / SECONDS_PER_HOUR
+                self.log_weight += (self._factor - 1.0) * rate * (time - self._free)
+            self._free = time
+
+    def _pause(self) -> float:
+        """Draw the time to the next that may begin [s]."""
+        drawn = self._occurrence.per_hour * self._factor
+        return self._rng.exponential(SECONDS_PER_HOUR / drawn)
 
 
 @dataclass(slots=True)
@@ -144,7 +162,6 @@ class _Driver:
     times: dict[DriverError, ErrorTimes]
     active: set[DriverError] = field(default_factory=set)
     usual: dict[str, str] = field(default_factory=dict)  # before it cuts in
-    judged: dict[DriverError, tuple[int, bool]] = field(default_factory=dict)
 
 
 class DriverErrors:
@@ -164,7 +181,6 @@ class DriverErrors:
         self._spared = frozenset(spared)
         self._occurrences = settings.occurrences()
         self._drivers: dict[str, _Driver] = {}
-        self._asked_at: float | None = None  # [s]
         self._log_weight = 0.0
 
     @property
@@ -180,15 +196,19 @@ class DriverErrors:
             ego: Where it is [m]; None without one.
         """
         present = self._sumo.vehicle.getIDList()
-        lasted = 0.0 if self._asked_at is None else time - self._asked_at
-        self._asked_at = time
         for name in sorted(set(present) - self._spared):
             driver = self._drivers.get(name)
             if driver is None:
                 driver = self._drivers[name] = self._meet(name)
-            now = {kind for kind, times in driver.times.items() if times.active(time)}
-            if self._settings.factor > 1.0:
-                now = self._thinned(name, driver, now, lasted, ego)
+                near = False  # in the time before
+            else:
+                near = self._settings.factor > 1.0 and self._is_near(name, ego)
+            now = set()
+            for kind, times in driver.times.items():
+                before = times.log_weight
+                if times.active(time, near=near):
+                    now.add(kind)
+                self._log_weight += times.log_weight - before
             if DriverError.STALLS in now:  # who stands does not brake
                 now.discard(DriverError.BRAKES)
             for kind in sorted(driver.active - now):
@@ -199,43 +219,11 @@ class DriverErrors:
         for name in self._drivers.keys() - set(present):
             del self._drivers[name]
 
-    def _thinned(
-        self,
-        name: str,
-        driver: _Driver,
-        now: set[DriverError],
-        lasted: float,
-        ego: tuple[float, float] | None,
-    ) -> set[DriverError]:
-        """Leave out what is too much away from the ego, and weigh what is near it.
-
-        Args:
-            name: Of the vehicle.
-            driver: Its errors.
-            now: Those that were drawn for this moment.
-            lasted: Since the moment before [s].
-            ego: Where it is [m].
-        """
-        factor = self._settings.factor
-        near = ego is not None and (
-            math.dist(self._sumo.vehicle.getPosition(name), ego) <= REACH
-        )
-        kept = set()
-        for kind, times in driver.times.items():
-            if kind not in now:
-                if near:  # it could have begun
-                    rate = times.per_second
-                    self._log_weight += (factor - 1.0) * rate * lasted
-                continue
-            number, drawn = driver.judged.get(kind, (0, False))
-            if number != times.begins:
-                drawn = near or times.mark * factor < 1.0
-                driver.judged[kind] = times.begins, drawn
-                if near:
-                    self._log_weight -= math.log(factor)
-            if drawn:
-                kept.add(kind)
-        return kept
+    def _is_near(self, name: str, ego: tuple[float, float] | None) -> bool:
+        """Check whether a vehicle is where errors may be drawn more often."""
+        if ego is None:
+            return False
+        return math.dist(self._sumo.vehicle.getPosition(name), ego) <= REACH
 
     def present(self) -> tuple[tuple[str, DriverError], ...]:
         """List who errs now, and how, sorted by id."""

@@ -140,8 +140,13 @@ class SumoWorld:
         if settings.relaxation > 0.0:
             self._relaxation = Relaxation(sumo, settings.relaxation)
         if settings.cooperation is not None:
-            hidden = frozenset(self._hidden)
-            self._cooperation = Cooperation(sumo, settings.cooperation, EGO_ID, hidden)
+            self._cooperation = Cooperation(
+                sumo,
+                settings.cooperation,
+                EGO_ID,
+                frozenset(self._hidden),
+                left_hand=self.road.lanes.left_hand,
+            )
         self._ego_front = frames.front_from_rear_axle(ego, self._vehicle)[:2]
         return ego
 

@@ -10,10 +10,12 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from experiments.comparison.compare import PENALTY_FACTOR
 from experiments.comparison.inference import wilson
 from experiments.comparison.location import LEAST_VALUES
 from experiments.comparison.results import LABEL, Row, rows
 from experiments.errors import ConfigError, ExperimentError
+from experiments.evidence.first_look import first_look
 from experiments.evidence.populations.ranking import (
     POPULATION,
     RANKED,
@@ -105,9 +107,10 @@ def _ranking(folder: Path) -> Iterator[str]:
     if not found or POPULATION not in found[0]:
         raise ConfigError(f"{folder}: is no sweep over {POPULATION}; allowed: one")
     sweep = load_sweep_copy(folder)
-    seeds = len({row[columns.SEED] for row in found})
+    seeds = {int(row[columns.SEED]) for row in found}
     yield "\n## The order of planners\n"
-    yield f"Sweep `{sweep.name}`: {len(found)} runs finished, {seeds} seeds.\n"
+    yield f"Sweep `{sweep.name}`: {len(found)} runs finished, {len(seeds)} seeds.\n"
+    yield from first_look(seeds)
     yield from _endings(found)
     for metric in RANKED:
         yield from _ranked(found, metric)
@@ -116,6 +119,7 @@ def _ranking(folder: Path) -> Iterator[str]:
 def _endings(found: Sequence[Row]) -> Iterator[str]:
     """Write how many arrive, and whose fault contacts are."""
     labels = list(dict.fromkeys(str(row[LABEL]) for row in found))
+    yield "Runs of all relaxations are pooled here.\n"
     yield f"| arrived, of all runs (95 %: Wilson) | {' | '.join(labels)} |"
     yield "|---" * (len(labels) + 1) + "|"
     for population in POPULATIONS:
@@ -140,6 +144,11 @@ def _ranked(found: Sequence[Row], metric: str) -> Iterator[str]:
     if not cells:
         return
     yield f"### {METRICS[metric].label_with_unit}\n"
+    if metric == columns.TRAVEL_TIME:
+        yield (
+            f"Who does not arrive counts {PENALTY_FACTOR:g} times the longest time of "
+            "the row.\n"
+        )
     yield "| relaxation [s] | population | order, best first: mean (95 %) | seeds |"
     yield "|---|---|---|---|"
     for cell in cells:
@@ -156,8 +165,8 @@ def _ranked(found: Sequence[Row], metric: str) -> Iterator[str]:
         yield f"Too few seeds for intervals (at least {LEAST_VALUES}): no finding.\n"
     elif not changes:
         yield (
-            "No two planners change places between populations with intervals that "
-            "exclude 0 on both sides.\n"
+            "No two planners change places between populations with differences that "
+            "are no chance on both sides (5 %, Holm over all pairs and rows).\n"
         )
     for one in changes:
         yield (

@@ -1,4 +1,8 @@
-"""Whether the order of planners depends on who else drives."""
+"""Whether the order of planners depends on who else drives.
+
+A run that does not arrive has the penalised travel time of `rearview compare`: without
+it the planner that gives up where it is difficult would look fast.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +10,9 @@ from itertools import combinations
 
 import numpy as np
 
-from experiments.comparison.location import Interval, mean
+from experiments.comparison.compare import PENALTY_FACTOR
+from experiments.comparison.inference import holm
+from experiments.comparison.location import CONFIDENCE, Interval, mean
 from experiments.comparison.results import LABEL, Row
 from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS
@@ -72,10 +78,15 @@ def rankings(rows: Sequence[Row], metric: str) -> list[CellOfRanking]:
 
 
 def flips(rows: Sequence[Row], metric: str) -> list[Flip]:
-    """Find pairs that change places, both differences with intervals that exclude 0."""
+    """Find pairs that change places, with differences that are no chance on both sides.
+
+    The p values of all pairs, populations and relaxations are corrected together
+    (Holm).
+    """
     sign = 1.0 if METRICS[metric].better is Better.LOWER else -1.0
     cells = sorted({(float(r[RELAXATION]), str(r[POPULATION])) for r in rows})
-    surely: dict[tuple[str, str, float], dict[str, float]] = {}
+    asked: list[tuple[tuple[str, str, float], str, float]] = []
+    p_values: list[float] = []
     for relaxation, population in cells:
         values = _values(rows, metric, population, relaxation)
         for one, other in combinations(sorted(values), 2):
@@ -83,10 +94,15 @@ def flips(rows: Sequence[Row], metric: str) -> list[Flip]:
             apart = [sign * (values[one][s] - values[other][s]) for s in seeds]
             if not apart:
                 continue
-            interval = mean(apart).interval
-            if interval.known and (interval.low > 0.0 or interval.high < 0.0):
-                found = surely.setdefault((one, other, relaxation), {})
-                found[population] = interval.value
+            located = mean(apart)
+            if located.p_value is not None:
+                pair = (one, other, relaxation)
+                asked.append((pair, population, located.interval.value))
+                p_values.append(located.p_value)
+    surely: dict[tuple[str, str, float], dict[str, float]] = {}
+    for (pair, population, value), p_value in zip(asked, holm(p_values), strict=True):
+        if p_value <= 1.0 - CONFIDENCE:
+            surely.setdefault(pair, {})[population] = value
     return [
         Flip(one, other, better, worse, relaxation)
         for (one, other, relaxation), found in surely.items()
@@ -106,12 +122,20 @@ def share_of(
 def _values(
     rows: Sequence[Row], metric: str, population: str, relaxation: float
 ) -> dict[str, dict[int, float]]:
-    """Return planner -> seed -> value."""
+    """Return planner -> seed -> value, penalised where the ego has not arrived."""
+    here = [
+        row
+        for row in rows
+        if row[POPULATION] == population and float(row[RELAXATION]) == relaxation
+    ]
+    penalty = None
+    if metric == columns.TRAVEL_TIME:
+        longest = max((float(row.get(metric) or 0.0) for row in here), default=0.0)
+        penalty = PENALTY_FACTOR * longest or None
     found: dict[str, dict[int, float]] = {}
-    for row in rows:
-        here = row[POPULATION] == population and float(row[RELAXATION]) == relaxation
-        value = row.get(metric)
-        if here and value is not None and np.isfinite(float(value)):
+    for row in here:
+        value = penalty if row.get(metric) is None else row[metric]
+        if value is not None and np.isfinite(float(value)):
             found.setdefault(_label(row), {})[int(row[columns.SEED])] = float(value)
     return found
 

@@ -136,11 +136,24 @@ def _of_follower(
         cause = "" if found is None else found.cause
         return BrakingVerdict(stretch, Fault.OTHER, why, cause)
     if found.blamed == "cause" and found.brakes:
-        for one in own:
-            if one.stretch.first <= stretch.last and one.fault is not Fault.EGO:
-                return BrakingVerdict(stretch, one.fault, one.why, one.cause)
+        answered = _answered(trace, stretch, own)
+        if answered is not None and answered.fault is not Fault.EGO:
+            why, cause = answered.why, answered.cause
+            return BrakingVerdict(stretch, answered.fault, why, cause)
     fault = {"cause": Fault.EGO, "braker": Fault.OTHER, "both": Fault.SHARED}
     return BrakingVerdict(stretch, fault[found.blamed], found.why, EGO)
+
+
+def _answered(
+    trace: Trace, stretch: BrakingStretch, own: list[BrakingVerdict]
+) -> BrakingVerdict | None:
+    """Return the ego's latest braking that a follower may brake for; None if over."""
+    reaction = REACTION / float(trace.fact("step_s"))
+    for one in reversed(own):
+        begun = one.stretch.first <= stretch.last
+        if begun and one.stretch.last >= stretch.first - reaction:
+            return one
+    return None
 
 
 class _Reason(NamedTuple):

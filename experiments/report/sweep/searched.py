@@ -5,7 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from experiments.storage.json_files import read_json
-from experiments.sweep.search.files import ASKED, FOUND, PROBABILITY, shown
+from experiments.sweep.search.files import (
+    ASKED,
+    FOUND,
+    PROBABILITY,
+    probability_words,
+    shown,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +84,4 @@ def _probability(found: dict[str, Any]) -> str:
     value = found.get(PROBABILITY)
     if value is None:
         return ""
-    if not value["probability"]:
-        return f"below {value['high']:.2g} (95 %)"
-    return (
-        f"{value['probability']:.2g} (95 %: {value['low']:.2g} to {value['high']:.2g})"
-    )
+    return probability_words(value["probability"], value["low"], value["high"])

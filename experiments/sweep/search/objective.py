@@ -17,7 +17,7 @@ from experiments.metrics.metric import CellKind
 from experiments.metrics.verdict.records import Fault
 from experiments.sweep.task import Failure
 
-BLAMELESS = 1.0  # robustness where others are to blame: nothing to look for there
+BLAMELESS = 1.0  # of `near_miss` where others are to blame: as far as can be
 LEAST = 1e-9  # below zero, of a failure that the objective does not see
 BROKEN = frozenset(  # endings that are a failure, whatever the objective
     (

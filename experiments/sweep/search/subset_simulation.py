@@ -74,11 +74,6 @@ class SubsetSampler:
         self._finished = False
         self._begin_first()
 
-    @property
-    def finished(self) -> bool:
-        """Whether there is nothing more to learn."""
-        return self._finished
-
     def ask(self, count: int) -> list[FloatArray]:
         """Return at most so many next points; none when it is finished."""
         if self._finished:

@@ -12,7 +12,13 @@ from experiments.config.search import Search
 from experiments.sweep.search.clusters import FailureCluster
 from experiments.sweep.search.coverage import SpaceCoverage
 from experiments.sweep.search.exploration import SearchTrial
-from experiments.sweep.search.files import FOUND, PROBABILITY, shown
+from experiments.sweep.search.files import (
+    FOUND,
+    PROBABILITY,
+    STOPS,
+    probability_words,
+    shown,
+)
 from experiments.sweep.search.reduction import Reduced
 from experiments.sweep.search.subset_simulation import SubsetEstimate
 
@@ -60,6 +66,7 @@ def as_plain(found: SearchFindings, folder: Path) -> dict[str, Any]:
         "method": search.method,
         "objective": search.objective.model_dump(mode="json"),
         "budget": search.budget,
+        STOPS: search.stop_after_failures,
         "trials": [_trial(trial) for trial in found.trials],
         "failures": sum(trial.failed for trial in found.trials),
         "invalid": sum(trial.is_void for trial in found.trials),
@@ -197,9 +204,6 @@ def choices_of(search: Search, point: Mapping[str, Any]) -> Point:
 def probability_line(found: SubsetEstimate) -> str:
     """Say how probable a failure is."""
     levels = f"{len(found.levels)} level" + ("s" if len(found.levels) > 1 else "")
-    if not found.probability:
-        return f"a failure has a probability below {found.high:.2g} (95 %; {levels})"
-    return (
-        f"a failure has a probability of {found.probability:.2g} "
-        f"(95 %: {found.low:.2g} to {found.high:.2g}; {levels})"
-    )
+    words = probability_words(found.probability, found.low, found.high)
+    of = "of " if found.probability else ""
+    return f"a failure has a probability {of}{words}, {levels}"

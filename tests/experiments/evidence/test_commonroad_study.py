@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 from experiments.evidence.commonroad_study import _kept, main, table
 
 
@@ -41,8 +43,20 @@ def test_what_cannot_be_read_is_a_row_and_results_are_kept(tmp_path):
     assert found["status"] == "refused"
     assert "1999" in found["reason"]
     assert json.loads(kept.read_text()) == found
-    file.unlink()
-    assert _kept(kept, "curved", file, tmp_path, tmp_path) == found
+    file.touch()  # the same content
+    kept.write_text(json.dumps({**found, "reason": "kept"}))
+    assert _kept(kept, "curved", file, tmp_path, tmp_path)["reason"] == "kept"
+
+
+@pytest.mark.parametrize("changed", ["code", "file", "recorded"])
+def test_a_result_of_other_code_or_another_file_is_computed_anew(changed, tmp_path):
+    file, kept = tmp_path / "bad.xml", tmp_path / "bad.json"
+    file.write_text("<commonRoad commonRoadVersion='1999'/>")
+    found = _kept(kept, "curved", file, tmp_path, tmp_path, recorded="run")
+    old = {**found["made_of"], changed: "another"}
+    kept.write_text(json.dumps({**found, "reason": "kept", "made_of": old}))
+    again = _kept(kept, "curved", file, tmp_path, tmp_path, recorded="run")
+    assert again == found
 
 
 def test_without_the_checker_nothing_is_written(tmp_path, monkeypatch, capsys):

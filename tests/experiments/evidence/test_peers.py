@@ -32,6 +32,8 @@ def test_counts_and_differences_are_those_of_the_rows():
     ]
     text = document(found)
     assert "16 of the 9180 runs of the sweep, seeds 0, 1, 2, 3, density light." in text
+    assert "development seeds, 0 to 999, on which planners are tuned" in text
+    assert "Left out" not in text
     assert "| `route` | 8 | 7 | 1 |" in text
     assert "- `curved`: 3 of 4 arrive, of `fop` 4" in text
     assert "- `curved`: 1 of 4 collide, of `fop` 0" in text
@@ -40,6 +42,13 @@ def test_counts_and_differences_are_those_of_the_rows():
     assert "| 4 of 4 | 0 |" in row
     rows = [x for x in text.splitlines() if "`fop`" in x and "| +1.00" in x]
     assert len(rows) == 2
+
+
+def test_a_planner_with_another_number_of_runs_is_named_as_left_out():
+    found = [run("straight", "route", seed) for seed in (5000, 5001)]
+    text = document([*found, run("straight", "fop", 5000)])
+    assert "- `straight`: `fop` 1 runs, `route` 2" in text
+    assert "development seeds" not in text
 
 
 def test_nothing_to_compare_is_one_line(tmp_path, capsys):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from planner.interface import PlanResult, PlanStatus
+from planner.interface import Indicator, PlanResult, PlanStatus
 from planner.lane_change import LaneChangePlanner, area, proposed, thesis
 from planner.lane_change.phases.gap_safety import rss_distance
 from planner.lane_change.phases.memory import Memory, Phase
@@ -213,6 +213,22 @@ def test_a_wall_nearer_than_the_shortest_change_ends_in_a_stop():
     assert driven.last.ego.speed < 0.1
     assert driven.clearance > 0.05
     assert "no speed plan on any path" in driven.plans[-1].stats.reason
+
+
+def test_a_fallback_goes_on_indicating_the_change():
+    driven = drive(120, obstacles=wall(300.0))
+    k = next(k for k, p in enumerate(driven.plans) if p.memory.phase is Phase.COMMITTED)
+    scene, last = driven.scenes[k + 1], driven.plans[k]
+    assert last.indicator is Indicator.LEFT
+    s = scene.ego_frenet.s + 12.0  # too near to stop
+    ahead = on_lanes(cars=[Car(s, l, speed=0.0) for l in (-1.75, 1.75)]).vehicles
+    plan = PLANNER.plan(replace(scene, vehicles=ahead), last.memory)
+    assert plan.status is not PlanStatus.OK
+    assert plan.indicator is Indicator.LEFT
+    # and before it has begun to change
+    plans = drive(80, obstacles=wall(121.0), speed=10.0).plans
+    assert any(plan.status is not PlanStatus.OK for plan in plans)
+    assert {plan.indicator for plan in plans} == {Indicator.LEFT}
 
 
 def test_the_printed_objective_says_why_it_stands():

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.interface import PlanStatus
+from planner.interface import Indicator, PlanStatus
 from planner.lane_change.lane_choice import bodies_on_road
 from planner.lane_change.phases.memory import Phase
 from planner.reference_path.path import ReferencePath
@@ -80,6 +80,9 @@ def test_a_lane_that_ends_is_left_before_its_end():
     crossed = next(scene.ego_frenet.s for scene, _ in plans if scene.ego_frenet.l > -1)
     assert crossed < END
     assert all("lane 0 ends" in p.stats.explanation for _, p in plans if _changes(p))
+    for _, plan in plans:
+        wants = plan.memory.manoeuvre.target is not None
+        assert plan.indicator is (Indicator.LEFT if wants else Indicator.NONE)
 
 
 def test_a_long_body_gets_over_from_a_crawl_although_no_plan_is_long_enough():

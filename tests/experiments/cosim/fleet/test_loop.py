@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from experiments.cosim.ego_driver import EpisodeOptions
-from experiments.cosim.fleet.loop import EgoWay, FleetGroup, FleetLoop, NoWayError
+from experiments.cosim.fleet.loop import (
+    SHOWN_AHEAD,
+    EgoWay,
+    FleetGroup,
+    FleetLoop,
+    NoWayError,
+    plan_ahead,
+)
 from experiments.cosim.fleet.records import (
     EnteredVehicle,
     FleetSnapshot,
@@ -21,10 +28,11 @@ from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.cosim.road import EgoTask, Road, Start
 from planner.cruise import proposed
+from planner.interface import PlanResult, PlanStatus
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, line
 from planner.scene import RoadUsers
-from planner.states import CartesianState
+from planner.states import CartesianState, Trajectory
 from planner.vehicle import Vehicle, centre_from_rear_axle
 
 CAR = Vehicle()
@@ -303,3 +311,14 @@ def test_a_mirrored_road_gives_mirrored_traces():
     for name in "ab":
         mirrored = left[name] * np.array([1.0, -1.0, -1.0, 1.0])
         np.testing.assert_allclose(mirrored, right[name], atol=1e-6)
+
+
+def test_what_is_shown_of_a_plan_is_where_it_is_at_those_times():
+    t = np.array([0.0, 0.3, 0.7, 1.2, 2.4])  # of no simulation's step
+    rows = np.zeros((9, t.size))
+    rows[0], rows[1], rows[2] = t, 10.0 * t, -2.0 * t
+    plan = PlanResult(PlanStatus.OK, Trajectory.from_rows(rows), None)
+    ends = [min(time, 2.4) for time in SHOWN_AHEAD]
+    expected = [axis * time for time in ends for axis in (10.0, -2.0)]
+    assert plan_ahead(plan) == pytest.approx(expected)
+    assert plan_ahead(None) == ()

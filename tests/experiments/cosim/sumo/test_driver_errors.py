@@ -1,4 +1,5 @@
 import math
+from itertools import pairwise
 from zlib import crc32
 
 import pytest
@@ -207,6 +208,40 @@ def test_weights_make_up_for_errors_that_are_drawn_more_often_near_the_ego():
     assert weighted == pytest.approx(expected, rel=0.25)
     assert sum(near) / count > 1.3 * expected  # drawn more often
     assert sum(far) / count == pytest.approx(expected, abs=0.1)  # but not there
+
+
+LONG = Occurrence(10.0, 10.0, 30.0)  # errors that last, drawn 20 times as often
+OFTEN = 20.0
+
+
+def begun(times, seconds, near, step=0.5):
+    """Count the errors that begin; `near` tells for a time whether the ego is."""
+    times_asked = [k * step for k in range(1, round(seconds / step))]
+    active = [False, *(times.active(t, near=near(t)) for t in times_asked)]
+    return sum(now and not before for before, now in pairwise(active))
+
+
+@pytest.mark.parametrize("is_near", [False, True])
+def test_long_errors_are_as_frequent_as_asked_for_elsewhere_and_more_so_near(is_near):
+    seconds = 400 * 3600.0
+    count = begun(ErrorTimes(LONG, [3, 8], OFTEN), seconds, lambda t: is_near)
+    rate = LONG.per_hour * (OFTEN if is_near else 1.0)
+    expected = seconds / (3600.0 / rate + 20.0 + 0.1)  # a pause, an error, a gap
+    assert abs(count - expected) <= 4.0 * math.sqrt(expected)
+
+
+def test_weights_are_right_for_long_errors_near_an_ego_that_comes_and_goes():
+    found = []
+    for seed in range(2500):
+        times = ErrorTimes(LONG, [seed], OFTEN)
+        hit = begun(times, 150.0, lambda t: 40.0 < t % 75.0 <= 55.0)
+        found.append((math.exp(times.log_weight), hit))
+    spread = 4.0 / math.sqrt(len(found))  # of weights whose variance is below 4
+    assert sum(w for w, _ in found) / len(found) == pytest.approx(1.0, abs=2 * spread)
+    # weighted, they begin as often as without a factor
+    plain = [begun(ErrorTimes(LONG, [s, 5]), 150.0, bool) for s in range(2500)]
+    weighted = sum(w * hit for w, hit in found) / len(found)
+    assert weighted == pytest.approx(sum(plain) / len(plain), abs=spread)
 
 
 def test_without_a_factor_there_is_no_weight():

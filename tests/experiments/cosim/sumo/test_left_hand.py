@@ -2,9 +2,11 @@
 
 import pytest
 
+from experiments.cosim.sumo.cooperation import Cooperation, CooperationSettings
 from experiments.cosim.sumo.ghost_vehicle import ghost_pose
 from experiments.cosim.sumo.lanes import edge_lanes
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
+from planner.interface import Indicator
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
 from tests.sumo_nets.generated import generate
@@ -25,8 +27,8 @@ def started(tmp_path):
         )
         routes = tmp_path / "r.rou.xml"
         routes.write_text(
-            '<routes><vehicle id="v" depart="0" departLane="0" departSpeed="10">'
-            f'<route edges="{EDGE}"/></vehicle></routes>'
+            f'<routes><route id="r" edges="{EDGE}"/><vehicle id="v" route="r" '
+            'depart="0" departLane="0" departSpeed="10"/></routes>'
         )
         command = ["sumo", "-n", str(net), "-r", str(routes), "--step-length", "0.1"]
         libsumo.start([*command, "--lanechange.duration", "2.5", "--no-step-log"])
@@ -59,6 +61,31 @@ def test_lanes_go_from_right_to_left_and_lateral_speed_is_to_the_left(
     assert moved * side > 0.5
     # the body turns into the lane while its front moves
     assert after.lateral_speed[0] == pytest.approx(side * 1.28, abs=0.02)
+
+
+@pytest.mark.parametrize("asked", [Indicator.LEFT, Indicator.RIGHT])
+@pytest.mark.parametrize(
+    ("options", "inner"), [((), Indicator.LEFT), (("--lefthand",), Indicator.RIGHT)]
+)
+def test_who_is_behind_in_the_indicated_lane_opens_a_gap(
+    started, options, inner, asked
+):
+    sumo = started(*options)
+    sumo.vehicle.add("behind", "r", departLane="1", departPos="20", departSpeed="10")
+    sumo.simulationStep()
+    sumo.vehicle.moveTo("v", f"{EDGE}_0", 32.0)  # on the kerb lane
+    for name in ("v", "behind"):
+        sumo.vehicle.setMaxSpeed(name, 10.0)
+        sumo.vehicle.setLaneChangeMode(name, 0)
+    settings = CooperationSettings(1, 1.0)
+    left_hand = "--lefthand" in options
+    helps = Cooperation(sumo, settings, "v", frozenset(), left_hand=left_hand)
+    slowest = 10.0
+    for k in range(30):
+        helps.update(0.1 * k, asked)
+        sumo.simulationStep()
+        slowest = min(slowest, float(sumo.vehicle.getSpeed("behind")))
+    assert (slowest < 9.0) is (asked is inner)
 
 
 @pytest.mark.parametrize("options", [(), ("--lefthand",)])

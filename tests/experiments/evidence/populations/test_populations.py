@@ -46,6 +46,25 @@ def test_chance_alone_is_no_change_of_places():
     assert flips(found, TIME) == []
 
 
+def test_who_gives_up_where_it_is_slow_is_not_the_faster_one():
+    found = rows({"calm": {"a": 50.0, "b": 52.0}})
+    for row in found:
+        if row["label"] == "a" and row["seed"] < 4:
+            row[TIME] = None
+    (cell,) = rankings(found, TIME)
+    assert cell.seeds == 12
+    assert cell.order == ("b", "a")
+    longest = max(row[TIME] for row in found if row[TIME] is not None)
+    kept = [row[TIME] for row in found if row["label"] == "a" and row[TIME] is not None]
+    assert cell.means[1].value == pytest.approx((4 * 2 * longest + sum(kept)) / 12)
+
+
+def test_many_pairs_do_not_change_places_by_chance():
+    # of 45 pairs in 12 populations; one has, uncorrected, intervals on both sides of 0
+    means = {f"p{k}": {f"x{n}": 50.0 for n in range(10)} for k in range(12)}
+    assert flips(rows(means), TIME) == []
+
+
 def test_planners_are_ranked_on_the_seeds_that_all_of_them_have():
     found = rows({"calm": {"a": 50.0, "b": 60.0}})
     found = [row for row in found if row["label"] == "a" or row["seed"] < 4]

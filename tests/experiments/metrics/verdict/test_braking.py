@@ -21,9 +21,16 @@ LANE = 3.5
 
 def motion(x, speed, brakes_at=None, until=STEPS, l=None):
     """Return x, y, speed and acceleration of each step."""
+    return motion_braking(
+        x, speed, [] if brakes_at is None else [(brakes_at, until)], l
+    )
+
+
+def motion_braking(x, speed, spans, l=None, steps=STEPS):
+    """Return the same of one that brakes from a step to another, several times."""
     rows = []
-    for k in range(STEPS):
-        braking = brakes_at is not None and brakes_at <= k < until and speed > 0.0
+    for k in range(steps):
+        braking = any(first <= k < until for first, until in spans) and speed > 0.0
         rate = -BRAKES if braking else 0.0
         rows.append((x, 0.0 if l is None else l(k), speed, rate))
         x += speed * STEP + 0.5 * rate * STEP**2
@@ -137,3 +144,28 @@ def test_a_follower_of_an_ego_that_brakes_hard_shares_its_verdict(excused):
     }
     expected = Fault.OTHER if excused else Fault.EGO
     assert faults == {"ego": expected, "behind": expected}
+
+
+@pytest.mark.parametrize("first", [0, 32])
+def test_an_excused_braking_excuses_no_later_one(first):
+    # cut into at step 32, then a braking of its own: the follower brakes in each
+    steps, later = 240, 200
+    spans, behind = [(later, later + 10)], [(later + 6, later + 16)]
+    cars = {}
+    if first:
+        spans, behind = (
+            [(first, first + 10), *spans],
+            [(first + 6, first + 16), *behind],
+        )
+        into, out_of = changes_lane(20), changes_lane(60)
+        cars["ahead"] = motion_braking(
+            START + 31.0, 9.0, [], lambda k: LANE + into(k) - out_of(k), steps
+        )
+    ego = motion_braking(START, 15.0, spans, steps=steps)
+    cars["behind"] = motion_braking(START - 19.5, 15.0, behind, steps=steps)
+    found = braking_verdicts(drive(ego, **cars))
+    faults = [
+        (one.stretch.first, one.fault) for one in found if one.stretch.who == "behind"
+    ]
+    own = [(later + 6, Fault.EGO)]
+    assert faults == ([(first + 6, Fault.OTHER), *own] if first else own)

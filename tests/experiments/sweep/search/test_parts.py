@@ -345,6 +345,7 @@ BAD = {
     "objective: min_tcc_s": "objective.direction: is missing; allowed",
     "objective: {metric: min_tcc_s, direction: minimise}": "did you mean min_ttc_s",
     "objective: {metric: status, direction: minimise}": "status: no such metric",
+    "objective: {metric: clearance, blame: ego}": "allowed with clearance: anyone",
     "method: anneal": "allowed: random, sobol, directed, tpe",
     "against: random": "against: is random as the method is",
     "set: {conflict.gap_m: 3.0}": "conflict.gap_m: is in space too",

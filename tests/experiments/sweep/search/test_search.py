@@ -33,12 +33,17 @@ def without_folder(content: dict, folder: Path) -> str:
     return json.dumps(content).replace(str(folder), "FOLDER")
 
 
-@pytest.fixture
-def search(tmp_path, monkeypatch):
-    """Return a search that finds something within 8 trials."""
+@pytest.fixture(autouse=True)
+def _planner_is_found(tmp_path, monkeypatch):
+    """Let the planner beside a search be imported, anew in each test."""
     monkeypatch.chdir(tmp_path)  # where a repeated run looks for the planner
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     monkeypatch.delitem(sys.modules, "broken_planner", raising=False)
+
+
+@pytest.fixture
+def search(tmp_path):
+    """Return a search that finds something within 8 trials."""
     return write_search(
         tmp_path,
         "window",
@@ -179,4 +184,21 @@ def test_rates_are_of_random_trials_alone(method, code, tmp_path, capsys):
         assert "of 4 runs" in text  # the mild point is the fifth
     else:
         assert "its trials are no sample; allowed: a sweep, or a search" in err
+        assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("stop", [1, 1000])
+def test_trials_that_a_number_of_failures_ended_are_no_sample(stop, tmp_path, capsys):
+    keys = {"batch": 1, "stop_after_failures": stop}
+    path = disc_search(tmp_path, method="random", budget=40, **keys)
+    out = tmp_path / "out"
+    allow = ("--allow-planner", "broken_planner")
+    rearview(capsys, "search", path, "--workers", "0", "--out", out, *allow)
+    result = found(out)
+    assert result["failures"] > 0
+    assert (len(result["trials"]) < 40) is (stop == 1)
+    code, _, err = rearview(capsys, "rate", out)
+    assert code == (2 if stop == 1 else 0)
+    if stop == 1:
+        assert "stop_after_failures: ended the search after" in err
         assert err.count("\n") == 1
