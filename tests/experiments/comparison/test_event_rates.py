@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from experiments.cli.app import app
 from experiments.comparison.event_rates import (
     effective_size,
     event_rates,
@@ -94,6 +95,16 @@ def test_a_sweep_is_counted_by_planner(tmp_path):
             event_rates(sweep, event, weight)
     with pytest.raises(ConfigError, match="allowed: 0 or more"):
         event_rates(sweep, "true", "-1.0")
+
+
+@pytest.mark.parametrize("command", ["rate", "results"])
+def test_a_folder_of_single_runs_is_no_sweep(tmp_path, capsys, command):
+    (tmp_path / "runs" / "curved-cruise-0").mkdir(parents=True)
+    with pytest.raises(SystemExit) as end:
+        app((command, str(tmp_path)))
+    assert end.value.code == 2
+    assert "is not the folder of a sweep; allowed: " in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["runs"]
 
 
 def test_runs_that_carry_a_weight_are_weighted_without_being_asked(tmp_path):
