@@ -60,7 +60,7 @@ def rate(
                 raise ConfigError(f"--event, --weight: {problem}; allowed: none")
             sys.stdout.write(_probability(searched, as_json=as_json))
             return
-        event = event or USUAL_EVENT
+        event = USUAL_EVENT if event is None else event
         found = event_rates(folder, event, weight)
         if as_json:
             sys.stdout.write(json.dumps([_as_json(one) for one in found]) + "\n")

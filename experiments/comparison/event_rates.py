@@ -124,8 +124,10 @@ def event_rates(
     if weight is None and _has_weights(folder):
         weight = f"coalesce({columns.IMPORTANCE_WEIGHT}, 1.0)"
     expression = "1.0" if weight is None else weight
-    rows(folder, f"SELECT ({event}) FROM runs LIMIT 1", "--event")
-    rows(folder, f"SELECT ({expression})::DOUBLE FROM runs LIMIT 1", "--weight")
+    _require_condition(folder, event)
+    if not expression.strip():
+        raise ConfigError("--weight: is empty; allowed: a number of each run, as SQL")
+    rows(folder, f"SELECT max(({expression})::DOUBLE) FROM runs", "--weight")
     found = rows(
         folder,
         f"SELECT label, {_LOST} AS lost, coalesce(({event}), false) AS event, "
@@ -191,6 +193,16 @@ def searched_probability(folder: Path) -> Interval | None:
     return Interval(found["probability"], found["low"], found["high"])
 
 
+def _require_condition(folder: Path, event: str) -> None:
+    """Reject an event that is not true or false of each run."""
+    wanted = f"allowed: a condition, such as {USUAL_EVENT}"
+    if not event.strip():
+        raise ConfigError(f"--event: is empty; {wanted}")
+    asked = f"SELECT DISTINCT typeof(({event})) AS kind FROM runs"
+    if any(row["kind"] != "BOOLEAN" for row in rows(folder, asked, "--event")):
+        raise ConfigError(f"--event: {event} is neither true nor false; {wanted}")
+
+
 def _has_weights(folder: Path) -> bool:
     """Check whether runs carry weights of their own."""
     asked = f"SELECT count({columns.IMPORTANCE_WEIGHT}) AS n FROM runs"
@@ -202,8 +214,13 @@ def _rate(label: str, runs: list[dict[str, object]], *, weighted: bool) -> Event
     kept = [row for row in runs if not row["lost"]]
     weights = np.array([_number(row["weight"]) for row in kept])
     occurred = [bool(row["event"]) for row in kept]
-    if not (np.isfinite(weights).all() and (weights >= 0.0).all()):
-        raise ConfigError("--weight: is not a number in some runs; allowed: 0 or more")
+    allowed = "allowed: 0 or more, above 0 in some"
+    if not np.isfinite(weights).all():
+        raise ConfigError(f"--weight: is not a number in some runs; {allowed}")
+    if (weights < 0.0).any():
+        raise ConfigError(f"--weight: is {weights.min():g} in a run; {allowed}")
+    if kept and not weights.any():
+        raise ConfigError(f"--weight: is 0 in all runs of {label}; {allowed}")
     events = sum(occurred)
     distance = sum(_number(row["distance_m"]) for row in kept) / M_PER_KM
     if not kept:

@@ -133,11 +133,29 @@ def judge(
     for row in rows:
         key = (str(row[columns.SCENARIO]), str(row[LABEL]))
         groups.setdefault(key, []).append(row)
+    for condition in conditions:
+        _require_names(condition, {_TEXTS[k]: {g[k] for g in groups} for k in (0, 1)})
     return [
         condition.judge(group, *key)
         for key, group in sorted(groups.items())
         for condition in conditions
     ]
+
+
+def _require_names(condition: Condition, there: Mapping[str, set[str]]) -> None:
+    """Reject a comparison with a scenario or planner that no run is of."""
+    for node in ast.walk(condition.tree):
+        if not isinstance(node, ast.Compare):
+            continue
+        parts = [node.left, *node.comparators]
+        names = [part.id for part in parts if isinstance(part, ast.Name)]
+        texts = [part.value for part in parts if isinstance(part, ast.Constant)]
+        for key in there.keys() & set(names):
+            for text in texts:
+                if text not in there[key]:
+                    hint = unknown_name(str(text), sorted(there[key]))
+                    problem = f"no run is of {key} {text!r}; {hint}"
+                    raise _error(condition.text, problem)
 
 
 @dataclass(slots=True)

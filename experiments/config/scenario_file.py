@@ -50,6 +50,10 @@ SHORT_FORMS: Mapping[str | int, str] = {
     "plan_start": "rule",
     "perception": "preset",
 }
+_DENSITY: KeyPath = ("traffic", "density")
+_FLOW: KeyPath = ("traffic", "own_veh_per_h")
+# keys that replace one another: an option for one takes the file's other away
+_REPLACES: Mapping[KeyPath, KeyPath] = {_DENSITY: _FLOW, _FLOW: _DENSITY}
 _KEY_PART = re.compile(r"\.?([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]+)\]")
 
 
@@ -278,6 +282,20 @@ def _override(document: Document, path: KeyPath, value: Plain, option: str) -> N
     for known in [key for key in document.places if key[: len(path)] == path]:
         del document.places[known]
     document.places[path] = option
+    if path in _REPLACES and value is not None:
+        _take_off(document, _REPLACES[path])
+
+
+def _take_off(document: Document, path: KeyPath) -> None:
+    """Remove a key that the scenario's own file wrote; what an option wrote stays."""
+    place = document.where(path)
+    if place != document.name and not place.startswith(f"{document.name}:"):
+        return
+    node: Any = document.data
+    for part in path[:-1]:
+        node = node[part]
+    node.pop(path[-1], None)
+    document.places.pop(path, None)
 
 
 def _step_into(node: Any, part: str | int, following: str | int, option: str) -> Any:

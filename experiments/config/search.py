@@ -113,9 +113,6 @@ class SearchObjective(Strict):
                 if getattr(self, key) is not None:
                     problem = f"is of a column; allowed with {self.metric}: none"
                     raise mismatch(key, problem)
-        elif self.direction is None:
-            problem = "is missing; allowed: minimise, maximise"
-            raise mismatch("direction", problem)
         return self
 
     @property

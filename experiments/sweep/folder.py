@@ -38,6 +38,7 @@ from experiments.storage.json_files import (
     read_json,
 )
 from experiments.storage.run_files import MANIFEST, replace_json
+from experiments.sweep.search.files import ASKED
 
 SHARD = 2  # characters of the id that name the folder above the run's
 RESULTS = "results.parquet"
@@ -79,8 +80,12 @@ def is_sweep(folder: Path) -> bool:
 def require_sweep(folder: Path) -> None:
     """Raise an error unless a folder is there and is that of a sweep."""
     require_there(folder)
-    if not (folder / "runs").is_dir():
-        raise ConfigError(f"{folder}: is not the folder of a sweep: it has no runs")
+    ours = any((folder / name).is_file() for name in (_SWEEP, ASKED))
+    if not (ours and (folder / "runs").is_dir()):
+        raise ConfigError(
+            f"{folder}: is not the folder of a sweep; allowed: a folder written by "
+            "rearview sweep or rearview search"
+        )
 
 
 def require_place(folder: Path) -> None:

@@ -42,6 +42,7 @@ _NULLABLE: Mapping[str, set[str]] = {
     "timing": {"planning_ms", "planning_cpu_ms"},
     "fleet": {"group", "lane"},
     "egos": {"plan_status", "clearance_m"},
+    "fleet_plans": {"x1_m", "y1_m", "x2_m", "y2_m", "x3_m", "y3_m"},  # without a plan
     "perceived": {"acceleration_mps2", "lateral_speed_mps"},
     "driver_errors": set(),
     "weights": set(),

@@ -244,6 +244,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
                 "process has begun one (SUMO is one simulation per process: take "
                 "AsyncVectorEnv or SubprocVecEnv)"
             )
+        action = cast_action(self.action_space, action)
         if not self.action_space.contains(action):
             raise ConfigError(f"step: {action!r} is not in {self.action_space}")
         reward, ending = 0.0, None
@@ -404,6 +405,13 @@ def action_space(kind: ActionKind) -> spaces.Space[Any]:
         return spaces.MultiDiscrete([LANE_CHOICES, SPEED_CHOICES])
     size = 2 if kind is ActionKind.CONTROL else 3
     return spaces.Box(-1.0, 1.0, (size,), np.float32)
+
+
+def cast_action(space: spaces.Space[Any], action: Any) -> Any:
+    """Cast an array of numbers to the precision of its space; others stay."""
+    if isinstance(space, spaces.Box) and isinstance(action, np.ndarray):
+        return action.astype(space.dtype) if action.dtype.kind in "fiu" else action
+    return action
 
 
 def _mute(_: StepRecord) -> None:

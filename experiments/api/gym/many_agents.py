@@ -21,6 +21,7 @@ from experiments.api.gym.environment import (
     Reward,
     Transition,
     action_space,
+    cast_action,
     observation_space,
     progress_reward,
     require_count,
@@ -237,6 +238,11 @@ class ManyAgentsEnv(ParallelEnv[str, Observation, Action]):  # type: ignore[misc
         running = self._running
         if running is None:
             raise ResetNeeded("call reset() first: no episode runs in this process")
+        actions = {
+            name: cast_action(self.action_spaces[name], given)
+            for name, given in actions.items()
+            if name in self.agents
+        }
         for name in self.agents:
             given = actions.get(name)
             if given is None or not self.action_spaces[name].contains(given):

@@ -127,13 +127,16 @@ def near_miss(row: Mapping[str, Any]) -> float | None:
 
 
 def check_objective(objective: SearchObjective, document: Document) -> None:
-    """Reject an objective that is no metric with numbers; raises ConfigError."""
+    """Reject a metric without numbers, or without a direction; raises ConfigError."""
     name = objective.metric
     allowed = [CLEARANCE, NEAR_MISS, *_numeric()]
     if name not in allowed:
         where = document.where(("objective",))
         hint = unknown_name(name, allowed)
         raise ConfigError(f"{where}: objective: {name}: no such metric; {hint}")
+    if name not in (CLEARANCE, NEAR_MISS) and objective.direction is None:
+        problem = "objective.direction: is missing; allowed: minimise, maximise"
+        raise ConfigError(f"{document.where(('objective',))}: {problem}")
 
 
 def _numeric() -> list[str]:

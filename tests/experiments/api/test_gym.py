@@ -67,6 +67,21 @@ def test_random_actions_stay_in_the_spaces_and_repeat(kind):
     assert first[-1][1] != "simulator_failed"
 
 
+@pytest.mark.parametrize("kind", ["control", "frenet"])
+def test_numbers_of_another_precision_are_cast(kind):
+    size = 2 if kind == "control" else 3
+    env = kinematic(action=kind, changes=EMPTY)
+    seen = []
+    for dtype in (np.float32, np.float64):
+        env.reset(seed=0)
+        seen.append(env.step(np.full(size, 0.1, dtype))[0]["ego"].tolist())
+    assert seen[0] == seen[1]
+    for wrong in (np.full(size, 1.1), np.full(size, np.nan), np.zeros(size, complex)):
+        with pytest.raises(ConfigError, match="is not in"):
+            env.step(wrong)
+    env.close()
+
+
 def test_endings_are_told_apart():
     env = kinematic(action="control", changes=EMPTY)
     env.reset(seed=0)

@@ -49,6 +49,8 @@ def sweep(tmp_path: Path) -> Path:
             folder.mkdir(parents=True)
             (folder / "manifest.json").write_text(json.dumps(about))
             (folder / "metrics.json").write_text(json.dumps(row))
+    keys = "scenarios: [curved]\nplanners: [cruise]\nseeds: {first: 0, count: 12}\n"
+    (tmp_path / "sweep.yaml").write_text(f"name: s\n{keys}")
     return tmp_path
 
 
@@ -314,5 +316,6 @@ def test_ctrl_c_ends_a_query(sweep):
 def test_folders_named_like_partitions_do_not_change_the_rows(sweep):
     odd = sweep / "seed=77"
     odd.mkdir()
-    (sweep / "runs").rename(odd / "runs")
+    for name in ("runs", "sweep.yaml"):
+        (sweep / name).rename(odd / name)
     assert {row["seed"] for row in results.rows(odd)} == set(range(12))

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from experiments.cli.app import app
 from experiments.comparison.event_rates import (
     effective_size,
     event_rates,
@@ -92,8 +93,38 @@ def test_a_sweep_is_counted_by_planner(tmp_path):
     for event, weight in (("colisions > 0", None), ("true", "'heavy'")):
         with pytest.raises(ConfigError, match=r"^--(event|weight): "):
             event_rates(sweep, event, weight)
-    with pytest.raises(ConfigError, match="allowed: 0 or more"):
-        event_rates(sweep, "true", "-1.0")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--weight", "0"), "--weight: is 0 in all runs of cruise; allowed: 0 or more"),
+        (("--weight", "-1"), "--weight: is -1 in a run; allowed: 0 or more"),
+        (("--weight", "'nan'"), "--weight: is not a number in some runs; allowed: 0"),
+        (("--weight", ""), "--weight: is empty; allowed: a number"),
+        (("--event", "status"), "--event: status is neither true nor false; allowed: "),
+        (("--event", "collisions"), "allowed: a condition, such as collisions > 0"),
+        (("--event", ""), "--event: is empty; allowed: a condition, such as coll"),
+        (("--event", "colisions > 0"), "--event: there is no column colisions"),
+    ],
+)
+def test_mistakes_name_the_option_and_what_is_allowed(tmp_path, capsys, options, words):
+    with pytest.raises(SystemExit) as end:
+        app(("rate", str(write_sweep(tmp_path / "sweep")), *options))
+    assert end.value.code == 2
+    message = capsys.readouterr().err
+    assert words in message
+    assert message.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["rate", "results"])
+def test_a_folder_of_single_runs_is_no_sweep(tmp_path, capsys, command):
+    (tmp_path / "runs" / "curved-cruise-0").mkdir(parents=True)
+    with pytest.raises(SystemExit) as end:
+        app((command, str(tmp_path)))
+    assert end.value.code == 2
+    assert "is not the folder of a sweep; allowed: " in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["runs"]
 
 
 def test_runs_that_carry_a_weight_are_weighted_without_being_asked(tmp_path):

@@ -38,7 +38,7 @@ TWO = [row(min_ttc_s=1.0), row(seed=1, arrived=False, min_ttc_s=4.0, status="tim
         ("max(min_ttc_s) - min(min_ttc_s) > 3.5", False),
         ("0 < arrived < 1", True),
         ("runs != 2 or lost > 0", False),
-        ('planner == "mine" and scenario != "straight"', True),
+        ('planner == "mine" and scenario == "curved"', True),
         ("count(min_pet_s) > 0 and min(min_pet_s) < 1", False),
         ("sum(min_ttc_s) / runs >= 2.5", True),
         ("-collisions < 0", False),
@@ -147,6 +147,26 @@ def test_figures_are_those_of_the_runs_that_have_a_value(values, name, sign, lim
     ] == pytest.approx(expected)
     if abs(expected - limit) > 1e-9:
         assert verdict.met is SIGNS[sign](expected, limit)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            'planner == "mien" and arrived < 2',
+            "no run is of planner 'mien'; did you mean mine? allowed: mine, other",
+        ),
+        (
+            'not "town" != scenario',
+            "no run is of scenario 'town'; allowed: curved, straight",
+        ),
+    ],
+)
+def test_names_that_no_run_is_of_are_refused(text, words):
+    rows = [*TWO, row(scenario="straight", **{LABEL: "other"})]
+    with pytest.raises(ConfigError) as caught:
+        judge(rows, [Condition.read(text)])
+    assert str(caught.value) == f"--fail-if {text}: {words}"
 
 
 def test_every_scenario_and_planner_is_judged_by_itself():

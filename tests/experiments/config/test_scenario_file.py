@@ -257,6 +257,8 @@ def test_a_density_stands_for_the_flow_of_each_lane_that_is_fed():
     assert named == [350.0, 700.0, 1200.0]
     assert flow("lane_change", "traffic.own_lane=null") == 2 * 700.0
     assert flow("lane_change_three") == 3 * 700.0
+    assert flow("lane_change", "traffic.own_veh_per_h=80") == 80.0
+    assert flow("curved", "traffic.density=light") == 3 * 350.0
     plain = ("traffic.density=null", "traffic.own_veh_per_h=80")
     assert flow("lane_change", *plain) == 80.0
     assert Traffic().own_veh_per_h == 900.0
@@ -265,7 +267,10 @@ def test_a_density_stands_for_the_flow_of_each_lane_that_is_fed():
 @pytest.mark.parametrize(
     ("overrides", "message"),
     [
-        (["own_veh_per_h=9"], "own_veh_per_h: is 9 beside density = medium; allowed: "),
+        (
+            ["density=light", "own_veh_per_h=9"],
+            "own_veh_per_h: is 9 beside density = light; allowed: one",
+        ),
         (
             ["density=null", "own_veh_per_h=null"],
             "own_veh_per_h: is null; allowed: a ",

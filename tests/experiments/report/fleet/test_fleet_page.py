@@ -20,6 +20,7 @@ from experiments.trace.fleet import (
     write_fleet,
 )
 from experiments.trace.road_map import MapLane, RoadMap, read_map, write_map
+from experiments.trace.schema import Kind, column
 from tests.experiments.report.browser import (
     frames_in_half_a_second,
     settle,
@@ -112,6 +113,22 @@ def write_folder(folder, trace):
         "name: many\nplanner: {name: cruise}\negos: {count: 5}\n"
     )
     return folder
+
+
+def test_an_ego_without_a_plan_in_its_last_step_has_a_page_without_that_plan(tmp_path):
+    trace = made_trace(8, 20)
+    last = trace.plans.shape[0] - 1
+    plans = trace.plans.copy()
+    plans[last] = np.nan
+    status = trace.egos["plan_status"].tolist()
+    status[last] = None
+    egos = {**trace.egos, "plan_status": column(status, Kind.TEXT)}
+    folder = write_folder(tmp_path / "run", replace(trace, plans=plans, egos=egos))
+    assert save_run_page(folder).is_file()
+    packed = fleet_replay(*read_tables(folder), read_map(folder), ["cruise"])["plans"]
+    for name in ("x1", "y1", "x2", "y2", "x3", "y3"):
+        drawn = np.frombuffer(base64.b64decode(packed[name]["data"]), "<f4")
+        assert np.flatnonzero(np.isnan(drawn)).tolist() == [last]
 
 
 def test_places_lie_along_the_way_of_the_vehicle_that_came_farthest(tmp_path):
