@@ -1,5 +1,6 @@
 """Many egos: which vehicles of the traffic a planner drives, and how."""
 
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -94,3 +95,21 @@ class Measurement(Strict):
 def read_groups(value: Any) -> Any:
     """Let one section stand for a list of one."""
     return (value,) if isinstance(value, dict) else value
+
+
+def largest_share(groups: Sequence[EgoGroup]) -> tuple[float, str]:
+    """Return the largest sum of penetrations of the same vehicles, and of which.
+
+    Types and flows may overlap, which only the traffic shows: names count apart.
+    """
+    names = dict.fromkeys(name for group in groups for name in group.of or ())
+    sums = {"any vehicle": _sum(group for group in groups if group.of is None)}
+    for name in names:
+        sums[name] = _sum(g for g in groups if g.of is None or name in g.of)
+    most = max(sums, key=sums.__getitem__)
+    return sums[most], most
+
+
+def _sum(groups: Iterable[EgoGroup]) -> float:
+    """Add up penetrations; 0.1 + 0.2 + 0.7 is 1."""
+    return round(sum(group.penetration or 0.0 for group in groups), 9)

@@ -16,7 +16,12 @@ from pydantic import (
 from experiments.config.base import Strict, as_section, mismatch
 from experiments.config.conflict import N_LANES, STEP_S, Conflict
 from experiments.config.ego import Ego
-from experiments.config.egos import EgoGroup, Measurement, read_groups
+from experiments.config.egos import (
+    EgoGroup,
+    Measurement,
+    largest_share,
+    read_groups,
+)
 from experiments.config.obstacles import (
     ClosureSection,
     DrawnSection,
@@ -237,7 +242,20 @@ class Scenario(Strict):
         if driver in SELF_DRIVEN and driver != SUMO:
             raise mismatch("planner", f"is {driver}; allowed with egos: others, {SUMO}")
         self._without_single_ego()
+        self._measures_something()
+        total, of = largest_share(self.egos)
+        if total > 1.0:
+            problem = f"have penetrations of {of} that are {total:g} in sum"
+            raise mismatch("egos", f"{problem}; allowed: at most 1")
         return self
+
+    def _measures_something(self) -> None:
+        """Reject a measurement that begins when the run has ended."""
+        begin = 0.0 if self.measurement is None else self.measurement.from_s
+        duration = self.simulation.duration_s
+        if begin >= duration:
+            problem = f"is {begin:g}; allowed: below simulation.duration_s = "
+            raise mismatch("measurement.from_s", f"{problem}{duration:g}")
 
     def _without_single_ego(self) -> None:
         """Reject keys that are about a single ego."""

@@ -430,3 +430,37 @@ def test_sections_cannot_be_changed(file):
     with pytest.raises(ValueError, match="frozen"):
         scenario.ego.goal_m = 3.0
     assert isinstance(scenario, Scenario)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (["measurement.from_s=60"], "measurement.from_s: is 60; allowed: below simul"),
+        (["measurement.from_s=61"], "allowed: below simulation.duration_s = 60"),
+        (
+            ["egos=[{penetration: 0.7}, {penetration: 0.4}]"],
+            "egos: have penetrations of any vehicle that are 1.1 in sum; allowed: at ",
+        ),
+        (
+            ["egos=[{penetration: 0.7}, {penetration: 0.4, of: [car, van]}]"],
+            "egos: have penetrations of car that are 1.1 in sum; allowed: at most 1",
+        ),
+    ],
+)
+def test_mistakes_about_many_egos(overrides, message):
+    with pytest.raises(ConfigError) as caught:
+        load_scenario("motorway", overrides=["simulation.duration_s=60", *overrides])
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "egos",
+    [
+        "[{penetration: 0.1}, {penetration: 0.2}, {penetration: 0.7}]",
+        "[{penetration: 0.7, of: car}, {penetration: 0.4, of: truck}]",
+        "[{penetration: 1}, {count: 3}]",
+    ],
+)
+def test_shares_of_all_vehicles_and_of_different_ones_are_allowed(egos):
+    assert load_scenario("motorway", overrides=[f"egos={egos}"]).egos is not None

@@ -122,7 +122,8 @@ def test_an_ego_drives_round_and_round_a_ring(tmp_path):
 
 def test_egos_of_a_type_with_a_bounded_speed_factor_have_ghosts(tmp_path):
     # SUMO draws such a factor again until it is between its bounds: for ever, once
-    scenario = load_scenario("platoon", overrides=["simulation.duration_s=16"])
+    short = ["simulation.duration_s=16", "measurement.from_s=0"]
+    scenario = load_scenario("platoon", overrides=short)
     row = run_scenario(scenario, out=tmp_path).row
     assert row["egos_driven"] == 8
 
