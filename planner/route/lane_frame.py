@@ -328,7 +328,11 @@ def _along(x: FloatArray, y: FloatArray) -> FloatArray:
 
 def _body_need(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> FloatArray:
     """Compute half the width that the body takes on its way through bends [m]."""
-    curvature = np.abs(path.at(s).curvature)
+    return _swept(np.abs(path.at(s).curvature), vehicle)
+
+
+def _swept(curvature: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Compute half the width with what the front sweeps about each place, (n,) [m]."""
     reach = max(int(vehicle.front_reach / SPACING), 1)
     padded = np.pad(curvature, reach, mode="edge")
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
@@ -339,16 +343,18 @@ def _body_need(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> FloatArr
 def _inner_sides(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> FloatArray:
     """Compute how far the road goes to the inner side of sharp bends, (2, n) [m].
 
-    It narrows gently before them, so that an ego at its edge can follow it.
+    It narrows gently before them, so that an ego at its edge can follow it. In a bend
+    to the other side before it, the front still gets the room that it sweeps there.
     """
-    curvature = path.at(s).curvature / (SHARP * vehicle.limits.max_curvature)
+    curvature, sharp = path.at(s).curvature, SHARP * vehicle.limits.max_curvature
     out = np.full((2, s.size), ANYWHERE)
-    for side, sharp in enumerate((curvature > 1.0, curvature < -1.0)):
-        places = s[sharp]
+    for side, inwards in enumerate((curvature, -curvature)):
+        places = s[inwards > sharp]
         if not places.size:
             continue
         following = np.searchsorted(places, s)
         ahead = places[np.minimum(following, places.size - 1)] - s
         room = 0.5 * vehicle.width + INNER_SPARE + EASING * ahead
+        room = np.maximum(room, _swept(np.maximum(-inwards, 0.0), vehicle))
         out[side] = np.where(following < places.size, room, ANYWHERE)
     return out
