@@ -24,6 +24,7 @@ def run(folder, number, point, **values):
     about |= {"sweep": {"name": "s", "label": "p", "point": point}}
     place = run_folder(folder, f"r{number:02d}")
     place.mkdir(parents=True)
+    (folder / "sweep.yaml").touch()  # the folder is that of a sweep
     (place / "manifest.json").write_text(json.dumps(about))
     (place / "metrics.json").write_text(json.dumps(row))
 

@@ -106,7 +106,7 @@ def test_gaps_to_against_fine_time_sampling(seed):
         sampled = sampled_gap(points, heading, poses[b], headings[b], extents[b])
         # In the turning body's frame the way between two steps is not quite straight;
         # 40 samples of a relative speed of 29 m/s are 0.07 m apart.
-        assert gaps[b] <= sampled + 0.015
+        assert gaps[b] <= sampled + 0.025
         assert gaps[b] >= sampled - 0.05
 
 
