@@ -23,6 +23,7 @@ from experiments.episode.commonroad_export import exported_scenario
 from experiments.episode.commonroad_solution import read_solved_run, solution_of
 from experiments.episode.run import run_episode
 from experiments.errors import ExperimentError
+from experiments.evidence.document_command import write_document
 from experiments.evidence.quote import quoted
 from experiments.storage.atomic_folder import make_folder, write_atomically
 from experiments.storage.provenance import code_hash, file_hash
@@ -175,28 +176,22 @@ def _row(group: str, results: Sequence[Mapping[str, Any]]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run what is missing, and put the table into a document.
-
-    Returns:
-        0; 2 on an error.
-    """
+    """Write the document; see `write_document`."""
     parser = argparse.ArgumentParser(prog="commonroad_study", description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, required=True)
     parser.add_argument("--out", type=Path, default=OUT, help="folder of the runs")
-    options = parser.parse_args(arguments)
-    try:
-        python = find_python()
-        make_folder(options.out)
-        results = []
-        for found in study(options.out, python):
-            sys.stderr.write(f"{found['file']}: {found['status']}\n")
-            results.append(found)
-        text = options.output.read_text(encoding="utf-8")
-        write_atomically(options.output, quoted(text, table(results)))
-    except (ExperimentError, OSError) as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    return 0
+    return write_document(parser, _page, arguments)
+
+
+def _page(options: argparse.Namespace) -> str:
+    """Drive what is missing, and put the table into the page that is there."""
+    python = find_python()
+    make_folder(options.out)
+    results = []
+    for found in study(options.out, python):
+        sys.stderr.write(f"{found['file']}: {found['status']}\n")
+        results.append(found)
+    text = options.output.read_text(encoding="utf-8")
+    return quoted(text, table(results))
 
 
 if __name__ == "__main__":

@@ -14,11 +14,11 @@ from experiments.comparison.compare import Line, Question, compare
 from experiments.comparison.results import Row, rows
 from experiments.config.sweep_file import load_sweep
 from experiments.cosim.records import EpisodeStatus
-from experiments.errors import ConfigError, ExperimentError
+from experiments.errors import ConfigError
+from experiments.evidence.document_command import write_document
 from experiments.evidence.first_look import first_look
 from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS
-from experiments.storage.atomic_folder import write_atomically
 
 SWEEP = "peers"
 OURS = "route"
@@ -176,22 +176,14 @@ def _difference(line: Line | None) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the document.
-
-    Returns:
-        0; 2 on an error.
-    """
+    """Write the document; see `write_document`."""
     parser = argparse.ArgumentParser(prog="peers", description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path, help="of finished sweeps")
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    options = parser.parse_args(arguments)
-    try:
-        found = [row for folder in options.folders for row in rows(folder)]
-        write_atomically(options.output, document(found))
-    except (ExperimentError, OSError) as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    return 0
+    return write_document(
+        parser,
+        lambda options: document([r for one in options.folders for r in rows(one)]),
+        arguments,
+    )
 
 
 if __name__ == "__main__":

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from experiments.comparison.compare import Line, Question, compare
 from experiments.comparison.results import rows
-from experiments.errors import ConfigError, ExperimentError
+from experiments.errors import ConfigError
+from experiments.evidence.document_command import write_document
 from experiments.metrics.catalogue import METRICS
 from experiments.sweep.folder import load_sweep_copy
 
@@ -109,22 +110,10 @@ def _row(line: Line, base: float | None) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the document.
-
-    Returns:
-        0; 2 on an error.
-    """
+    """Write the document; see `write_document`."""
     parser = argparse.ArgumentParser(prog="penetration", description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path, help="of finished sweeps")
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    options = parser.parse_args(arguments)
-    try:
-        text = document(options.folders)
-        options.output.write_text(text, encoding="utf-8")
-    except (ExperimentError, OSError) as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    return 0
+    return write_document(parser, lambda options: document(options.folders), arguments)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,8 @@ from experiments.comparison.compare import PENALTY_FACTOR
 from experiments.comparison.inference import wilson
 from experiments.comparison.location import LEAST_VALUES
 from experiments.comparison.results import LABEL, Row, rows
-from experiments.errors import ConfigError, ExperimentError
+from experiments.errors import ConfigError
+from experiments.evidence.document_command import write_document
 from experiments.evidence.first_look import first_look
 from experiments.evidence.populations.ranking import (
     POPULATION,
@@ -178,23 +179,15 @@ def _ranked(found: Sequence[Row], metric: str) -> Iterator[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the document.
-
-    Returns:
-        0; 2 on an error.
-    """
+    """Write the document; see `write_document`."""
     parser = argparse.ArgumentParser(prog="populations", description=__doc__)
     parser.add_argument("folder", type=Path, help="of the sweep `populations`")
     parser.add_argument("--seeds", type=int, default=SEEDS, help="of the traffic alone")
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    options = parser.parse_args(arguments)
-    try:
-        text = document(options.folder, options.seeds)
-        options.output.write_text(text.rstrip() + "\n", encoding="utf-8")
-    except (ExperimentError, OSError) as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    return 0
+    return write_document(
+        parser,
+        lambda options: document(options.folder, options.seeds).rstrip() + "\n",
+        arguments,
+    )
 
 
 if __name__ == "__main__":
