@@ -113,7 +113,13 @@ def run_episode(
         files = [(None, WITHOUT_EGO_FILE), *enumerate(PLACEBO_FILES)]
         for placebo, name in files:
             table = vehicles_without_ego(
-                scenario, layout, trace, world, folder, placebo=placebo
+                scenario,
+                layout,
+                trace,
+                world,
+                folder,
+                placebo=placebo,
+                shared=options.shared,
             )
             if table is not None and options.keeps_trace(ending):
                 write_tables([(table, TABLES["vehicles"], folder / name)])

@@ -13,6 +13,7 @@ from experiments.config import Scenario
 from experiments.config.scenario_file import CONFIG_FILE, config_text
 from experiments.cosim.records import Ending
 from experiments.episode.newest_run import ENDED
+from experiments.episode.without_ego import SharedTraffic
 from experiments.metrics.metric import MeasuredEpisode
 from experiments.metrics.moments import moments_beside_the_trace
 from experiments.metrics.row import Cell, metric_row
@@ -53,6 +54,7 @@ class OutputOptions:
     # count in every cycle what each check removes; else planners are faster, and the
     # trace and its hash lack these counts
     full_statistics: bool = True
+    shared: SharedTraffic | None = None  # of the runs before, of the same process
 
 
 @dataclass(frozen=True, slots=True)

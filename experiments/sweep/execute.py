@@ -11,6 +11,7 @@ from experiments.cosim.records import Ending, EpisodeStatus
 from experiments.episode.drive import run_scenario
 from experiments.episode.identity import code_hash
 from experiments.episode.run_folder import OutputOptions
+from experiments.episode.without_ego import SharedTraffic
 from experiments.errors import ConfigError, ExperimentError, ResultsError, described
 from experiments.interrupts import is_interrupt
 from experiments.sweep.task import (
@@ -23,6 +24,9 @@ from experiments.sweep.task import (
 )
 
 log = logging.getLogger(__name__)
+
+# Of this process: the runs of one seed follow each other.
+_shared = SharedTraffic()
 
 
 def execute_run(task: RunTask) -> RunReport:
@@ -78,4 +82,5 @@ def _run_folder(task: RunTask) -> OutputOptions:
         keeps,
         facts_of(task),
         full_statistics=task.full_statistics,
+        shared=_shared,
     )

@@ -1,6 +1,6 @@
 """Runs of a sweep from its axes, each with its id before anything runs."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import product
@@ -68,7 +68,11 @@ class Plan:
         return self._sweep.count
 
     def __iter__(self) -> Iterator[PlannedRun]:
-        """Yield the runs; the seed varies fastest.
+        """Yield the runs; the planner varies fastest, the seed slowest.
+
+        So a sweep that is stopped has all its cells with as many seeds, and the runs
+        that share their traffic without the ego follow each other. Planners of users
+        come one after the other: each has a process of its own.
 
         Raises:
             ConfigError: If a scenario with these values is invalid, or two runs are the
@@ -86,9 +90,10 @@ class Plan:
     def _all(self) -> Iterator[PlannedRun]:
         """Yield the runs in order."""
         sweep = self._sweep
-        for base, planner in product(self._bases, sweep.variants):
-            for index, point in enumerate(axis_points(sweep.axes)):
-                for seed in sweep.all_seeds:
+        points = list(enumerate(axis_points(sweep.axes)))
+        for planners in _by_process(sweep.variants):
+            for seed, base in product(sweep.all_seeds, self._bases):
+                for (index, point), planner in product(points, planners):
                     yield self._run(base, planner, point, seed, first=index == 0)
 
     def _run(
@@ -166,6 +171,15 @@ class Plan:
             if path in self._places.places:
                 return self._places.places[path]
         return self._places.where(section)
+
+
+def _by_process(planners: Iterable[SweptPlanner]) -> list[list[SweptPlanner]]:
+    """Group planners that run in one process: ours, and each user's."""
+    groups: dict[str, list[SweptPlanner]] = {}
+    for planner in planners:
+        owner = "" if planner.name in PLANNERS else planner.name
+        groups.setdefault(owner, []).append(planner)
+    return list(groups.values())
 
 
 def plain(value: Any) -> Any:

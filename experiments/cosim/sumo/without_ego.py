@@ -8,7 +8,7 @@ numbers from the entry on. SUMO does not go on from a saved state quite as it wo
 without (lane changes under way end at once), but the same way in both.
 """
 
-from collections.abc import Iterator, Set
+from collections.abc import Hashable, Iterator, Set
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,15 +40,25 @@ class WithoutEgoWorld(SumoWorld):
         self._placebo_seed = placebo_seed
         self._folder = folder
 
+    @property
+    def traffic(self) -> Hashable:
+        """What the planner's choice can change of this run, besides the scenario.
+
+        Worlds of one scenario in which it is equal report the same, bit by bit.
+        """
+        settings = replace(self._settings, route_file=Path())
+        demand = self._settings.route_file.read_bytes()
+        return (*command_line(settings), demand, settings.closed, self._placebo_seed)
+
     def drive(
-        self, entry_steps: int, n_steps: int, ids: Set[str]
+        self, entry_steps: int, n_steps: int, ids: Set[str] | None = None
     ) -> Iterator[TrafficState]:
         """Run the traffic without the ego.
 
         Args:
             entry_steps: Steps after the warm-up until the ego would enter.
             n_steps: Moments to report, the first is that entry.
-            ids: Of the vehicles reported, wherever they are.
+            ids: Of the vehicles reported, wherever they are; None: of all.
 
         Yields:
             A state for each moment.
@@ -70,7 +80,8 @@ class WithoutEgoWorld(SumoWorld):
                 if moment > 0:
                     self._move_drivers(sumo)
                     sumo.simulationStep()
-                found = reader.of(ids & set(sumo.vehicle.getIDList()))
+                there = sumo.vehicle.getIDList()
+                found = reader.of(there if ids is None else ids & set(there))
                 yield TrafficState(moment * self.step, found)
 
     def _start_anew(self, sumo: Libsumo, seed: int, file: Path) -> None:

@@ -7,12 +7,17 @@ import numpy as np
 import pytest
 
 from experiments.config.scenario_file import load_scenario
+from experiments.cosim.sumo.without_ego import WithoutEgoWorld
 from experiments.episode.run import PLACEBO_FILES, WITHOUT_EGO_FILE, run_episode
+from experiments.episode.run_folder import OutputOptions
+from experiments.episode.without_ego import SharedTraffic
 from experiments.errors import ConfigError
 from experiments.metrics.without_ego import Cost, costs
 from experiments.trace.files import read_trace
 from experiments.trace.recording import vehicle_table
 from experiments.trace.schema import Table, Trace, trace_hash
+from experiments.world_setup.layout import make_layout
+from experiments.world_setup.world import make_world, make_world_without_ego
 from planner.states import CartesianState
 from tests.experiments.traces import STEP, STRAIGHT, record, trace_of, traffic
 
@@ -189,6 +194,68 @@ def test_placebos_are_the_same_traffic_with_other_random_numbers(tmp_path):
     assert max(gaps) > 0.01
     assert outcome.row["placebo_delay_mean_s"] is not None
     assert not list(outcome.folder.glob("state*"))
+
+
+@pytest.mark.sumo
+def test_planners_share_the_run_without_the_ego(tmp_path, monkeypatch):
+    """Nothing is driven again that is the same, and the figures are those of before."""
+    driven = []
+    drive = WithoutEgoWorld.drive
+
+    def counted(self, *args):
+        driven.append(args)
+        return drive(self, *args)
+
+    monkeypatch.setattr(WithoutEgoWorld, "drive", counted)
+    shared = SharedTraffic()
+    runs = []  # not shared, shared, and how many were driven for the latter
+    for planner in ("sumo", "sumo_tuned", "lane_change", "idm_mobil", "sumo_sublane"):
+        scenario = load_scenario(
+            "lane_change",
+            planner=planner,
+            seed=3,
+            overrides=[
+                "simulation.without_ego=true",
+                "simulation.placebo=true",
+                "simulation.duration_s=8",
+                "traffic.density=dense",
+            ],
+        )
+        alone = run_episode(scenario, out=tmp_path / planner)
+        before = len(driven)
+        target = tmp_path / f"shared-{planner}"
+        output = OutputOptions(target, shared=shared)
+        runs.append((alone, run_episode(scenario, output=output), len(driven) - before))
+    assert [n for _, _, n in runs] == [3, 0, 3, 0, 3]
+    for alone, together, _ in runs:
+        assert alone.row["behind_compared"] is not None
+        assert alone.row["placebo_delay_mean_s"] is not None
+        for name in (WITHOUT_EGO_FILE, *PLACEBO_FILES):
+            one, other = (
+                duckdb.sql(f"SELECT * FROM '{run.folder / name}'").fetchall()
+                for run in (alone, together)
+            )
+            assert one == other
+
+
+@pytest.mark.sumo
+def test_a_longer_episode_drives_the_shared_run_again(tmp_path):
+    shared = SharedTraffic()
+    scenario = changed_lane(seed=3)
+    layout = make_layout(scenario)
+    world = make_world(scenario, layout, tmp_path)
+    world.enter()
+    world.close()
+    runs = []
+    for n_steps in (30, 90, 50):
+        without = make_world_without_ego(scenario, layout, tmp_path)
+        found = shared.drive(scenario, without, world.entry_steps, n_steps)
+        without.close()
+        assert len(found) == n_steps
+        runs.append(found)
+    for short, long, within in zip(*runs, strict=False):
+        np.testing.assert_array_equal(short.vehicles.table, long.vehicles.table)
+        assert within is long
 
 
 @pytest.mark.sumo
