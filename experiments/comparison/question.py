@@ -24,7 +24,7 @@ def question_of(
         baseline: Of the claim if None.
         metrics: Those of the claim and the usual ones if None; the p values of given
             ones are corrected together.
-        by: See `Question`.
+        by: See `Question`; those of the claim if None.
         center: See `Question`.
 
     Raises:
@@ -52,4 +52,5 @@ def claimed(
     """Build the question of a claim: its metrics in one family, the usual beside."""
     others = [name for name in (*RATES, *MEANS) if name not in claim.primary]
     metrics = (*claim.primary, *others)
+    by = claim.by if by is None else by
     return Question(baseline, metrics, claim.primary, by, center, claim.penalty_s)

@@ -68,6 +68,11 @@ class Axes(Strict):
         return self
 
     @property
+    def names(self) -> list[str]:
+        """Keys that are varied."""
+        return [*self.grid, *self.zip, *(self.sample.ranges if self.sample else ())]
+
+    @property
     def count(self) -> int:
         """Number of combinations."""
         zipped = len(next(iter(self.zip.values()))) if self.zip else 1

@@ -111,6 +111,11 @@ class SweepClaim(Strict):
         description="rates and columns that the claim is about; their p values are "
         "corrected together, over all scenarios and axes"
     )
+    by: tuple[str, ...] | None = Field(
+        default=None,
+        description="scenario and axes that are told apart; over the others the runs "
+        "of a seed are averaged; default: all",
+    )
     penalty_s: Annotated[float, Field(gt=0.0, le=86_400.0)] | None = Field(
         default=None,
         description="travel time counted for a run that does not arrive; default: "

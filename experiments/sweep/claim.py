@@ -1,9 +1,10 @@
-"""Checks that the metrics of a sweep's claim exist and can be tested."""
+"""Checks that the metrics and axes of a sweep's claim exist and can be tested."""
 
 from experiments.config.sweep import Sweep
 from experiments.config.validation_errors import unknown_name
 from experiments.config.yaml_reader import Document
 from experiments.errors import ConfigError
+from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS, RATES, TIMING_COLUMNS
 from experiments.metrics.metric import CellKind
 
@@ -19,12 +20,18 @@ def testable_metrics() -> list[str]:
 
 
 def check_claim(sweep: Sweep, document: Document) -> None:
-    """Reject a primary metric that does not exist, or measures the machine.
+    """Reject a metric or an axis that does not exist, or measures the machine.
 
     Raises:
         ConfigError: One line that names the place.
     """
     primary = sweep.claim.primary if sweep.claim else ()
+    axes = [columns.SCENARIO, *sweep.axes.names]
+    for index, name in enumerate((sweep.claim and sweep.claim.by) or ()):
+        if name not in axes:
+            where = document.where(("claim", "by", index))
+            hint = unknown_name(name, axes)
+            raise ConfigError(f"{where}: claim.by: {name}: no such axis; {hint}")
     for index, name in enumerate(primary):
         where = document.where(("claim", "primary", index))
         if name in TIMING_COLUMNS:

@@ -6,7 +6,9 @@ import pytest
 from experiments.comparison.compare import PENALISED, Line, Question, compare
 from experiments.comparison.inference import holm
 from experiments.comparison.pairing import REPETITION, cells
+from experiments.comparison.question import claimed
 from experiments.comparison.table import as_csv, as_markdown, header
+from experiments.config.sweep import SweepClaim
 from experiments.errors import ConfigError
 from experiments.metrics.row import row_without_episode
 
@@ -53,6 +55,16 @@ def test_each_cell_is_compared_and_all_are_corrected_together():
 def test_pooled_cells_count_each_seed_once():
     (line,) = of(compare(made_rows(), Question("old", ["travel_time_s"], by=())), TIME)
     assert (line.runs, line.pairs, line.where) == (20, 20, "")
+
+
+@pytest.mark.parametrize(("by", "found"), [(None, 2), ((), 1), (("scenario",), 1)])
+def test_a_claim_says_what_is_told_apart(by, found):
+    claim = SweepClaim(baseline="old", primary=(TIME,), by=by)
+    lines = of(compare(made_rows(), claimed(claim, "old")), TIME)
+    assert len(lines) == found
+    assert (
+        len(of(compare(made_rows(), claimed(claim, "old", ("scenario",))), TIME)) == 1
+    )
 
 
 TIME = "travel_time_s"

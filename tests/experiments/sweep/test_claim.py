@@ -52,6 +52,11 @@ def test_keys_of_a_planner_are_its_own(tmp_path):
         ),
         ("collided]", "seed]", "claim.primary: seed: no such metric"),
         ("collided]", "travel_time_s]", "travel_time_s is there twice"),
+        (
+            "published: true",
+            "by: [scenario, ego.target], published: true",
+            "small.yaml:6: claim.by: ego.target: no such axis; allowed: scenario",
+        ),
         ("collided]", "planning_ms_p50]", "planning_ms_p50 measures the machine"),
         (
             "baseline: old",
