@@ -15,7 +15,7 @@ def test_whole_sweeps_are_those_of_their_files():
     assert [one.sweep.name for one in found] == published_names()
     for one in found:
         assert one.sweep.count == one.asked_runs
-        assert len(one.sweep.all_seeds) == one.asked_seeds == 100
+        assert len(one.sweep.all_seeds) == one.asked_seeds >= 100
 
 
 def test_reduced_sweeps_keep_the_first_seeds_and_all_planners():
