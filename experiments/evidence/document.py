@@ -1,9 +1,9 @@
 """The document `results.md`, written from the numbers file and nothing else."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from experiments.comparison.compare import named
+from experiments.storage.markdown_table import markdown_table
 
 Data = Mapping[str, Any]
 
@@ -44,45 +44,6 @@ def document(numbers: Data) -> str:
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def headline(claims: Sequence[Data]) -> list[str]:
-    """Return the summary of all claims, in words and one table each."""
-    return [words for claim in claims for words in _headline(claim)]
-
-
-def _headline(claim: Data) -> Iterator[str]:
-    """Yield the summary of one claim."""
-    seeds = claim["seeds"]
-    yield (
-        f"**{claim['name']}**, {claim['runs']} of {claim['runs_of_the_file']} runs, "
-        f"seeds {seeds['first']} to {seeds['last']}: in how many roads and "
-        "densities a planner is better than, "
-        f"worse than, or not told apart from `{claim['baseline']}` (p (Holm) ≤ "
-        f"{claim['level']}, {claim['tests']} tests):"
-    )
-    metrics = list(dict.fromkeys(one["metric"] for one in claim["findings"]))
-    planners = list(dict.fromkeys(one["planner"] for one in claim["findings"]))
-    found = {(one["planner"], one["metric"]): one for one in claim["findings"]}
-    rows = [
-        [
-            f"`{planner}`",
-            *(_counts(found.get((planner, metric))) for metric in metrics),
-        ]
-        for planner in planners
-    ]
-    if not rows:
-        yield "Nothing could be tested."
-        return
-    head = ["better / worse / undecided", *(named(metric) for metric in metrics)]
-    yield _grid(head, rows)
-
-
-def _counts(finding: Data | None) -> str:
-    """Format one entry of the summary."""
-    if finding is None:
-        return "not tested"
-    return " / ".join(str(finding[key]) for key in ("better", "worse", "undecided"))
-
-
 def _effort(numbers: Data) -> str:
     """Say how much was run, and whether that is all."""
     words = []
@@ -116,7 +77,7 @@ def _claim(claim: Data) -> Iterator[str]:
     yield f"{claim['runs']} runs: {statuses}."
     for table in claim["tables"]:
         yield f"### {_anchored(claim, table)}"
-        yield _grid(table["header"], table["rows"])
+        yield markdown_table(table["header"], table["rows"])
     yield f"```sh\nrearview sweep {claim['name']}\n```"
 
 
@@ -126,6 +87,7 @@ def _anchored(claim: Data, table: Data) -> str:
 
 
 TITLES: Mapping[str, str] = {
+    "lane_change_fair": "One question, one opponent at its best",
     "lane_change_paired": "Lane changes",
     "lane_change_ablation": "Parts of the lane-change planner",
 }
@@ -142,7 +104,7 @@ def _layouts(layouts: Data) -> Iterator[str]:
     )
     for table in layouts["tables"]:
         yield f"### {table['title']}"
-        yield _grid(table["header"], table["rows"])
+        yield markdown_table(table["header"], table["rows"])
 
 
 def _statistics(found: Data) -> Iterator[str]:
@@ -160,15 +122,4 @@ def _statistics(found: Data) -> Iterator[str]:
     )
     for table in found["tables"]:
         yield f"### {table['title']}"
-        yield _grid(table["header"], table["rows"])
-
-
-def _grid(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Format a table in Markdown."""
-    lines = [_row(header), "|" + "---|" * len(header)]
-    return "\n".join([*lines, *map(_row, rows)])
-
-
-def _row(cells: Sequence[str]) -> str:
-    """Write one row; a bar in a cell would end it."""
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+        yield markdown_table(table["header"], table["rows"])

@@ -10,7 +10,8 @@ from typing import Any
 from experiments.comparison import calibration, inference, location
 from experiments.config.sweep import DEVELOPMENT_SEEDS, PUBLISHED_SEEDS
 from experiments.evidence import studies
-from experiments.evidence.document import document, headline
+from experiments.evidence.document import document
+from experiments.evidence.headline import headline
 from experiments.storage.atomic_folder import write_atomically
 from experiments.storage.json_files import read_json
 from experiments.storage.provenance import code_hash, text_hash, versions

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from experiments.storage.markdown_table import markdown_table
 from experiments.thesis import wording
 
 Data = Mapping[str, Any]
@@ -119,13 +120,5 @@ def _timing(numbers: Data) -> Iterator[str]:
 
 
 def _grid(header: Sequence[str], rows: Sequence[Sequence[float | str]]) -> str:
-    """Format a table in Markdown."""
-    lines = [_row(header), "|" + "---|" * len(header)]
-    return "\n".join(
-        [*lines, *(_row([wording.number(c) for c in row]) for row in rows)]
-    )
-
-
-def _row(cells: Sequence[str]) -> str:
-    """Write one row; a bar in a cell would end it."""
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    """Format a table whose cells may be numbers."""
+    return markdown_table(header, [[wording.number(c) for c in row] for row in rows])

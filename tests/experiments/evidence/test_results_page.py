@@ -9,7 +9,8 @@ from experiments.cli.app import app
 from experiments.comparison.compare import Line
 from experiments.comparison.location import Interval
 from experiments.comparison.table import cells, header
-from experiments.evidence.document import document, headline
+from experiments.evidence.document import document
+from experiments.evidence.headline import headline
 from experiments.evidence.published_sweeps import published_names
 from tests.docs.documents import ROOT, TEXTS
 
