@@ -67,6 +67,7 @@ RATES = (
     ("projection, path of 300 points", "test_projection_on_a_path_of_300_points"),
     ("loop with 30 vehicles", "test_closed_loop_without_a_simulator"),
 )
+FLEETS = tuple(f"test_a_step_with_many_egos[{n}]" for n in (20, 80, 160))
 STARTS = (
     ("everything is compiled", "test_start_to_the_first_step_cold"),
     ("loaded from the cache", "test_start_to_the_first_step_warm"),
@@ -83,6 +84,7 @@ def filled(page: str, measured: Mapping[str, Any]) -> str:
     parts = {name: _times(rows, found) for name, rows in TIMES.items()}
     parts["machine"] = _machine(measured)
     parts["rates"] = _rates(found)
+    parts["many egos"] = _fleets(found)
     starts = [(label, f"{_stats(found, name)['median']:.1f}") for label, name in STARTS]
     parts["starts"] = _table("s", starts)
     return PART.sub(lambda part: part[1] + parts[part[2]] + part[3], page)
@@ -111,6 +113,18 @@ def _rates(found: Mapping[str, Any]) -> str:
         (loop, f"{per_second:,.0f} steps"),
     ]
     return _table("a second", rows)
+
+
+def _fleets(found: Mapping[str, Any]) -> str:
+    """Return the table of the steps of many egos."""
+    rows = []
+    for name in FLEETS:
+        _stats(found, name)
+        info = found[name]["extra_info"]
+        least, median = info["step_cpu_ms_min"], info["step_cpu_ms_p50"]
+        label = f"{info['egos']:.0f} egos among {info['vehicles']:.0f} vehicles"
+        rows.append((label, f"{least:.1f} / {median:.1f}"))
+    return _table("CPU time of a step, least / median [ms]", rows)
 
 
 def _stats(found: Mapping[str, Any], name: str) -> Mapping[str, float]:
