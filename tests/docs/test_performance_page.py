@@ -5,14 +5,17 @@ import json
 import pytest
 
 from tests.bench import performance_page
-from tests.bench.performance_page import PAGE, RATES, STARTS, TIMES, filled
+from tests.bench.performance_page import FLEETS, PAGE, RATES, STARTS, TIMES, filled
 
 NAMES = [name for rows in TIMES.values() for _, name, _ in rows]
 NAMES += [name for _, name in (*RATES, *STARTS)]
+NAMES += FLEETS
 
 
 def measured(names):
     info = {"programs": 4, "plans": 2, "points_per_s": 9.5e6, "steps_per_s": 1234.4}
+    info |= {"egos": 20.0, "vehicles": 163.0}
+    info |= {"step_cpu_ms_min": 9.96, "step_cpu_ms_p50": 12.0}
     stats = {"min": 0.001, "median": 0.002}
     return {
         "benchmarks": [
@@ -30,7 +33,7 @@ def measured(names):
 def test_every_part_of_the_page_is_filled_and_filled_again():
     page = filled(PAGE.read_text(encoding="utf-8"), measured(NAMES))
     assert page == filled(page, measured(NAMES))
-    for part in ("machine", "rates", "starts", *TIMES):
+    for part in ("machine", "rates", "starts", "many egos", *TIMES):
         assert f"<!-- measured: {part} -->\n" in page
     assert "Measured on 2026-01-02 on Some CPU (2 cores)" in page
     assert "| keeping the lane | 1.000 / 2.000 |" in page
@@ -38,6 +41,7 @@ def test_every_part_of_the_page_is_filled_and_filled_again():
     assert "| every order, vehicles: 8 | 0.500 / 1.000 |" in page
     assert "9.5 million points" in page
     assert "1,234 steps" in page
+    assert "| 20 egos among 163 vehicles | 10.0 / 12.0 |" in page
 
 
 @pytest.mark.parametrize("without", NAMES)
