@@ -294,7 +294,7 @@ def test_ctrl_c_leaves_nothing(road, tmp_path):
         ),
         (
             ["run", "straight", "--set", "traffic={models: {Crauss: 1}}"],
-            'traffic: models: "Crauss" is unknown; allowed: Krauss',
+            "traffic.models.Crauss: unknown key; did you mean Krauss",
         ),
         (["run", "straight", "--set", "ego.goal_m"], "allowed: key.path=value"),
         (["run", "straight", "--out", "/dev/null/runs"], "/dev/null"),
