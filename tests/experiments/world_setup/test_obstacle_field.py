@@ -241,7 +241,9 @@ def refused(road, seed, overrides):
     return ""
 
 
-@pytest.mark.parametrize("road", ROADS)
+@pytest.mark.parametrize(
+    "road", [ROADS[0], *(pytest.param(r, marks=pytest.mark.slow) for r in ROADS[1:])]
+)
 @pytest.mark.parametrize(
     ("key", "overrides"),
     [

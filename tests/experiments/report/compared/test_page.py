@@ -146,6 +146,7 @@ def test_too_few_or_too_many_are_one_line(runs, capsys, arguments, words):
     assert words in err
 
 
+@pytest.mark.slow
 def test_size_and_time_of_three_runs_of_a_minute(tmp_path):
     folders = [
         write_run(tmp_path / name, driven_trace(601, n_cars=30), planner=name)
