@@ -54,16 +54,7 @@ def commonroad_layout(scenario: Scenario) -> Layout:
     if choice is None or choice.file is None:
         raise scenario.error(("network", "file"), "is missing")
     found = read_commonroad(Path(choice.file))
-    missing = found.network.missing
-    if missing:
-        listed = ", ".join(map(str, missing[:MOST_NAMED]))
-        log.warning(
-            "%s: refers to %s that it does not hold (%s%s): the road ends there",
-            found.file,
-            counted(len(missing), "lanelet"),
-            listed,
-            ", ..." if len(missing) > MOST_NAMED else "",
-        )
+    _warn_of_missing(found)
     problem = _problem(scenario, found, choice.planning_problem)
     vehicle = scenario.ego.vehicle.to_planner()
     route = find_route(found, problem)
@@ -110,6 +101,20 @@ def commonroad_layout(scenario: Scenario) -> Layout:
         replay=replay,
         lanelets=found,
     )
+
+
+def _warn_of_missing(found: CommonRoadScenario) -> None:
+    """Say which lanelets others refer to that a file cut out of a map lacks."""
+    missing = found.network.missing
+    if missing:
+        listed = ", ".join(map(str, missing[:MOST_NAMED]))
+        log.warning(
+            "%s: refers to %s that it does not hold (%s%s): the road ends there",
+            found.file,
+            counted(len(missing), "lanelet"),
+            listed,
+            ", ..." if len(missing) > MOST_NAMED else "",
+        )
 
 
 def _problem(
