@@ -17,8 +17,12 @@ CHECKER := commonroad-drivability-checker==2025.4.0 commonroad-io==2024.3 \
 	commonroad-clcs==2025.2.0 commonroad-vehicle-models==3.0.2 triangle==20250106
 SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collected packages'
 
+# Images of containers often forbid bytecode: then each of the many processes that tests
+# and sweeps start compiles all of its source anew, for a third of a second.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type imports bench bench-docs bench-peers peers-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow test-all cov docs lint fmt type imports bench bench-docs bench-peers peers-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -84,6 +88,9 @@ test: $(DEV_STAMP) ## Run the tests on all cores, without the slow ones
 test-slow: $(DEV_STAMP) ## Run only the slow tests: many episodes in SUMO
 	@$(BIN)/python -m pytest -n auto --dist worksteal -m "slow and not bench" $(ARGS)
 
+test-all: $(DEV_STAMP) ## Run both, as CI does: one session, the slow ones first
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m "not bench" $(ARGS)
+
 cov: $(DEV_STAMP) ## Measure which lines and branches the tests reach: ARGS=tests/sumo_nets
 	@$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term --cov-report=html $(ARGS)
 
@@ -128,13 +135,12 @@ schema: $(DEV_STAMP) ## Write the JSON Schemas of scenario, sweep and search fil
 	@$(BIN)/rearview schema --search > experiments/searches/.schema.tmp
 	@mv experiments/searches/.schema.tmp experiments/searches/search.schema.json
 
+# the tests build the documentation strictly, and look at the shape of the code
 ci: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory lint
 	@$(MAKE) --no-print-directory type
-	@$(MAKE) --no-print-directory imports
-	@$(MAKE) --no-print-directory docs
-	@$(MAKE) --no-print-directory test-slow
-	@$(MAKE) --no-print-directory test
+	@$(BIN)/lint-imports
+	@$(MAKE) --no-print-directory test-all
 
 clean: ## Remove .venv, caches and all results in runs and sweeps; compiled loops stay in ~/.cache/rearview
 	rm -rf $(VENV) $(CHECKER_VENV) runs sweeps build site .coverage .coverage.* htmlcov *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache

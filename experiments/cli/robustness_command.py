@@ -1,12 +1,12 @@
 """`rearview robustness`: tables of sweeps over vehicles and perception."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from experiments.cli.user_errors import report_user_errors
+from experiments.cli.written_or_printed import write_or_print
 
 
 def add_to(app: typer.Typer) -> None:
@@ -35,7 +35,6 @@ def robustness(
     """
     with report_user_errors():
         from experiments.comparison.robustness import robustness_page
-        from experiments.errors import ResultsError
 
         page = robustness_page(sweeps)
         if figure is not None:
@@ -45,11 +44,4 @@ def robustness(
 
             curves = [curve for sweep in sweeps for curve in degradation_curves(sweep)]
             save_picture("robustness", figure, lambda: draw_degradation(curves))
-        if out is None:
-            sys.stdout.write(page)
-            return
-        try:
-            out.write_text(page, encoding="utf-8")
-        except OSError as error:
-            problem = f"{out}: cannot be written: {error.strerror}"
-            raise ResultsError(problem) from error
+        write_or_print(page, out)

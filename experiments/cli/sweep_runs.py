@@ -19,8 +19,9 @@ from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS
+from experiments.metrics.fleet_catalogue import EGOS_DRIVEN
 from experiments.metrics.metric import Better, CellKind
-from experiments.sweep.folder import RERUNS, load_sweep_copy
+from experiments.sweep.folder import RERUNS, load_sweep_copy, run_folder
 from experiments.sweep.rerun import find_run, repeat
 from experiments.trace.files import file_name
 
@@ -48,7 +49,10 @@ def chosen_runs(
             f"{folder}: is a sweep; allowed with it: ids of runs, --seed, or --worst"
         )
     if ids:
-        return [find_run(folder, run_id).name for run_id in ids]
+        names = [find_run(folder, run_id).name for run_id in ids]
+        everything = rows(folder)
+        _refuse_many(folder, [row for row in everything if row[RUN_ID] in names])
+        return names
     condition = f" WHERE {where}" if where else ""
     found = rows(folder, f"{ALL_RUNS}{condition}", "--where")
     order = {p.shown: k for k, p in enumerate(load_sweep_copy(folder).variants)}
@@ -69,8 +73,20 @@ def chosen_runs(
             f"{len(chosen)} runs are chosen; allowed: 2 to {MOST}; "
             "--where chooses among them: \"scenario = 'curved'\""
         )
+    _refuse_many(folder, chosen)
     chosen = sorted(chosen, key=lambda row: order.get(_label(row), len(order)))
     return [str(row[RUN_ID]) for row in chosen]
+
+
+def _refuse_many(folder: Path, chosen: Sequence[Row]) -> None:
+    """Raise ConfigError if a run has many egos: the page replays one of each run."""
+    for row in chosen:
+        if row[EGOS_DRIVEN] is not None:
+            own = run_folder(folder, str(row[RUN_ID]))
+            raise ConfigError(
+                f"{folder}: its runs have many egos; allowed: runs with one ego; "
+                f"a run's own page: rearview report {own}"
+            )
 
 
 def with_traces(
@@ -110,6 +126,11 @@ def _worst(
             f"--worst {metric}: is no metric with a better direction; "
             f"{unknown_name(metric, allowed)}"
         )
+    if len(labels) == 1:
+        raise ConfigError(
+            f"--worst {metric}: {labels[0]} is the only planner; allowed: a sweep with "
+            "two, or ids of runs"
+        )
     groups: dict[tuple[str, ...], list[Row]] = {}
     axes = axis_columns(list(found[0])) if found else []
     for row in found:
@@ -119,7 +140,9 @@ def _worst(
     best: tuple[float, list[Row], str] | None = None
     for group in groups.values():
         base = next((r for r in group if _label(r) == labels[0]), None)
-        for row in group if base is not None else ():
+        for row in group:
+            if base is None or row is base:
+                continue
             loss = _loss(base, row, metric, sign)
             if best is None or loss > best[0]:
                 shown = (
@@ -130,19 +153,12 @@ def _worst(
                 words = f"seed {row[columns.SEED]}: {_label(row)} {shown}"
                 best = loss, group, words
     if best is None:
-        lacks = (
-            f"{labels[0]} is the only planner of the sweep; allowed: a sweep with two"
-            if len(labels) == 1
-            else f"no run of {labels[0]} to compare with"
-        )
-        raise ConfigError(f"--worst {metric}: {lacks}")
+        raise ConfigError(f"--worst {metric}: no run of {labels[0]} to compare with")
     return best[1], best[2]
 
 
-def _loss(base: Row | None, row: Row, metric: str, sign: float) -> float:
+def _loss(base: Row, row: Row, metric: str, sign: float) -> float:
     """Return how much worse a run is than that of the first planner."""
-    if base is None or base is row:
-        return -math.inf
     if bool(base[columns.ARRIVED]) and not row[columns.ARRIVED]:
         return math.inf
     one: Any = base[metric]

@@ -1,6 +1,5 @@
 """`rearview tube`: measure the tracking errors of a scenario's plant."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -8,6 +7,7 @@ import typer
 
 from experiments.cli.scenario_options import Overrides
 from experiments.cli.user_errors import report_user_errors
+from experiments.cli.written_or_printed import write_or_print
 
 
 def add_to(app: typer.Typer) -> None:
@@ -35,7 +35,7 @@ def tube(
     with report_user_errors():
         from experiments.config.scenario_file import load_scenario
         from experiments.cosim.plants.tube import measure_tube
-        from experiments.errors import ConfigError, ResultsError
+        from experiments.errors import ConfigError
         from experiments.world_setup.vehicle_model import plant_settings
 
         loaded = load_scenario(name, overrides=overrides or ())
@@ -45,12 +45,4 @@ def tube(
                 f"{name}: ego.plant: is perfect, which has no tracking errors; "
                 "allowed: kinematic or dynamic"
             )
-        text = measure_tube(settings).to_json()
-        if out is None:
-            sys.stdout.write(text)
-            return
-        try:
-            out.write_text(text, encoding="utf-8")
-        except OSError as error:
-            problem = f"{out}: cannot be written: {error.strerror}"
-            raise ResultsError(problem) from error
+        write_or_print(measure_tube(settings).to_json(), out)

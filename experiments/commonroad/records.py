@@ -215,6 +215,7 @@ class RoadNetwork:
     lights: Mapping[int, TrafficLight] = field(default_factory=dict)
     # (from, to) lanelet -> left, straight, right
     turns: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    missing: tuple[int, ...] = ()  # lanelets that others refer to, not in the file
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -36,8 +36,8 @@ LEAST_STEP: Final = 1e-6  # between points of a bound [m]
 def read_network(root: Node) -> RoadNetwork:
     """Read everything about the road.
 
-    References to what the file does not hold are dropped: maps are cut out of larger
-    ones.
+    References to what the file does not hold are dropped, since maps are cut out of
+    larger ones; the lanelets among them are listed.
 
     Raises:
         ConfigError: If there is no lanelet, or an element is not as the format says.
@@ -59,7 +59,23 @@ def read_network(root: Node) -> RoadNetwork:
                 lanelets[name], signs=(*lanelets[name].signs, -name)
             )
     lights = {x.id: x for x in map(_read_light, root.all("trafficLight"))}
-    return RoadNetwork(_connected(lanelets), limits, lights, _read_turns(root))
+    return RoadNetwork(
+        _connected(lanelets), limits, lights, _read_turns(root), _missing(lanelets)
+    )
+
+
+def _missing(lanelets: Mapping[int, Lanelet]) -> tuple[int, ...]:
+    """List the lanelets that others refer to and the file does not hold."""
+    named = {
+        name
+        for one in lanelets.values()
+        for name in (
+            *one.predecessors,
+            *one.successors,
+            *(beside[0] for beside in (one.beside_left, one.beside_right) if beside),
+        )
+    }
+    return tuple(sorted(named - set(lanelets)))
 
 
 def _read_lanelet(node: Node) -> Lanelet:

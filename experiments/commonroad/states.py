@@ -11,7 +11,9 @@ from experiments.commonroad.records import GoalState, InitialState, Lanelet, Ran
 from experiments.commonroad.shapes import SHAPES, read_area, read_point
 from experiments.commonroad.xml_tree import Node
 
+SHOWN_LANELETS = 8  # of those that a message names
 FULL_TURN = 2.0 * math.pi
+FASTEST = 70.0  # that an ego may begin with, as in scenarios of other worlds [m/s]
 SLACK = 1e-9  # by which the ends of an interval may be in the wrong order
 
 
@@ -80,7 +82,12 @@ def position_area(position: Node, lanelets: Mapping[int, Lanelet]) -> BaseGeomet
     areas = [read_area(shape) for shape in position.all(*SHAPES)]
     for name in position.refs("lanelet"):
         if name not in lanelets:
-            raise position.error(f"refers to lanelet {name}, which is not in the file")
+            nearby = ", ".join(map(str, sorted(lanelets)[:SHOWN_LANELETS]))
+            more = ", ..." if len(lanelets) > SHOWN_LANELETS else ""
+            raise position.error(
+                f"refers to lanelet {name}, which is not in the file; allowed: "
+                f"{nearby}{more}"
+            )
         areas.append(lanelets[name].area)
     if not areas:
         raise position.error("has no place; allowed: point, a shape, lanelet")
@@ -117,8 +124,8 @@ def read_initial_state(node: Node, lanelets: Mapping[int, Lanelet]) -> InitialSt
         if value is None:
             raise node.error(f"has no {tag}")
     heading, speed, *rest = (value or 0.0 for value in values)
-    if speed < 0.0:
-        raise node.error(f"velocity is {speed:g}; allowed: 0 or more")
+    if not 0.0 <= speed <= FASTEST:
+        raise node.error(f"velocity is {speed:g}; allowed: 0 to {FASTEST:g} m/s")
     return InitialState(read_step(node), x, y, heading, speed, *rest)
 
 

@@ -65,8 +65,9 @@ class EgoGroup(Strict):
     def _said_once(self) -> Self:
         """Reject a share beside a number, neither, and drivers that are for one ego."""
         if (self.penetration is None) == (self.count is None):
-            problem = "allowed: penetration, or count"
-            raise mismatch("penetration" if self.count is None else "count", problem)
+            if self.count is not None:
+                raise mismatch("count", "is beside penetration; allowed: one of them")
+            raise mismatch("penetration", "is missing; allowed: penetration, or count")
         name = None if self.planner is None else self.planner.name
         if name in SELF_DRIVEN and name != SUMO:
             raise mismatch("planner", f"is {name}; allowed: a planner, or {SUMO}")

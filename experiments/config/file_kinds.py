@@ -1,10 +1,11 @@
-"""Tells scenarios from sweeps, for users who give one to the other's command."""
+"""Tells scenarios, sweeps and searches apart for whom gives one to another command."""
 
 from pathlib import Path
 from typing import Any
 
 _FOLDER = Path(__file__).parent.parent
 _SCENARIOS, _SWEEPS = _FOLDER / "scenarios", _FOLDER / "sweeps"
+_SEARCHES = _FOLDER / "searches"
 
 
 def hint_at_sweep(name: str, data: Any = None) -> str | None:
@@ -22,6 +23,15 @@ def hint_at_sweep(name: str, data: Any = None) -> str | None:
             "egos",
         } & _keys(data)
     return f"is a sweep; did you mean rearview sweep {name}?" if is_sweep else None
+
+
+def hint_at_search(name: str, data: Any = None) -> str | None:
+    """Return a hint if what was given as a scenario or sweep is a search, see above."""
+    if data is None:
+        is_search = _is_shipped(name, _SEARCHES)
+    else:
+        is_search = {"scenario", "space"} <= _keys(data)
+    return f"is a search; did you mean rearview search {name}?" if is_search else None
 
 
 def hint_at_scenario(name: str, data: Any = None) -> str | None:

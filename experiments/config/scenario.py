@@ -517,7 +517,7 @@ class Scenario(Strict):
             if document
             else (self.name, "")
         )
-        return ConfigError(f"{where}: {dotted(path)}: {problem}{clash}")
+        return ConfigError(f"{where}{clash}: {dotted(path)}: {problem}")
 
     def resolved(self) -> dict[str, Any]:
         """Return the whole configuration as plain data that reads back the same."""

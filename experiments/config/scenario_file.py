@@ -5,7 +5,6 @@ import json
 import re
 from collections.abc import Collection, Mapping, Sequence
 from copy import deepcopy
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ from experiments.config.commonroad_scenario import (
     is_commonroad_file,
 )
 from experiments.config.ego import TUBE_WORDS
-from experiments.config.file_kinds import hint_at_sweep
+from experiments.config.file_kinds import hint_at_search, hint_at_sweep
 from experiments.config.network_scenario import is_network_file, network_document
 from experiments.config.planner_modules import require_allowed
 from experiments.config.traffic import FILES
@@ -29,6 +28,7 @@ from experiments.config.yaml_reader import (
     Document,
     KeyPath,
     Plain,
+    dotted,
     parse_scalar,
     read_document,
 )
@@ -77,7 +77,7 @@ def find_scenario(name: str) -> Path:
         return path
     shipped = SCENARIO_FOLDER / f"{name}.yaml"
     if name not in scenario_names():
-        other = hint_at_sweep(name)
+        other = hint_at_sweep(name) or hint_at_search(name)
         if other is not None:
             raise ConfigError(f"{name}: {other}")
         near = path.with_name(f"{name}.yaml") if name else path
@@ -113,7 +113,7 @@ def load_scenario(
         ConfigError: One line that names the file, the key and what is allowed.
     """
     document = scenario_document(name)
-    other = hint_at_sweep(name, document.data)
+    other = hint_at_search(name, document.data) or hint_at_sweep(name, document.data)
     if other is not None:
         raise ConfigError(f"{document.name}: {other}")
     if planner is not None:
@@ -148,6 +148,19 @@ def scenario_document(name: str) -> Document:
     if not isinstance(document.data, dict):
         raise ConfigError(f"{path}: holds no keys; allowed: a scenario, see the schema")
     return document
+
+
+def named_scenario(name: str, where: str) -> Document:
+    """Read a scenario that another file names, as `scenario_document` does.
+
+    Args:
+        name: Shipped name, or path of a YAML file.
+        where: Place and key that name it; messages begin with them.
+    """
+    try:
+        return scenario_document(name)
+    except ConfigError as error:
+        raise ConfigError(f"{where}: {error}") from error
 
 
 def changed(document: Document, changes: Sequence[Change]) -> Document:
@@ -268,22 +281,25 @@ def _parse_override(text: str) -> tuple[KeyPath, Plain, str]:
 def _override(document: Document, path: KeyPath, value: Plain, option: str) -> None:
     """Set `value` at `path`, creating the sections on the way."""
     node: Any = document.data
-    for part, following in pairwise(path):
-        node = _step_into(node, part, following, option)
-    last = path[-1]
-    if isinstance(node, list):
-        if not isinstance(last, int) or last >= len(node):
-            raise ConfigError(f"{option}: allowed: an index below {len(node)}")
-        node[last] = value
-    elif isinstance(node, dict) and isinstance(last, str):
-        node[last] = value
-    else:
-        raise ConfigError(f"{option}: there is no section to hold {last!r}")
+    for depth, following in enumerate(path[1:]):
+        _check_step(node, path[: depth + 1], option)
+        node = _step_into(node, path[depth], following)
+    _check_step(node, path, option)
+    node[path[-1]] = value
     for known in [key for key in document.places if key[: len(path)] == path]:
         del document.places[known]
     document.places[path] = option
-    if path in _REPLACES and value is not None:
-        _take_off(document, _REPLACES[path])
+    other = _REPLACES.get(path) or _other_share(path)
+    if other is not None and value is not None:
+        _take_off(document, other)
+
+
+def _other_share(path: KeyPath) -> KeyPath | None:
+    """Return what says in another way how many egos a group has, if a path says it."""
+    names = {"penetration": "count", "count": "penetration"}
+    if path[0] != "egos" or len(path) not in (2, 3) or path[-1] not in names:
+        return None
+    return (*path[:-1], names[str(path[-1])])
 
 
 def _take_off(document: Document, path: KeyPath) -> None:
@@ -298,12 +314,32 @@ def _take_off(document: Document, path: KeyPath) -> None:
     document.places.pop(path, None)
 
 
-def _step_into(node: Any, part: str | int, following: str | int, option: str) -> Any:
+def _check_step(node: Any, path: KeyPath, option: str) -> None:
+    """Reject a path whose last part is no key or index of what is there."""
+    holder, part = dotted(path[:-1]) or "the file", path[-1]
+    if isinstance(node, list):
+        if isinstance(part, int) and part < len(node):
+            return
+        places = [f"{holder}[{k}]" for k in sorted({0, len(node) - 1}) if k >= 0]
+        allowed = " to ".join(places) or "a list of its own"
+        raise ConfigError(
+            f"{option}: {dotted(path)}: {holder} is a list of {len(node)}; "
+            f"allowed: {allowed}"
+        )
+    if not isinstance(node, dict):
+        raise ConfigError(
+            f"{option}: {dotted(path)}: {holder} is no section; allowed: {holder}=VALUE"
+        )
+    if not isinstance(part, str):
+        raise ConfigError(
+            f"{option}: {dotted(path)}: {holder} is no list; allowed: {holder}.KEY"
+        )
+
+
+def _step_into(node: Any, part: str | int, following: str | int) -> Any:
     """Go one key down; a short form (`planner: cruise`) becomes its section."""
-    if isinstance(node, list) and isinstance(part, int) and part < len(node):
-        return node[part]
-    if not isinstance(node, dict) or not isinstance(part, str):
-        raise ConfigError(f"{option}: there is nothing at {part!r}")
+    if isinstance(node, list):
+        return node[int(part)]
     inner = node.get(part)
     if part == "planner" and inner is None:
         inner = default_planner(node)

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from experiments.config.file_kinds import hint_at_scenario
+from experiments.config.file_kinds import hint_at_scenario, hint_at_search
 from experiments.config.planner_modules import require_allowed
 from experiments.config.scenario_file import tuples
 from experiments.config.shipped_files import anchored, find_file, shipped_names
@@ -32,7 +32,8 @@ def find_sweep(name: str) -> Path:
     Raises:
         ConfigError: If there is neither a file nor a shipped sweep of that name.
     """
-    return find_file(name, SWEEP_FOLDER, "sweep", hint_at_scenario(name))
+    other = hint_at_scenario(name) or hint_at_search(name)
+    return find_file(name, SWEEP_FOLDER, "sweep", other)
 
 
 def load_sweep(
@@ -55,7 +56,7 @@ def load_sweep(
     document = read_document(path)
     if not isinstance(document.data, dict):
         raise ConfigError(f"{path}: holds no keys; allowed: a sweep")
-    other = hint_at_scenario(name, document.data)
+    other = hint_at_search(name, document.data) or hint_at_scenario(name, document.data)
     if other is not None:
         raise ConfigError(f"{path}: {other}")
     sweep = _checked(document, path.parent)

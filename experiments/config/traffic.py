@@ -36,6 +36,9 @@ TEMPERS: Mapping[str, tuple[float, float]] = MappingProxyType(
 USUAL_TEMPER = "mixed"
 
 
+CarModel = Literal["Krauss", "IDM", "EIDM", "ACC"]
+
+
 class SlowLeaderConfig(Strict):
     """A vehicle ahead in the ego's lane that enters together with the ego."""
 
@@ -102,7 +105,7 @@ class Traffic(Strict):
     keep_right: bool = Field(
         default=True, description="drivers return to the right lane when possible"
     )
-    models: dict[str, Annotated[float, Field(gt=0.0, le=1000.0)]] | None = Field(
+    models: dict[CarModel, Annotated[float, Field(gt=0.0, le=1000.0)]] | None = Field(
         default=None,
         min_length=1,
         description="car-following models and their relative shares",

@@ -41,19 +41,19 @@ def describe(error: ValidationError, document: Document, schema: Schema) -> str:
     Returns:
         One line; it counts further mistakes at other keys.
     """
-    found: dict[KeyPath, str] = {}
+    found: dict[KeyPath, tuple[str, str]] = {}  # problem, and options beside it
     items = error.errors(include_url=False)
     causes = [item for item in items if item["type"] not in _CONSEQUENCES] or items
     for item in causes:
         path = _written_path(item, document.data)
         clash = document.beside(path) if item["type"] == "inconsistent" else ""
-        found.setdefault(path, _problem(item, path, document, schema) + clash)
-    path, problem = next(iter(found.items()))
+        found.setdefault(path, (_problem(item, path, document, schema), clash))
+    path, (problem, clash) = next(iter(found.items()))
     others = len(found) - 1
     mistakes = "mistake" if others == 1 else "mistakes"
     more = f" ({others} more {mistakes} in the file)" if others else ""
     key = dotted(path) or "the file"
-    return f"{document.where(path)}: {key}: {problem}{more}"
+    return f"{document.where(path)}{clash}: {key}: {problem}{more}"
 
 
 def unknown_name(name: str, allowed: list[str]) -> str:
@@ -106,6 +106,9 @@ def _problem(
         return str(item["ctx"]["problem"])
     if kind == "extra_forbidden":
         keys = _keys(_branches(schema, path[:-1], schema))
+        return f"unknown key; {unknown_name(str(path[-1]), keys)}"
+    if item["loc"][-1] == "[key]":
+        keys = _names(_branches(schema, path[:-1], schema))
         return f"unknown key; {unknown_name(str(path[-1]), keys)}"
     allowed = _allowed(_branches(schema, path, schema))
     if _is_missing_key(item):
@@ -174,6 +177,16 @@ def _keys(nodes: list[Schema]) -> list[str]:
     return [key for node in nodes for key in node.get("properties", {})]
 
 
+def _names(nodes: list[Schema]) -> list[str]:
+    """List the names that all alternatives allow as keys of their values."""
+    return [name for node in nodes for name in _names_of(node)]
+
+
+def _names_of(node: Schema) -> list[str]:
+    """List the names that sections of one schema may have as keys."""
+    return list(node.get("propertyNames", {}).get("enum", ()))
+
+
 def _allowed(nodes: list[Schema]) -> str:
     """Describe what the alternatives allow."""
     texts = [_words(node) for node in nodes if node.get("type") != "null"]
@@ -192,6 +205,9 @@ def _words(node: Schema) -> str:
         return f"[{items}]"
     if node.get("type") == "object" and "properties" in node:
         return f"a section with {', '.join(node['properties'])}"
+    if names := _names_of(node):
+        each = _words(node["additionalProperties"])
+        kind = f"a section with {', '.join(names)}, each {each}"
     least = node.get("minItems") or node.get("minProperties")
     if least:
         kind = f"{kind}, at least {least}"

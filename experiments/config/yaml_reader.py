@@ -65,12 +65,12 @@ class Document:
         """List the options that may conflict with the file at a key path.
 
         Returns:
-            Words to put behind a message; none if an option wrote the value itself.
+            Words to put behind the place; none if an option wrote the value itself.
         """
         options = [p for p in self.places.values() if p.startswith(f"{OPTION}set ")]
         if not options or self.where(path).startswith(OPTION):
             return ""
-        return f" (with {', '.join(dict.fromkeys(options))})"
+        return f" with {', '.join(dict.fromkeys(options))}"
 
 
 class _CoreLoader(yaml.SafeLoader):

@@ -253,7 +253,12 @@ class EgoDriver:
             return ending
         if record.time >= self._options.duration - TIME_TOLERANCE:
             stands = self._blockage.standing(frenet, record.traffic, self._stats)
-            words = f"s = {frenet.s:.1f} m of {self._task.goal:.1f} m {time}"
+            region = self._task.region
+            words = (
+                f"s = {frenet.s:.1f} m of {self._task.goal:.1f} m {time}"
+                if region is None
+                else region.not_met(frenet.s, record.ego, record.time)
+            )
             words = words if stands is None else f"{words}, {stands}"
             return Ending(EpisodeStatus.TIMEOUT, words)
         self._farthest = max(frenet.s, self._farthest)
@@ -285,8 +290,12 @@ class EgoDriver:
             return self._arrival(time) if frenet.s >= self._task.goal else None
         if region.is_reached(record.ego, self._body, record.time):
             return self._arrival(time)
-        missed = region.why_missed(frenet.s, record.time)
-        return None if missed is None else Ending(EpisodeStatus.TIMEOUT, missed)
+        missed = region.why_missed(frenet.s, record.ego, record.time)
+        if missed is None:
+            return None
+        stands = self._blockage.standing(frenet, record.traffic, self._stats)
+        words = missed if stands is None else f"{missed}, {stands}"
+        return Ending(EpisodeStatus.TIMEOUT, words)
 
     def _arrival(self, time: str) -> Ending:
         """Return the ending of an ego that has reached its goal."""

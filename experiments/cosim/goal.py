@@ -40,11 +40,53 @@ class GoalWindow:
             return False
         if not self.speed[0] <= ego.speed <= self.speed[1]:
             return False
-        if self.heading is not None:
-            begin, end = self.heading
-            if (ego.heading - begin) % FULL_TURN > end - begin:
-                return False
+        if not self._has_heading(ego):
+            return False
         return self.area is None or bool(shapely.contains_xy(self.area, x, y))
+
+    def way_to(self, place: float) -> float:
+        """Return the way to the area: below 0 behind it, 0 in it [m]."""
+        return max(self.begin - place, 0.0) - max(place - self.end, 0.0)
+
+    @property
+    def asked(self) -> str:
+        """What has to hold in the area, in words."""
+        (first, last), (low, high) = self.time, self.speed
+        words = f"t = {first:.1f} to {last:.1f} s"
+        if math.isfinite(low) or math.isfinite(high):
+            words += f", {low:.1f} to {high:.1f} m/s"
+        if self.heading is not None:
+            words += (
+                f", a heading of {self.heading[0]:.2f} to {self.heading[1]:.2f} rad"
+            )
+        return words
+
+    def lacking(self, place: float, ego: CartesianState) -> str:
+        """Say what keeps an ego out of the state, its time aside.
+
+        Args:
+            place: Of the body's centre on the path [m].
+            ego: Its state.
+        """
+        way = self.way_to(place)
+        if way and math.isfinite(way):
+            side = "before" if way > 0.0 else "behind"
+            return f"the ego is {abs(way):.1f} m {side} its area"
+        if not self.speed[0] <= ego.speed <= self.speed[1]:
+            low, high = self.speed
+            return f"the ego drives {ego.speed:.1f} m/s, not {low:.1f} to {high:.1f}"
+        if not self._has_heading(ego):
+            return (
+                f"the ego's heading is {ego.heading:.2f} rad; asked for is {self.asked}"
+            )
+        return "the ego is beside its area, or in it at another time"
+
+    def _has_heading(self, ego: CartesianState) -> bool:
+        """Tell whether the ego's heading is one that is asked for."""
+        if self.heading is None:
+            return True
+        begin, end = self.heading
+        return (ego.heading - begin) % FULL_TURN <= end - begin
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,19 +109,34 @@ class GoalRegion:
         x, y = centre_from_rear_axle(ego, vehicle)
         return any(window.holds(x, y, ego, time) for window in self.windows)
 
-    def why_missed(self, s: float, time: float) -> str | None:
-        """Say why no state can be reached any more; None if one can.
+    def why_missed(self, s: float, ego: CartesianState, time: float) -> str | None:
+        """Say why no state can be reached any more, and what was lacking; else None.
 
         Args:
             s: Of the rear axle on the path [m].
+            ego: Its state.
             time: Since the ego entered [s].
         """
+        place = s + self.centre
         last = max(window.time[1] for window in self.windows)
         if time > last + TIME_TOLERANCE:
-            return f"the time of the goal ended at t = {last:.1f} s"
-        if all(s + self.centre > window.end + BEYOND for window in self.windows):
-            return "the ego drove through the goal's area without meeting its state"
+            return self.not_met(s, ego, last)
+        if all(place > window.end + BEYOND for window in self.windows):
+            return (
+                f"the ego drove past the goal's area by t = {time:.1f} s at "
+                f"{ego.speed:.1f} m/s; asked for was {self._nearest(place).asked}"
+            )
         return None
+
+    def not_met(self, s: float, ego: CartesianState, time: float) -> str:
+        """Say what is lacking when the time is over; see `why_missed`."""
+        place = s + self.centre
+        lacking = self._nearest(place).lacking(place, ego)
+        return f"the goal is not met by t = {time:.1f} s: {lacking}"
+
+    def _nearest(self, place: float) -> GoalWindow:
+        """Return the state whose area is nearest along the path."""
+        return min(self.windows, key=lambda window: abs(window.way_to(place)))
 
     def wanted_speed(
         self, preferred: float, s: float, time: float, speed: float

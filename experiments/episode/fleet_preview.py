@@ -1,7 +1,6 @@
 """What a scenario with many egos comes to, before anything runs."""
 
 from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -9,25 +8,17 @@ from experiments.config import Scenario, SumoTraffic
 from experiments.config.egos import EgoGroup
 from experiments.cosim.fleet.records import HUMAN
 from experiments.episode.fleet import fleet_detectors, fleet_groups
+from experiments.episode.preview import Preview, drawn_vehicles
 from experiments.world_setup.fleet import (
     ego_selection,
     fleet_network,
     make_fleet_world,
 )
 from experiments.world_setup.traffic import make_flows
-from sumo_nets.demand import vehicles_for
 from sumo_nets.net_reader import read_net
 
 
-@dataclass(frozen=True, slots=True)
-class FleetPreview:
-    """A scenario with many egos: facts in words, and what is unusual."""
-
-    facts: tuple[tuple[str, str], ...]  # name, words
-    unusual: tuple[str, ...]  # whole sentences
-
-
-def preview_fleet(scenario: Scenario) -> FleetPreview:
+def preview_fleet(scenario: Scenario) -> Preview:
     """Check everything that a run would, and describe it.
 
     Raises:
@@ -54,13 +45,11 @@ def preview_fleet(scenario: Scenario) -> FleetPreview:
         words = "of the scenario's own files; who is an ego shows when they enter"
         facts.append(("traffic", words))
         facts += [_group(k, one, None) for k, one in enumerate(scenario.egos or ())]
-        return FleetPreview(tuple(facts), ())
-    end = simulation.warmup_s + simulation.duration_s
-    flows = make_flows(scenario)
-    vehicles = vehicles_for(network, flows, simulation.seed, 0.0, end)
+        return Preview(tuple(facts), ())
+    vehicles, when = drawn_vehicles(scenario, network, make_flows(scenario))
     selection = ego_selection(scenario)
     chosen = Counter(selection.choose(one.id, one.type.id) for one in vehicles)
-    words = f"{len(vehicles)} vehicles in {end:g} s with seed {simulation.seed}"
+    words = f"{len(vehicles)} vehicles {when}"
     facts.append(("traffic", f"{words}, {chosen[HUMAN]} of them SUMO's"))
     groups = scenario.egos or ()
     facts += [_group(k, one, chosen[k]) for k, one in enumerate(groups)]
@@ -69,7 +58,7 @@ def preview_fleet(scenario: Scenario) -> FleetPreview:
         for k, one in enumerate(groups)
         if not chosen[k] and (one.penetration or one.count)
     ]
-    return FleetPreview(tuple(facts), tuple(unusual))
+    return Preview(tuple(facts), tuple(unusual))
 
 
 def _group(number: int, group: EgoGroup, chosen: int | None) -> tuple[str, str]:

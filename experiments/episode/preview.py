@@ -12,7 +12,8 @@ from experiments.world_setup.layout import make_layout
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import make_demand
 from planner.states import FloatArray
-from sumo_nets.demand import vehicles_for
+from sumo_nets.catalogue import Network
+from sumo_nets.demand import Demand, DemandVehicle, vehicles_for
 from sumo_nets.route_path import route_path
 
 SAMPLING = 0.5  # along the path [m]
@@ -25,11 +26,17 @@ STRAIGHT = 1e-3  # no bend is milder [1/m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ScenarioPreview:
-    """A scenario laid out: facts in words, what is unusual, and what to draw."""
+class Preview:
+    """A scenario in words, and what is unusual about it."""
 
     facts: tuple[tuple[str, str], ...]  # name, words
     unusual: tuple[str, ...]  # whole sentences
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScenarioPreview(Preview):
+    """A scenario laid out, and what to draw of it."""
+
     layout: Layout
     road_map: RoadMap
     sharpest: float | None  # where the path bends most [m]; None if it is straight
@@ -188,13 +195,11 @@ def _traffic(scenario: Scenario, layout: Layout) -> Said:
         return [("traffic", words)], []
     if network is None:
         return [("traffic", f"{len(scenario.vehicles)} scripted vehicles")], []
-    simulation = scenario.simulation
     demand = make_demand(scenario, layout)
-    end = simulation.warmup_s + simulation.duration_s
-    drawn = vehicles_for(network, demand, simulation.seed, 0.0, end)
+    drawn, when = drawn_vehicles(scenario, network, demand)
     counts = Counter(vehicle.id.rpartition(".")[0] for vehicle in drawn)
     shown = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
-    words = f"{shown or 'no vehicles'} in {end:.0f} s with seed {simulation.seed}"
+    words = f"{shown or 'no vehicles'} {when}"
     unusual = []
     if not drawn and not layout.road.obstacles.ids:
         unusual.append("There is neither traffic nor an obstacle.")
@@ -206,6 +211,16 @@ def _traffic(scenario: Scenario, layout: Layout) -> Said:
             f"lane carries about {DENSE:.0f}: many will not depart."
         )
     return [("traffic", words)], unusual
+
+
+def drawn_vehicles(
+    scenario: Scenario, network: Network, demand: Demand
+) -> tuple[tuple[DemandVehicle, ...], str]:
+    """Draw the traffic of a run, and say of which time and seed it is."""
+    simulation = scenario.simulation
+    end = simulation.warmup_s + simulation.duration_s
+    drawn = vehicles_for(network, demand, simulation.seed, 0.0, end)
+    return drawn, f"in {end:g} s with seed {simulation.seed}"
 
 
 def _bodies(layout: Layout) -> Said:

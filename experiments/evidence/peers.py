@@ -15,6 +15,7 @@ from experiments.comparison.results import Row, rows
 from experiments.config.sweep_file import load_sweep
 from experiments.cosim.records import EpisodeStatus
 from experiments.errors import ConfigError
+from experiments.evidence.differences import difference_words
 from experiments.evidence.document_command import write_document
 from experiments.evidence.first_look import first_look
 from experiments.metrics import columns
@@ -139,8 +140,8 @@ def _chapter(found: Sequence[Row], density: str) -> Iterator[str]:
     lines = compare(found, question)
     names = [METRICS[name].label_with_unit for name in MEASURED]
     yield f"## Density {density}\n"
-    apart = f"difference of {METRICS[columns.TRAVEL_TIME].label}"
-    yield f"| road | planner | arrived | collided | {' | '.join(names)} | {apart} |"
+    column = f"difference of {METRICS[columns.TRAVEL_TIME].label}"
+    yield f"| road | planner | arrived | collided | {' | '.join(names)} | {column} |"
     yield f"|---|---|---|---|{'---|' * (len(names) + 1)}"
     for road in dict.fromkeys(str(row[columns.SCENARIO]) for row in found):
         labels = _ours_first(
@@ -150,7 +151,8 @@ def _chapter(found: Sequence[Row], density: str) -> Iterator[str]:
             runs, arrived, collided = _counts(found, road, label)
             own = {x.metric: x for x in lines if (x.label, x.where) == (label, road)}
             cells = [_value(own.get(name), name) for name in MEASURED]
-            difference = _difference(own.get(columns.TRAVEL_TIME))
+            apart, interval = difference_words(own.get(columns.TRAVEL_TIME))
+            difference = f"{apart} ({interval})" if interval else apart
             first = f"`{road}`" if number == 0 else ""
             yield (
                 f"| {first} | `{label}` | {arrived} of {runs} | {collided} | "
@@ -163,16 +165,6 @@ def _value(line: Line | None, name: str) -> str:
     """Write a mean."""
     known = line is not None and line.value is not None
     return METRICS[name].text(line.value.value) if known else "-"  # type: ignore[union-attr]
-
-
-def _difference(line: Line | None) -> str:
-    """Write a difference with its interval."""
-    apart = None if line is None else line.difference
-    if apart is None:
-        return ""
-    if not apart.known:
-        return f"{apart.value:+.2f}"
-    return f"{apart.value:+.2f} ({apart.low:+.2f} to {apart.high:+.2f})"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

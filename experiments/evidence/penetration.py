@@ -12,6 +12,7 @@ from pathlib import Path
 from experiments.comparison.compare import Line, Question, compare
 from experiments.comparison.results import rows
 from experiments.errors import ConfigError
+from experiments.evidence.differences import difference_words
 from experiments.evidence.document_command import write_document
 from experiments.metrics.catalogue import METRICS
 from experiments.sweep.folder import load_sweep_copy
@@ -97,15 +98,12 @@ def _row(line: Line, base: float | None) -> str:
     metric = METRICS[line.metric]
     cells = [metric.label_with_unit, line.label]
     cells.append("-" if line.value is None else metric.text(line.value.value))
-    apart = line.difference
-    if apart is None:
-        cells += ["", "", ""]
-    else:
-        digits = metric.digits + 1
-        cells.append(f"{apart.value:+.{digits}f}")
-        ends = f"{apart.low:+.{digits}f} to {apart.high:+.{digits}f}"
-        cells.append(ends if apart.known else "too few seeds")
-        cells.append(f"{100.0 * apart.value / base:+.0f} %" if base else "")
+    difference, interval = difference_words(line)
+    share = ""
+    if line.difference is not None:
+        interval = interval or "too few seeds"
+        share = f"{100.0 * line.difference.value / base:+.0f} %" if base else ""
+    cells += [difference, interval, share]
     return f"| {' | '.join(cells)} |"
 
 

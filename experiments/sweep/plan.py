@@ -13,8 +13,8 @@ from experiments.config.scenario_file import (
     Change,
     changed,
     check_scenario,
+    named_scenario,
     parse_key,
-    scenario_document,
 )
 from experiments.config.sweep import Sweep, SweptPlanner
 from experiments.config.yaml_reader import Document, KeyPath
@@ -51,7 +51,12 @@ class Plan:
         self._planners_place = document.where(("planners",))
         self._seeds_place = document.where(("seeds",))
         check_claim(sweep, document)
-        self._bases = [scenario_document(name) for name in sweep.scenarios]
+        self._bases = [
+            named_scenario(
+                name, f"{document.where(('scenarios', index))}: scenarios[{index}]"
+            )
+            for index, name in enumerate(sweep.scenarios)
+        ]
         self._set = [
             self._change(("set",), key, value) for key, value in sweep.set.items()
         ]

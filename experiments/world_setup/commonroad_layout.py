@@ -19,11 +19,12 @@ from experiments.commonroad.records import (
 )
 from experiments.commonroad.route import LaneletRoute, find_route
 from experiments.config import Scenario
+from experiments.config.counted import counted
 from experiments.cosim.goal import GoalRegion, GoalWindow
 from experiments.cosim.replay_world import Replay, ReplayLog
 from experiments.cosim.road import EgoTask, Road, Start
 from experiments.world_setup.lanelet_road import lanelet_road, lights
-from experiments.world_setup.road import Layout
+from experiments.world_setup.road import Layout, log
 from planner.reference_path.frenet import MIN_STRETCH
 from planner.reference_path.path import ReferencePath
 from planner.scene import Obstacles
@@ -33,6 +34,7 @@ from planner.vehicle import Vehicle
 STEP_TOLERANCE = 1e-6  # [s]
 BEYOND = 120.0  # of road behind the goal's lanelet, at least [m]
 BEYOND_TIME = 6.0  # and as far as is driven in this time [s]
+MOST_NAMED = 5  # lanelets in a message
 GOAL_STEP = 0.25  # between the places where the goal's area is looked for [m]
 STRICT = 0.01  # by which a goal is drawn in, so that rounding leaves no doubt [m]
 STRICT_VALUE = 1e-4  # the same of speeds and angles [m/s], [rad]
@@ -52,6 +54,7 @@ def commonroad_layout(scenario: Scenario) -> Layout:
     if choice is None or choice.file is None:
         raise scenario.error(("network", "file"), "is missing")
     found = read_commonroad(Path(choice.file))
+    _warn_of_missing(found)
     problem = _problem(scenario, found, choice.planning_problem)
     vehicle = scenario.ego.vehicle.to_planner()
     route = find_route(found, problem)
@@ -98,6 +101,20 @@ def commonroad_layout(scenario: Scenario) -> Layout:
         replay=replay,
         lanelets=found,
     )
+
+
+def _warn_of_missing(found: CommonRoadScenario) -> None:
+    """Say which lanelets others refer to that a file cut out of a map lacks."""
+    missing = found.network.missing
+    if missing:
+        listed = ", ".join(map(str, missing[:MOST_NAMED]))
+        log.warning(
+            "%s: refers to %s that it does not hold (%s%s): the road ends there",
+            found.file,
+            counted(len(missing), "lanelet"),
+            listed,
+            ", ..." if len(missing) > MOST_NAMED else "",
+        )
 
 
 def _problem(

@@ -85,6 +85,7 @@ def test_bars_in_a_cell_are_escaped(gen_pages):
 
 
 @pytest.mark.skipif(NO_MKDOCS, reason="needs the documentation's packages")
+@pytest.mark.slow
 def test_the_site_builds_strictly_and_fetches_nothing(tmp_path):
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "-d", str(tmp_path)],

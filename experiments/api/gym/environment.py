@@ -1,6 +1,6 @@
 """The environment: one episode at a time, driven by actions instead of a planner."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from shutil import rmtree
@@ -155,7 +155,7 @@ class DrivingEnv(gym.Env[Observation, Action]):
         shape: ObservationShape | None = None,
         repeat: int = 1,
         reward: Reward = progress_reward,
-        seeds: range = TRAINING_SEEDS,
+        seeds: Sequence[int] = TRAINING_SEEDS,
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, "rgb_array"):
@@ -179,8 +179,8 @@ class DrivingEnv(gym.Env[Observation, Action]):
         if self._scenario.planner in SELF_DRIVEN:  # whose world moves the ego itself
             self._scenario = self._scenario.with_(planner=OF_ACTIONS)
         require_count("repeat", repeat)
-        if not seeds:
-            raise ConfigError(f"seeds: are {seeds}; allowed: at least one")
+        require_seeds(seeds)
+        require_reward(reward)
         self._repeat = repeat
         self._shape = shape or ObservationShape()
         self._reward = reward
@@ -382,6 +382,29 @@ def step_facts(record: StepRecord, ending: Ending | None) -> dict[str, Any]:
         "clearance_m": record.clearance,
         "is_success": ending is not None and ending.status is EpisodeStatus.ARRIVED,
     }
+
+
+def require_seeds(seeds: object) -> None:
+    """Raise ConfigError unless these are whole numbers to draw from."""
+    allowed = f"a range or list of whole numbers from 0 to {LARGEST_SEED}"
+    if not isinstance(seeds, Sequence) or isinstance(seeds, str | bytes):
+        raise ConfigError(f"seeds: is {seeds!r}; allowed: {allowed}")
+    if not seeds:
+        raise ConfigError(f"seeds: are {seeds!r}; allowed: at least one")
+    ends = (seeds[0], seeds[-1]) if isinstance(seeds, range) else seeds
+    for seed in ends:
+        whole = isinstance(seed, int) and not isinstance(seed, bool)
+        if not whole or not 0 <= seed <= LARGEST_SEED:
+            raise ConfigError(f"seeds: hold {seed!r}; allowed: {allowed}")
+
+
+def require_reward(reward: object) -> None:
+    """Raise ConfigError unless it can be called."""
+    if not callable(reward):
+        raise ConfigError(
+            f"reward: is {reward!r}; allowed: a function of a Transition, see "
+            "rearview.gym.progress_reward"
+        )
 
 
 def require_count(name: str, value: object, most: int = 10**6) -> None:

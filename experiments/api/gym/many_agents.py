@@ -1,6 +1,6 @@
 """Many egos of one simulation as agents of a PettingZoo environment."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from shutil import rmtree
@@ -25,6 +25,8 @@ from experiments.api.gym.environment import (
     observation_space,
     progress_reward,
     require_count,
+    require_reward,
+    require_seeds,
     step_facts,
     take_process,
 )
@@ -139,15 +141,15 @@ class ManyAgentsEnv(ParallelEnv[str, Observation, Action]):  # type: ignore[misc
         shape: ObservationShape | None = None,
         repeat: int = 1,
         reward: Reward = progress_reward,
-        seeds: range = TRAINING_SEEDS,
+        seeds: Sequence[int] = TRAINING_SEEDS,
     ) -> None:
         kinds = [kind.value for kind in ActionKind]
         if action not in kinds:
             raise ConfigError(f"action: is {action!r}; allowed: {', '.join(kinds)}")
         require_count("egos", egos, MOST_EGOS)
         require_count("repeat", repeat)
-        if not seeds:
-            raise ConfigError(f"seeds: are {seeds}; allowed: at least one")
+        require_seeds(seeds)
+        require_reward(reward)
         loaded = Scenario.load(scenario).with_(changes)
         groups = loaded.checked.egos
         if groups is None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.config.axes import Point
-from experiments.config.scenario_file import scenario_document, tuples
+from experiments.config.scenario_file import named_scenario, tuples
 from experiments.config.search import Search
 from experiments.config.sweep import Sweep
 from experiments.config.yaml_reader import Document, KeyPath
@@ -175,6 +175,8 @@ def sweep_of_points(
         document: Its file, for messages.
         points: Distinct ones; without any the scenario as it is.
     """
+    where = f"{document.where(('scenario',))}: scenario"
+    base = named_scenario(search.scenario, where)
     axes = {key: [point[key] for point in points] for key in search.space}
     content = {
         "name": search.name,
@@ -183,7 +185,7 @@ def sweep_of_points(
         "planners": [search.planner.model_dump(exclude_none=True)],
         "set": dict(search.set),
         "axes": {"zip": axes} if points else {},
-        "seeds": [own_seed(search)],
+        "seeds": [own_seed(search, base)],
         "timeout_s": search.timeout_s,
         "memory_mb": search.memory_mb,
         "keep_traces": str(search.keep_traces),
@@ -198,11 +200,11 @@ def sweep_of_points(
     return sweep, Plan(sweep, Document(document.name, None, places))
 
 
-def own_seed(search: Search) -> int:
-    """Return the seed of the scenario: common to all trials, so that they compare."""
+def own_seed(search: Search, base: Document) -> int:
+    """Return the seed of all trials, so that they compare: that of the scenario."""
     if search.scenario_seed is not None:
         return search.scenario_seed
-    data = scenario_document(search.scenario).data
+    data = base.data
     simulation = data.get("simulation") if isinstance(data, dict) else None
     seed = simulation.get("seed", 0) if isinstance(simulation, dict) else 0
     return seed if isinstance(seed, int) else 0

@@ -66,6 +66,23 @@ def refusal(monkeypatch, capfd) -> Callable[..., str]:
 
 
 @pytest.fixture
+def run_here(monkeypatch, capfd) -> Callable[..., tuple[int, dict[str, object], str]]:
+    """Run in this process, for runs that leave it alive: exit status, row, stderr."""
+    monkeypatch.setattr(crash_guard, "guarded", lambda episode, crashed: episode())
+    monkeypatch.chdir(HERE)
+    monkeypatch.syspath_prepend(str(HERE))
+
+    def run(*arguments: str) -> tuple[int, dict[str, object], str]:
+        with pytest.raises(SystemExit) as left:
+            app(("run", *arguments, "--json"))
+        out, err = capfd.readouterr()
+        assert out.count("\n") == 1
+        return left.value.code, json.loads(out), err
+
+    return run
+
+
+@pytest.fixture
 def road(tmp_path: Path) -> str:
     path = tmp_path / "empty_road.yaml"
     path.write_text(EMPTY_ROAD)
@@ -117,7 +134,7 @@ def test_recorded_configuration_makes_the_same_run(road, tmp_path):
         assert file.read_bytes() == (other / file.name).read_bytes(), file.name
 
 
-def test_other_outcomes_are_exit_status_1(road, tmp_path):
+def test_other_outcomes_are_exit_status_1(road, tmp_path, run_here):
     obstacle = "obstacles=[{s_m: 40, radius_m: 1}]"
     out = ("--out", str(tmp_path), "--json")
     done = rearview("run", road, *OWN, *out, "--set", obstacle)
@@ -126,21 +143,19 @@ def test_other_outcomes_are_exit_status_1(road, tmp_path):
     assert row["status"] == "collision"
     assert row["first_collision_with"] == "obstacle.0"
     assert row["travel_time_s"] is None
-    timeout = rearview("run", road, *OWN, *out, "--set", "simulation.duration_s=1")
-    assert timeout.returncode == 1
-    assert row_of(timeout)["status"] == "timeout"
+    short = ("--set", "simulation.duration_s=1", "--out", str(tmp_path))
+    code, row, _ = run_here(road, *OWN, *short)
+    assert code == 1
+    assert row["status"] == "timeout"
 
 
 @pytest.mark.parametrize("how", ["nan_at", "raise_at"])
-def test_a_failing_planner_leaves_the_trace_up_to_there(road, tmp_path, how):
+def test_a_failing_planner_leaves_the_trace_up_to_there(road, tmp_path, run_here, how):
     setting = f"planner.settings.{how}=2"
-    done = rearview(
-        "run", road, *OWN, "--set", setting, "--json", "--out", str(tmp_path)
-    )
-    row = row_of(done)
-    assert done.returncode == 1
+    code, row, err = run_here(road, *OWN, "--set", setting, "--out", str(tmp_path))
+    assert code == 1
     assert row["status"] == "planner_failed"
-    assert "Traceback" not in done.stderr
+    assert "Traceback" not in err
     trace = read_trace(Path(str(row["run_folder"])))
     assert trace.steps["time_s"][-1] == pytest.approx(2.0)
     assert trace.fact("reason")
@@ -158,13 +173,12 @@ def test_a_dying_process_is_an_outcome(road, tmp_path):
 
 
 @pytest.mark.parametrize("how", ["exit_at", "stats_at"])
-def test_a_planner_that_breaks_its_contract(road, tmp_path, how):
+def test_a_planner_that_breaks_its_contract(road, tmp_path, run_here, how):
     setting = f"planner.settings.{how}=1"
-    out = ("--out", str(tmp_path / "runs"))
-    done = rearview("run", road, *OWN, "--set", setting, "--json", *out)
-    assert done.returncode == 1
-    assert row_of(done)["status"] == "planner_failed"
-    assert "Traceback" not in done.stderr
+    code, row, err = run_here(road, *OWN, "--set", setting, "--out", str(tmp_path))
+    assert code == 1
+    assert row["status"] == "planner_failed"
+    assert "Traceback" not in err
 
 
 def test_a_process_that_just_leaves_is_a_crash(road, tmp_path):
@@ -294,7 +308,7 @@ def test_ctrl_c_leaves_nothing(road, tmp_path):
         ),
         (
             ["run", "straight", "--set", "traffic={models: {Crauss: 1}}"],
-            'traffic: models: "Crauss" is unknown; allowed: Krauss',
+            "traffic.models.Crauss: unknown key; did you mean Krauss",
         ),
         (["run", "straight", "--set", "ego.goal_m"], "allowed: key.path=value"),
         (["run", "straight", "--out", "/dev/null/runs"], "/dev/null"),
@@ -477,7 +491,16 @@ def test_schema_is_the_committed_one():
 
 
 @pytest.mark.sumo
-@pytest.mark.parametrize("name", ["straight", "curved", "intersection", "u_shaped"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "straight",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("curved", "intersection", "u_shaped")
+        ),
+    ],
+)
 def test_sumo_roads_are_driven_to_the_goal(name, tmp_path):
     nothing = ("--set", "traffic=none", "--set", "obstacles=none")
     done = rearview("run", name, *OWN, *nothing, "--json", "--out", str(tmp_path))
@@ -489,6 +512,7 @@ def test_sumo_roads_are_driven_to_the_goal(name, tmp_path):
     assert abs(trace.steps["l_m"]).max() < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.sumo
 def test_same_seed_same_trace_in_two_processes_other_seed_another(tmp_path):
     hashes = []

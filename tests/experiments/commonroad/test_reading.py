@@ -216,6 +216,8 @@ def test_all_kinds_of_obstacles_positions_and_goals(read):
     )  # fmt: skip
     first = found.network.lanelets[1]
     assert first.successors == (3,)  # found where it begins; 77 is not in the file
+    assert 77 in found.network.missing
+    assert not set(found.network.missing) & set(found.network.lanelets)
     assert first.same_left is None
     assert first.beside_left == (2, False)
     assert first.beside_right is None
@@ -395,7 +397,12 @@ BAD = {
     "a goal nowhere": (
         {},
         lanelet_text(2) + problem_text(),
-        "refers to lanelet 1, which is not in the file",
+        "refers to lanelet 1, which is not in the file; allowed: 2",
+    ),
+    "a start that is too fast": (
+        {},
+        lanelet_text(1) + problem_text(state_text("initialState", 1.0, speed=2200)),
+        "initialState: velocity is 2200; allowed: 0 to 70 m/s",
     ),
     "an obstacle without a shape": (
         {},

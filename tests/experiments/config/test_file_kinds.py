@@ -1,12 +1,14 @@
-"""Sweeps that are given as scenarios, and the other way round."""
+"""Scenarios, sweeps and searches that are given to the command of another kind."""
 
 import pytest
 
 from experiments.config.scenario_file import load_scenario, scenario_names
+from experiments.config.search_file import load_search
 from experiments.config.sweep_file import load_sweep, sweep_names
 from experiments.errors import ConfigError
 
 SWEEP = "name: mine\nscenarios: [curved]\nplanners: [cruise]\nseeds: [1]\n"
+SEARCH = "name: mine\nscenario: cut_in\nplanner: cruise\nspace: {a: [1, 2]}\n"
 SCENARIO = "name: mine\nnetwork: curved\nego: {goal_m: 200}\n"
 
 
@@ -16,6 +18,17 @@ SCENARIO = "name: mine\nnetwork: curved\nego: {goal_m: 200}\n"
         (load_scenario, "smoke", "", "is a sweep; did you mean rearview sweep smoke?"),
         (load_scenario, "FILE", SWEEP, "is a sweep; did you mean rearview sweep FILE?"),
         (load_sweep, "curved", "", "is a scenario; did you mean rearview run curved?"),
+        (
+            load_scenario,
+            "cut_in_search",
+            "",
+            "is a search; did you mean rearview search",
+        ),
+        (load_scenario, "FILE", SEARCH, "is a search; did you mean rearview search FI"),
+        (load_sweep, "cut_in_search", "", "is a search; did you mean rearview search "),
+        (load_sweep, "FILE", SEARCH, "is a search; did you mean rearview search FILE?"),
+        (load_search, "smoke", "", "is a sweep; did you mean rearview sweep smoke?"),
+        (load_search, "FILE", SCENARIO, "is a scenario; did you mean rearview run FI"),
         (load_sweep, "FILE", SCENARIO, "is a scenario; did you mean rearview run FILE"),
     ],
 )
@@ -25,8 +38,8 @@ def test_the_other_command_is_named(tmp_path, load, given, content, hint):
     name = given.replace("FILE", str(file))
     with pytest.raises(ConfigError) as refusal:
         load(name)
-    expected = f"{name}: {hint}".replace("FILE", str(file))
-    assert str(refusal.value).startswith(expected)
+    found = str(refusal.value).replace(str(file), "FILE")
+    assert found.startswith(f"{given}: {hint}")
 
 
 def test_shipped_names_that_both_have_are_what_was_asked_for():

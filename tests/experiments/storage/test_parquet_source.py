@@ -39,14 +39,20 @@ ODD_NAMES = (
 )
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return a sweep whose results are not collected yet."""
+    return write_sweep(tmp_path_factory.mktemp("made") / "sweep", seeds=2)
+
+
 @pytest.mark.parametrize("name", ODD_NAMES)
-def test_traces_and_results_in_odd_folders(tmp_path, name):
+def test_traces_and_results_in_odd_folders(made, tmp_path, name):
     folder = tmp_path / name / "inner"
     folder.mkdir(parents=True)
     trace = driven_trace(3)
     write_trace(trace, folder)
     assert trace_hash(read_trace(folder)) == trace_hash(trace)
-    sweep = write_sweep(tmp_path / name / "sweep", seeds=2)
+    sweep = shutil.copytree(made, tmp_path / name / "sweep")
     assert rebuild(sweep) == 16
     found = rows(sweep)
     assert {row["seed"] for row in found} == {0, 1}

@@ -81,8 +81,8 @@ def check_routes(net, count):
     [
         ("-L1",),
         ("-L2", "--default-junction-type=traffic_light"),
-        ("-L2", "--lefthand"),
-        ("-L3", "--default.lanewidth=2.8"),
+        pytest.param(("-L2", "--lefthand"), marks=pytest.mark.slow),
+        pytest.param(("-L3", "--default.lanewidth=2.8"), marks=pytest.mark.slow),
     ],
     ids=" ".join,
 )
@@ -92,6 +92,7 @@ def test_random_routes_keep_curvature_area_and_bounds(tmp_path, options):
     assert refused <= 1
 
 
+@pytest.mark.slow
 def test_bend_that_is_too_narrow_names_place_and_curvature(tmp_path):
     net = grid(tmp_path, "-L1")
     route = next(

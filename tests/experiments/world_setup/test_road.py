@@ -55,13 +55,17 @@ def test_an_ego_on_its_path_is_on_its_road_as_planners_see_it(tmp_path):
     assert tried > 1
 
 
+LORRY = Vehicle(length=12.0, width=2.5, wheelbase=8.0, rear_overhang=2.0)
+
+
+@pytest.mark.parametrize("goal", [pytest.param(None, marks=pytest.mark.slow), 250.0])
+def test_a_turn_that_is_too_narrow_before_the_goal_is_refused(goal):
+    with pytest.raises(NetworkError, match="cannot take"):
+        sumo_road(network("t_junction"), LORRY, None, goal)
+
+
 def test_what_cannot_be_driven_beyond_the_goal_is_left_out():
-    lorry = Vehicle(length=12.0, width=2.5, wheelbase=8.0, rear_overhang=2.0)
-    record = network("t_junction")  # its turn is too narrow
-    for goal in (None, 250.0):
-        with pytest.raises(NetworkError, match="cannot take"):
-            sumo_road(record, lorry, None, goal)
-    road = sumo_road(record, lorry, None, 100.0)
+    road = sumo_road(network("t_junction"), LORRY, None, 100.0)
     assert 150.0 < road.path.length < 200.0
 
 

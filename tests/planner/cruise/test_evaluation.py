@@ -565,7 +565,9 @@ def emphasised(settings):
 
 
 @pytest.mark.parametrize("name", SETTINGS)
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))]
+)
 def test_the_batch_is_what_the_formulas_say(name, seed):
     settings, scene = SETTINGS[name], random_scene(seed)
     stages = [SlowPlanner(settings, scene)]

@@ -40,7 +40,15 @@ PANELS = {
 
 
 @pytest.mark.parametrize("name", ["careful_human", "regulation_157", "fuzzy_safety"])
-@pytest.mark.parametrize("grid", PANELS)
+@pytest.mark.parametrize(
+    "grid",
+    [
+        "cut_in",
+        pytest.param("fast cut_in", marks=pytest.mark.slow),
+        "braking",
+        "cut_out",
+    ],
+)
 def test_a_driver_as_planner_ends_as_in_the_batch(grid, name):
     panel = PANELS[grid]
     planner = reference_planner(panel, name)

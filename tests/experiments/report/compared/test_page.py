@@ -6,6 +6,7 @@ from time import process_time
 
 import numpy as np
 import pytest
+import yaml
 
 from experiments.cli.app import app
 from experiments.cli.sweep_runs import chosen_runs
@@ -146,6 +147,7 @@ def test_too_few_or_too_many_are_one_line(runs, capsys, arguments, words):
     assert words in err
 
 
+@pytest.mark.slow
 def test_size_and_time_of_three_runs_of_a_minute(tmp_path):
     folders = [
         write_run(tmp_path / name, driven_trace(601, n_cars=30), planner=name)
@@ -176,6 +178,33 @@ def test_runs_of_a_sweep_are_chosen(tmp_path, capsys):
     assert "did not arrive" in capsys.readouterr().err
     row = {row["run_id"]: row for row in rows(sweep)}
     assert [row[run_id]["arrived"] for run_id in worst] == [True, False]
+
+
+def test_runs_with_many_egos_are_refused_before_any_is_repeated(tmp_path):
+    sweep = write_sweep(tmp_path / "made", seeds=2)
+    for file in sweep.rglob("metrics.json"):
+        row = json.loads(file.read_text())
+        file.write_text(json.dumps({**row, "egos_driven": 3}))
+    where = "scenario = 'curved' AND \"ego.target_speed_mps\" = 8"
+    chosen = [row["run_id"] for row in rows(sweep, f"SELECT * FROM runs WHERE {where}")]
+    for ids, seed, worst in (
+        (chosen[:2], None, None),
+        ([], 1, None),
+        ([], None, "travel_time_s"),
+    ):
+        with pytest.raises(
+            ConfigError, match=r"have many egos; allowed: runs with one"
+        ):
+            chosen_runs(sweep, ids, seed, where if not ids else None, worst)
+
+
+def test_the_worst_of_one_planner_is_refused(tmp_path):
+    sweep = write_sweep(tmp_path / "made", seeds=2)
+    file = sweep / "sweep.yaml"
+    content = yaml.safe_load(file.read_text())
+    file.write_text(yaml.safe_dump({**content, "planners": content["planners"][:1]}))
+    with pytest.raises(ConfigError, match="cruise is the only planner; allowed: a sw"):
+        chosen_runs(sweep, [], None, None, "travel_time_s")
 
 
 def test_metrics_are_marked_and_lead_to_their_moment(runs, tmp_path):

@@ -82,6 +82,7 @@ def test_mistakes_are_one_line(run, tmp_path, capsys, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_sigterm_leaves_no_unfinished_film(tmp_path):
     """A run so long that its film takes a while."""
     folder = write_run(tmp_path / "one", driven_trace(2000))

@@ -142,6 +142,7 @@ def test_hostile_names_stay_text(tmp_path):
     assert f"{HOSTILE}.0" in data_of(page)["vehicles"]["ids"]
 
 
+@pytest.mark.slow
 def test_a_minute_among_a_hundred_vehicles_is_small_and_made_in_a_second(tmp_path):
     folder = write_run(tmp_path / "run", driven_trace(601, n_cars=100))
     log = CandidateLog()

@@ -104,6 +104,7 @@ def test_links_lead_to_the_page_of_a_run_where_there_is_one(tmp_path):
     assert away == [f"made/{place}" for place in places]
 
 
+@pytest.mark.slow
 def test_a_thousand_runs_take_less_than_five_seconds(tmp_path):
     folder = write_sweep(tmp_path / "made", seeds=125)
     rows(folder)  # results.parquet is there at the end of a sweep

@@ -182,6 +182,7 @@ def test_a_method_that_learns_finds_a_rare_failure_sooner(method):
     assert needed[method] <= 0.5 * needed["random"]  # a ball of 0.1 % of the space
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["directed", "tpe", "cma_es"])
 def test_a_method_that_learns_leaves_a_valley_without_failures(method):
     """A wide valley at small x holds no failure; a narrow one at large x does."""

@@ -45,7 +45,10 @@ def two_ends(probability):
 
 
 @pytest.mark.parametrize("problem", [plane, corner, two_ends])
-@pytest.mark.parametrize("probability", [1e-2, 1e-3, 1e-4, 1e-5])
+@pytest.mark.parametrize(
+    "probability",
+    [1e-2, 1e-3, *(pytest.param(p, marks=pytest.mark.slow) for p in (1e-4, 1e-5))],
+)
 def test_the_interval_covers_the_known_probability(problem, probability):
     repetitions = 60
     found = [

@@ -115,6 +115,7 @@ def test_each_word_agrees_with_the_closed_forms_and_each_wins_somewhere():
     assert winners == set(DubinsWord)
 
 
+@pytest.mark.slow
 def test_no_steering_found_by_search_is_shorter():
     """Brute force: any steering in 10 steps that reaches the pose is no shorter."""
     rng = np.random.default_rng(5)
