@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner.errors import InvalidInputError
+from planner.numerics.compiled import compiled
+from planner.numerics.interpolation import interpolate
 from planner.reference_path.path import ReferencePath
 from planner.right_of_way.records import Foe, JunctionAhead
 from planner.states import (
@@ -156,9 +158,20 @@ class Lanes:
 
     def at(self, s: float) -> tuple[FloatArray, FloatArray]:
         """Return (centres, widths) at arc length `s`, (n_lanes,) each [m]."""
-        centres = np.array([np.interp(s, self.s, row) for row in self.centre])
-        widths = np.array([np.interp(s, self.s, row) for row in self.width])
-        return centres, widths
+        return _lanes_at(float(s), self.s, self.centre, self.width)
+
+
+@compiled
+def _lanes_at(
+    s: float, lanes_s: FloatArray, centre: FloatArray, width: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Read centres and widths at one arc length, (n_lanes,) each."""
+    n = centre.shape[0]
+    here, centres, widths = np.array([s]), np.empty(n), np.empty(n)
+    for lane in range(n):
+        interpolate(here, 0.0, lanes_s, centre[lane], centres[lane : lane + 1])
+        interpolate(here, 0.0, lanes_s, width[lane], widths[lane : lane + 1])
+    return centres, widths
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -273,13 +273,12 @@ def soft_speed(
 def profile_of(state: FloatArray, jerk: FloatArray, times: FloatArray) -> SpeedProfile:
     """Make the record; rounding below a standstill is cut off."""
     s, v, a = state.T
-    return SpeedProfile(
-        times,
-        np.maximum.accumulate(np.maximum(s, 0.0)),
-        np.maximum(v, 0.0),
-        a,
-        np.append(jerk, jerk[-1]),
-    )
+    rows = np.empty((5, times.size))
+    rows[0], rows[3] = times, a
+    np.maximum.accumulate(np.maximum(s, 0.0), out=rows[1])
+    np.maximum(v, 0.0, out=rows[2])
+    rows[4, :-1], rows[4, -1] = jerk, jerk[-1]
+    return SpeedProfile.from_rows(rows)
 
 
 def _named(graph: StGraph, order: Order) -> tuple[tuple[str, Side], ...]:
