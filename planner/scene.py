@@ -1,6 +1,7 @@
 """The scene: the input of a planner in one cycle."""
 
 from dataclasses import dataclass, field
+from itertools import compress
 
 import numpy as np
 
@@ -109,6 +110,14 @@ class SpeedLimits:
         place = np.searchsorted(self.s, s, side="right") - 1
         return np.asarray(self.limit[np.maximum(place, 0)])
 
+    def at_one(self, s: float) -> float:
+        """Return the limit at one arc length [m/s]."""
+        return float(self.limit[self._place(s)])
+
+    def _place(self, s: float) -> int:
+        """Return which limit holds at an arc length."""
+        return max(int(self.s.searchsorted(s, side="right")) - 1, 0)
+
     def allowed(self, s: float, braking: float) -> float:
         """Return the speed from which every limit from `s` on can be kept.
 
@@ -119,7 +128,7 @@ class SpeedLimits:
         Returns:
             The speed [m/s].
         """
-        place = max(int(np.searchsorted(self.s, s, side="right")) - 1, 0)
+        place = self._place(s)
         if place == self.s.size - 1 and s >= self.s[place]:
             return float(self.limit[place])  # the last one: many roads have one only
         way = np.maximum(self.s[place:] - s, 0.0)
@@ -292,9 +301,8 @@ class RoadUsers:
         """Return those marked in `kept`, (n,); this record itself if all are."""
         if kept.all():
             return self
-        indices = np.flatnonzero(kept)
-        ids = tuple(self.ids[i] for i in indices)
-        return RoadUsers.from_table(ids, np.take(self.table, indices, axis=1))
+        ids = tuple(compress(self.ids, kept.tolist()))
+        return RoadUsers.from_table(ids, self.table.take(kept.nonzero()[0], axis=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

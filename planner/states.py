@@ -8,6 +8,7 @@ axle. Arrays are float64 and read-only, time on the last axis.
 from dataclasses import dataclass, fields
 from functools import cache
 from numbers import Real
+from operator import attrgetter
 from typing import TypeVar, get_args
 
 import numpy as np
@@ -90,9 +91,18 @@ class FrenetState:
     l_second: float  # d²l/ds² [1/m]
 
 
+_NUMBERS_OF = {
+    kind: attrgetter(*kind.__slots__)  # type: ignore[attr-defined]
+    for kind in (CartesianState, FrenetState)
+}
+_ONLY_FLOATS = {float}
+
+
 def with_floats(state: State) -> State:
     """Return a state whose numbers are floats: itself, unless one is not."""
-    values = [getattr(state, name) for name in state.__slots__]
+    values = _NUMBERS_OF[type(state)](state)
+    if set(map(type, values)) == _ONLY_FLOATS:
+        return state
     if all(isinstance(value, float) for value in values):
         return state
     return type(state)(*map(float, values))
