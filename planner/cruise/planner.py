@@ -157,9 +157,7 @@ def _statistics(cycle: Cycle, found: Evaluation) -> PlanStats:
     removed: dict[str, int] = {}
     if complete:
         removed = {
-            name: counts[check]
-            for check, name in CHECK_NAMES.items()
-            if counts[check]
+            name: counts[check] for check, name in CHECK_NAMES.items() if counts[check]
         }
         if cycle.off_road:
             removed["road"] = removed.get("road", 0) + cycle.off_road
