@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from functools import cache
 from numbers import Real
 from operator import attrgetter
-from typing import TypeVar, get_args
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,7 +40,8 @@ def store_floats(record: object) -> None:
     Args:
         record: Frozen; called from its `__post_init__`.
     """
-    for name in _names_of_floats(type(record)):
+    kind: Any = type(record)
+    for name in _names_of_floats(kind):
         value = getattr(record, name)
         if type(value) is float:
             continue
@@ -92,8 +93,7 @@ class FrenetState:
 
 
 _NUMBERS_OF = {
-    kind: attrgetter(*kind.__slots__)  # type: ignore[attr-defined]
-    for kind in (CartesianState, FrenetState)
+    kind: attrgetter(*kind.__slots__) for kind in (CartesianState, FrenetState)
 }
 _ONLY_FLOATS = {float}
 

@@ -262,8 +262,8 @@ def _looks(records: Sequence[StepRecord]) -> Table:
 
 def _numbers(state: Any) -> tuple[float, ...]:
     """Return the numbers of a record of scalars."""
-    numbers: tuple[float, ...] = _reader_of(type(state))(state)
-    return numbers
+    kind: Any = type(state)
+    return _reader_of(kind)(state)
 
 
 @cache

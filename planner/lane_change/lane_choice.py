@@ -30,8 +30,16 @@ class BodiesAhead(NamedTuple):
 
     def static(self) -> "BodiesAhead":
         """Return those that never move."""
-        *columns, n = self
-        return BodiesAhead(*(row[:n] for row in columns), n)
+        n = self.n_static
+        return BodiesAhead(
+            self.s[:n],
+            self.l[:n],
+            self.half_length[:n],
+            self.half_width[:n],
+            self.speed[:n],
+            self.later_l[:n],
+            n,
+        )
 
 
 def bodies_on_road(scene: Scene) -> BodiesAhead:

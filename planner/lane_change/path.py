@@ -64,7 +64,7 @@ def _shift(lane_s: FloatArray, centre: FloatArray, begin: float, end: float) -> 
     for i in range(lane_s.size):
         if begin < lane_s[i] < end:
             low, high = min(low, centre[i]), max(high, centre[i])
-    return high - low
+    return float(high - low)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
