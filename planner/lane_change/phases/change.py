@@ -79,7 +79,7 @@ def go_on(
     elif not committed and _is_given_up(here, change, speed, settings):
         return None
     phase = Phase.COMMITTED if committed else Phase.CHANGE
-    going = replace(change, order=speed.order)
+    going = Change(change.lane, change.target, change.path, change.end, speed.order)
     candidate = PlanCandidate(phase, change.lane, path, speed, going)
     if speed.profile is not None:
         return candidate
