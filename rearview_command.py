@@ -4,6 +4,7 @@ A module of the user's called `experiments` hides the package of that name, and 
 command line inside it with it: that can only be noticed from here.
 """
 
+import gc
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,7 +20,10 @@ def main() -> None:
     if problem is not None:
         sys.stderr.write(f"rearview: {problem}\n")
         sys.exit(BAD_INPUT)
+    gc.disable()  # while the command line is imported, which sets how often it works
     from experiments.cli.app import main as run
+
+    gc.enable()
 
     run()
 

@@ -31,23 +31,39 @@ def trajectory_on(path: Path, profile: SpeedProfile) -> Trajectory:
         raise InvalidInputError(
             f"the profile drives {reach:.2f} m, the path has {path.distance[-1]:.2f} m"
         )
-    columns = _read(
-        profile.distance,
-        path.distance,
-        np.array([path.x, path.y, path.curvature, path.s, path.l, path.heading]),
+    return Trajectory.from_rows(
+        _driven(
+            path.distance,
+            (path.x, path.y, path.curvature, path.s, path.l, path.heading),
+            (profile.t, profile.distance, profile.speed, profile.acceleration),
+        )
     )
-    x, y, curvature, s, l, heading = columns
-    return Trajectory(
-        profile.t,
-        x,
-        y,
-        heading,
-        curvature,
-        profile.speed,
-        profile.acceleration,
-        s,
-        l,
-    )
+
+
+@compiled
+def _driven(
+    distance: FloatArray,
+    line: tuple[FloatArray, ...],
+    motion: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+) -> FloatArray:
+    """Fill the rows of a `Trajectory`, (9, n).
+
+    Args:
+        distance: Along the path, (n_points,) [m].
+        line: x, y, curvature, s, l and heading of the path, (n_points,) each.
+        motion: Time, distance, speed and acceleration driven, (n,) each.
+    """
+    x, y, curvature, s, l, heading = line
+    time, driven, speed, acceleration = motion
+    columns = np.empty((6, x.size))
+    columns[0], columns[1], columns[2] = x, y, curvature
+    columns[3], columns[4], columns[5] = s, l, heading
+    read = _read(driven, distance, columns)
+    rows = np.empty((9, time.size))
+    rows[0], rows[1], rows[2], rows[3] = time, read[0], read[1], read[5]
+    rows[4], rows[5], rows[6] = read[2], speed, acceleration
+    rows[7], rows[8] = read[3], read[4]
+    return rows
 
 
 @compiled

@@ -1,5 +1,6 @@
 """Where other vehicles will be: simple predictors behind one signature, `Predictor`."""
 
+import math
 from collections.abc import Mapping
 from typing import Protocol
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from planner.errors import InvalidInputError
 from planner.numerics.compiled import compiled, inlined
+from planner.numerics.interpolation import interpolated
 from planner.reference_path.frenet import FRENET_REACH, MIN_STRETCH
 from planner.reference_path.linear_curvature import curvature_at, point_at
 from planner.reference_path.path import (
@@ -16,7 +18,7 @@ from planner.reference_path.path import (
 )
 from planner.reference_path.projection import EVERYWHERE, NO_DIRECTION, foot
 from planner.scene import Lanes, Prediction, RoadUsers
-from planner.states import FloatArray
+from planner.states import FloatArray, IntArray
 
 # A vehicle follows the ego's road while its heading and place agree with the road.
 LANE_HEADING_TOLERANCE = 0.5  # [rad]; lane changes stay below 0.2, turns exceed it
@@ -24,6 +26,7 @@ LANE_REACH = 20.0  # [m]; two carriageways of three lanes
 # One that moves sideways at walking speed stands askew in SUMO, but changes its lane.
 ASKEW_TOLERANCE = 1.2  # the same of a vehicle that moves over [rad]
 MOVING_OVER = 0.2  # a vehicle faster than this sideways changes its lane [m/s]
+NO_LANES = Lanes.none()
 LATERAL_HOLD = 1.5  # for which a lateral speed is held where no lanes are known [s]
 
 
@@ -114,22 +117,49 @@ def _aims(path: ReferencePath, vehicles: RoadUsers, lanes: Lanes | None) -> Floa
     Returns:
         Offsets, (n,) [m]; inf where none is known, nan where no lane is changed.
     """
-    aims = np.full(len(vehicles.ids), np.nan)
-    moving = np.flatnonzero(np.abs(vehicles.lateral_speed) > MOVING_OVER)
+    moving = (np.abs(vehicles.lateral_speed) > MOVING_OVER).nonzero()[0]
     if not moving.size:
-        return aims
-    aims[moving] = np.inf
-    if lanes is None or not lanes.centre.shape[0]:
-        return aims
+        return np.full(len(vehicles.ids), np.nan)
+    known = NO_LANES if lanes is None else lanes
     s, l = path.project(vehicles.x[moving], vehicles.y[moving])
-    for k, v in enumerate(moving.tolist()):
-        centres, widths = lanes.at(float(s[k]))
-        centres = centres[widths > 0.0]
-        along = np.cos(vehicles.heading[v] - float(path.at(s[k : k + 1]).heading[0]))
-        rate = vehicles.lateral_speed[v] * (1.0 if along > 0.0 else -1.0)
-        ahead = centres[(centres - l[k]) * rate >= 0.0]
-        if ahead.size:
-            aims[v] = float(ahead[np.argmin(np.abs(ahead - l[k]))])
+    found: FloatArray = _lanes_aimed_at(
+        path.table, vehicles.table, (known.s, known.centre, known.width), moving, s, l
+    )
+    return found
+
+
+@compiled
+def _lanes_aimed_at(
+    path: PathTable,
+    vehicles: FloatArray,
+    lanes: tuple[FloatArray, FloatArray, FloatArray],
+    moving: IntArray,
+    s: FloatArray,
+    l: FloatArray,
+) -> FloatArray:
+    """Compute the aims of `_aims`.
+
+    Args:
+        path: Tables of the reference path.
+        vehicles: Rows as in `roll_out`, (8, n).
+        lanes: Arc lengths, centres and widths, as in `Lanes`.
+        moving: Which of the vehicles move sideways, (m,).
+        s: Of these, (m,) [m].
+        l: Of these, (m,) [m].
+    """
+    lanes_s, centre, width = lanes
+    aims = np.full(vehicles.shape[1], np.nan)
+    for k in range(moving.size):
+        v, least = moving[k], np.inf
+        aims[v] = np.inf
+        along = math.cos(vehicles[2, v] - point_at(path.knots, path.bins, s[k])[6])
+        rate = vehicles[5, v] if along > 0.0 else -vehicles[5, v]
+        for lane in range(centre.shape[0]):
+            if not interpolated(s[k : k + 1], lanes_s, width[lane])[0] > 0.0:
+                continue
+            offset = interpolated(s[k : k + 1], lanes_s, centre[lane])[0]
+            if (offset - l[k]) * rate >= 0.0 and abs(offset - l[k]) < least:
+                aims[v], least = offset, abs(offset - l[k])
     return aims
 
 

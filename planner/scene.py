@@ -1,10 +1,13 @@
 """The scene: the input of a planner in one cycle."""
 
 from dataclasses import dataclass, field
+from itertools import compress
 
 import numpy as np
 
 from planner.errors import InvalidInputError
+from planner.numerics.compiled import compiled
+from planner.numerics.interpolation import interpolate
 from planner.reference_path.path import ReferencePath
 from planner.right_of_way.records import Foe, JunctionAhead
 from planner.states import (
@@ -107,6 +110,14 @@ class SpeedLimits:
         place = np.searchsorted(self.s, s, side="right") - 1
         return np.asarray(self.limit[np.maximum(place, 0)])
 
+    def at_one(self, s: float) -> float:
+        """Return the limit at one arc length [m/s]."""
+        return float(self.limit[self._place(s)])
+
+    def _place(self, s: float) -> int:
+        """Return which limit holds at an arc length."""
+        return max(int(self.s.searchsorted(s, side="right")) - 1, 0)
+
     def allowed(self, s: float, braking: float) -> float:
         """Return the speed from which every limit from `s` on can be kept.
 
@@ -117,7 +128,7 @@ class SpeedLimits:
         Returns:
             The speed [m/s].
         """
-        place = max(int(np.searchsorted(self.s, s, side="right")) - 1, 0)
+        place = self._place(s)
         if place == self.s.size - 1 and s >= self.s[place]:
             return float(self.limit[place])  # the last one: many roads have one only
         way = np.maximum(self.s[place:] - s, 0.0)
@@ -156,9 +167,20 @@ class Lanes:
 
     def at(self, s: float) -> tuple[FloatArray, FloatArray]:
         """Return (centres, widths) at arc length `s`, (n_lanes,) each [m]."""
-        centres = np.array([np.interp(s, self.s, row) for row in self.centre])
-        widths = np.array([np.interp(s, self.s, row) for row in self.width])
-        return centres, widths
+        return _lanes_at(float(s), self.s, self.centre, self.width)
+
+
+@compiled
+def _lanes_at(
+    s: float, lanes_s: FloatArray, centre: FloatArray, width: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Read centres and widths at one arc length, (n_lanes,) each."""
+    n = centre.shape[0]
+    here, centres, widths = np.array([s]), np.empty(n), np.empty(n)
+    for lane in range(n):
+        interpolate(here, 0.0, lanes_s, centre[lane], centres[lane : lane + 1])
+        interpolate(here, 0.0, lanes_s, width[lane], widths[lane : lane + 1])
+    return centres, widths
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -279,9 +301,8 @@ class RoadUsers:
         """Return those marked in `kept`, (n,); this record itself if all are."""
         if kept.all():
             return self
-        indices = np.flatnonzero(kept)
-        ids = tuple(self.ids[i] for i in indices)
-        return RoadUsers.from_table(ids, np.take(self.table, indices, axis=1))
+        ids = tuple(compress(self.ids, kept.tolist()))
+        return RoadUsers.from_table(ids, self.table.take(kept.nonzero()[0], axis=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

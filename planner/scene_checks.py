@@ -14,12 +14,12 @@ N_POSE = 3  # layers of a prediction's table before the places on the path
 
 def invalid(scene: Scene) -> str | None:
     """Return what makes a scene unusable, None if nothing does."""
-    for record in (CartesianState, FrenetState):
-        state = scene.ego if record is CartesianState else scene.ego_frenet
-        for name in record.__slots__:
-            value = getattr(state, name)
-            if not math.isfinite(value):
-                return f"the ego's {name} is {value}"
+    if not math.isfinite(_sum_of_numbers(scene.ego, scene.ego_frenet)):
+        for state in (scene.ego, scene.ego_frenet):
+            for name in state.__slots__:
+                value = getattr(state, name)
+                if not math.isfinite(value):
+                    return f"the ego's {name} is {value}"
     if not (math.isfinite(scene.target_speed) and scene.target_speed >= 0.0):
         return f"the target speed is {scene.target_speed}"
     if not scene.step > 0.0:
@@ -27,6 +27,15 @@ def invalid(scene: Scene) -> str | None:
     if any(math.isnan(line) for line in scene.stop_lines):
         return "a stop line is nowhere (nan)"
     return None if _all_usable(scene) else _odd_array(scene)
+
+
+def _sum_of_numbers(ego: CartesianState, frenet: FrenetState) -> float:
+    """Add up all numbers of the ego: finite only if every one of them is."""
+    return (
+        (ego.x + ego.y + ego.heading + ego.curvature + ego.speed + ego.acceleration)
+        + (frenet.s + frenet.s_dot + frenet.s_ddot + frenet.l + frenet.l_dot)
+        + (frenet.l_ddot + frenet.l_prime + frenet.l_second)
+    )
 
 
 def _all_usable(scene: Scene) -> bool:

@@ -6,8 +6,10 @@ axle. Arrays are float64 and read-only, time on the last axis.
 """
 
 from dataclasses import dataclass, fields
+from functools import cache
 from numbers import Real
-from typing import TypeVar, get_args
+from operator import attrgetter
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,11 +21,13 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 State = TypeVar("State", "CartesianState", "FrenetState")
+Record = TypeVar("Record")
+FLOAT = np.dtype(np.float64)  # a type given as such is found sooner than by its class
 
 
 def freeze(values: ArrayLike) -> FloatArray:
     """Copy `values` into a read-only float64 array."""
-    array = np.array(values, dtype=np.float64)
+    array = np.array(values, dtype=FLOAT)
     array.setflags(write=False)
     return array
 
@@ -36,12 +40,23 @@ def store_floats(record: object) -> None:
     Args:
         record: Frozen; called from its `__post_init__`.
     """
-    for field in fields(record):  # type: ignore[arg-type]
-        if float not in (field.type, *get_args(field.type)):
+    kind: Any = type(record)
+    for name in _names_of_floats(kind):
+        value = getattr(record, name)
+        if type(value) is float:
             continue
-        value = getattr(record, field.name)
         stored = tuple(map(_as_float, value)) if isinstance(value, tuple) else value
-        object.__setattr__(record, field.name, _as_float(stored))
+        object.__setattr__(record, name, _as_float(stored))
+
+
+@cache
+def _names_of_floats(kind: type) -> tuple[str, ...]:
+    """Return the fields of a dataclass that hold floats, or may."""
+    return tuple(
+        field.name
+        for field in fields(kind)
+        if float in (field.type, *get_args(field.type))
+    )
 
 
 def _as_float(value: object) -> object:
@@ -77,9 +92,17 @@ class FrenetState:
     l_second: float  # d²l/ds² [1/m]
 
 
+_NUMBERS_OF = {
+    kind: attrgetter(*kind.__slots__) for kind in (CartesianState, FrenetState)
+}
+_ONLY_FLOATS = {float}
+
+
 def with_floats(state: State) -> State:
     """Return a state whose numbers are floats: itself, unless one is not."""
-    values = [getattr(state, name) for name in state.__slots__]
+    values = _NUMBERS_OF[type(state)](state)
+    if set(map(type, values)) == _ONLY_FLOATS:
+        return state
     if all(isinstance(value, float) for value in values):
         return state
     return type(state)(*map(float, values))
@@ -149,11 +172,8 @@ class Trajectory:
         Raises:
             InvalidInputError: If the times do not grow.
         """
-        table = freeze(rows)
-        _check_times(table[0])
-        made = object.__new__(cls)
-        for name, row in zip(cls.__slots__, table, strict=True):
-            object.__setattr__(made, name, row)
+        made = _record_of(cls, rows)
+        _check_times(made.t)
         return made
 
     @property
@@ -212,11 +232,18 @@ class Path:
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
         _freeze_fields(self)
-        d = self.distance
-        if d.ndim != 1 or d.size < 2 or d[0] != 0.0 or np.any(np.diff(d) <= 0.0):
-            raise InvalidInputError(
-                "distance must be at least two strictly growing numbers from 0"
-            )
+        _check_distances(self.distance)
+
+    @classmethod
+    def from_rows(cls, rows: FloatArray) -> "Path":
+        """Make a path of a table, (7, n), rows in the order of the fields.
+
+        Raises:
+            InvalidInputError: If the distances do not grow from 0.
+        """
+        made = _record_of(cls, rows)
+        _check_distances(made.distance)
+        return made
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -234,6 +261,33 @@ class SpeedProfile:
         _freeze_fields(self)
         _check_times(self.t)
 
+    @classmethod
+    def from_rows(cls, rows: FloatArray) -> "SpeedProfile":
+        """Make a profile of a table, (5, n), rows in the order of the fields.
+
+        Raises:
+            InvalidInputError: If the times do not grow.
+        """
+        made = _record_of(cls, rows)
+        _check_times(made.t)
+        return made
+
+
+def _record_of(kind: type[Record], rows: FloatArray) -> Record:
+    """Make a record of the rows of a table, which is copied and read-only."""
+    made = object.__new__(kind)
+    for name, row in zip(kind.__slots__, freeze(rows), strict=True):  # type: ignore[attr-defined]
+        object.__setattr__(made, name, row)
+    return made
+
+
+def _check_distances(d: FloatArray) -> None:
+    """Refuse distances that do not grow from 0."""
+    if d.ndim != 1 or d.size < 2 or d[0] != 0.0 or (d[1:] <= d[:-1]).any():
+        raise InvalidInputError(
+            "distance must be at least two strictly growing numbers from 0"
+        )
+
 
 def _check_times(t: FloatArray) -> None:
     """Refuse times that do not grow."""
@@ -243,10 +297,11 @@ def _check_times(t: FloatArray) -> None:
 
 def _freeze_fields(record: object) -> None:
     """Freeze every field of an array record and check that the shapes agree."""
-    shapes = {}
-    for name in record.__slots__:  # type: ignore[attr-defined]
-        array = freeze(getattr(record, name))
-        object.__setattr__(record, name, array)
-        shapes[name] = array.shape
-    if len(set(shapes.values())) > 1:
+    names = record.__slots__  # type: ignore[attr-defined]
+    arrays = [freeze(getattr(record, name)) for name in names]
+    shape = arrays[0].shape
+    if any(array.shape != shape for array in arrays):
+        shapes = {name: array.shape for name, array in zip(names, arrays, strict=True)}
         raise InvalidInputError(f"arrays must share one shape, got {shapes}")
+    for name, array in zip(names, arrays, strict=True):
+        object.__setattr__(record, name, array)

@@ -1,7 +1,8 @@
 """The ego vehicle: dimensions, limits and its three-disc cover."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -136,6 +137,17 @@ class Vehicle:
             self.centre_offset,
             self.centre_offset + third,
         )
+
+
+@lru_cache(maxsize=16)
+def held_to(vehicle: Vehicle, deceleration: float) -> Vehicle:
+    """Return a vehicle with another service braking [m/s²].
+
+    Planners ask for the same one in every cycle: records are checked when they are
+    made, which takes longer than to look one up.
+    """
+    limits = replace(vehicle.limits, max_deceleration=deceleration)
+    return replace(vehicle, limits=limits)
 
 
 def body_scale(vehicle: Vehicle) -> float:

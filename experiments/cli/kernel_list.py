@@ -18,7 +18,6 @@ from typing import Any
 
 from numba.core import types
 
-from experiments.planners.registry import PLANNERS
 from planner.numerics.kernel_content import content
 from planner.numerics.linking import Kernel
 
@@ -56,6 +55,9 @@ def kernel_list() -> dict[str, list[Signature]]:
 
 def family_of(planner: str) -> str | None:
     """Return the family of a registered planner, None for others."""
+    # not needed, and slow to import, where functions are compiled
+    from experiments.planners.registry import PLANNERS
+
     known = PLANNERS.get(planner)
     name = known.factory.partition(":")[0].split(".")[1] if known else None
     return name if name in DRIVES else None

@@ -4,12 +4,15 @@ import math
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from experiments.cli.user_errors import report_user_errors
 from experiments.errors import ConfigError
+
+if TYPE_CHECKING:
+    from experiments.trace.schema import Trace
 
 PAGE_SUFFIXES = (".html", ".htm")
 _FOLDER_HELP = "Folder of a run or a sweep.  [newest run in runs]"
@@ -156,8 +159,12 @@ def video(
         sys.stdout.write(f"{film}\n")
 
 
-def write_page(folder: Path) -> Path | None:
+def write_page(folder: Path, trace: "Trace | None" = None) -> Path | None:
     """Write the page of a run that has just ended.
+
+    Args:
+        folder: Of the run.
+        trace: Of the run, if it is at hand.
 
     Returns:
         The page's file; None if it cannot be written, which is said on stderr: the run
@@ -167,7 +174,7 @@ def write_page(folder: Path) -> Path | None:
     from experiments.report.run.page import save_run_page
 
     try:
-        return save_run_page(folder)
+        return save_run_page(folder, trace=trace)
     except ResultsError as error:
         sys.stderr.write(f"rearview: no page written: {error}\n")
         return None

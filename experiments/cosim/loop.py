@@ -72,6 +72,8 @@ class RunningEpisode:
         self._driver = EgoDriver(
             planner, plant, world.road, task, options, world.step, knows
         )
+        # asked once: it takes long to find out whether a world has a method
+        self._sees = world if isinstance(world, SeesIndicator) else None
         self._monitor = CollisionMonitor(world.road, task.vehicle)
         self._on_step = on_step
 
@@ -110,8 +112,8 @@ class RunningEpisode:
             PlannerOutputError: If there is nothing that can be driven.
         """
         record, ego = self._driver.drive(record)
-        if isinstance(self._world, SeesIndicator) and record.plan is not None:
-            self._world.indicate(record.plan.indicator)
+        if self._sees is not None and record.plan is not None:
+            self._sees.indicate(record.plan.indicator)
         return record, ego
 
     def scene(self, record: StepRecord) -> Scene | None:

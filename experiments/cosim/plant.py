@@ -3,12 +3,11 @@
 import math
 from typing import Protocol
 
-import numpy as np
-
 from experiments.errors import ExperimentError
 from planner.interface import PlanResult
 from planner.numerics.angles import wrapped
-from planner.states import CartesianState, Trajectory
+from planner.numerics.compiled import compiled
+from planner.states import CartesianState, FloatArray, Trajectory
 
 START_TOLERANCE = 0.1  # from the ego to the trajectory's first point [m]
 IMPOSSIBLE_SPEED = 150.0  # no road vehicle goes as fast [m/s]
@@ -112,20 +111,36 @@ def drivable_trajectory(
 
 def _check_direction(trajectory: Trajectory) -> None:
     """Raise if a trajectory drives backwards, or against the road's direction."""
-    slowest = int(trajectory.speed.argmin())
+    slowest, worst, lost = _backwards(trajectory.speed, trajectory.s)
     speed = float(trajectory.speed[slowest])
     if speed < -SPEED_TOLERANCE:
         when = f"at t = {trajectory.t[slowest]:.2f} s"
         raise PlannerOutputError(
             f"the trajectory has a speed of {speed:.2f} m/s {when}; allowed: 0 or more"
         )
-    lost = np.maximum.accumulate(trajectory.s) - trajectory.s
-    worst = int(lost.argmax())
-    if lost[worst] > BACKWARD_TOLERANCE:
+    if lost > BACKWARD_TOLERANCE:
         raise PlannerOutputError(
-            f"the trajectory goes {lost[worst]:.2f} m against the road's direction "
+            f"the trajectory goes {lost:.2f} m against the road's direction "
             f"until t = {trajectory.t[worst]:.2f} s"
         )
+
+
+@compiled
+def _backwards(speed: FloatArray, s: FloatArray) -> tuple[int, int, float]:
+    """Return the slowest point, the one that has lost the most way, and that way [m].
+
+    Args:
+        speed: (n,) [m/s].
+        s: (n,) [m].
+    """
+    slowest, worst, lost, farthest = 0, 0, 0.0, s[0]
+    for k in range(speed.size):
+        if speed[k] < speed[slowest]:
+            slowest = k
+        farthest = max(farthest, s[k])
+        if farthest - s[k] > lost:
+            worst, lost = k, farthest - s[k]
+    return slowest, worst, lost
 
 
 def check_motion(before: CartesianState, after: CartesianState, step: float) -> None:

@@ -130,8 +130,9 @@ class RightOfWay:
         There others are predicted along their lanes: one beside the ego does not turn
         as the ego does.
         """
-        near = (self._bends < at.front + SEEN) & (self._bends > at.rear - LEFT)
-        return bool(near.any())
+        bends = self._bends  # growing
+        first = int(bends.searchsorted(at.rear - LEFT, side="right"))
+        return first < bends.size and bool(bends[first] < at.front + SEEN)
 
     def _decision(
         self,

@@ -3,8 +3,6 @@
 import math
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from experiments.cosim.goal import GoalRegion
 from experiments.cosim.junctions import RoadJunction
 from planner.reference_path.frenet import state_on_path
@@ -65,8 +63,8 @@ class Road:
                 time to follow [m/s].
         """
         ahead = front + LIMIT_LEAD * max(speed, 0.0)
-        here = float(self.speed_limits.at(np.array([front]))[0])
-        return min(here, self.speed_limits.allowed(ahead, LIMIT_BRAKING))
+        limits = self.speed_limits
+        return min(limits.at_one(front), limits.allowed(ahead, LIMIT_BRAKING))
 
 
 @dataclass(frozen=True, slots=True)

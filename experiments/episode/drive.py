@@ -6,7 +6,6 @@ from pathlib import Path
 from experiments.config import Scenario
 from experiments.cosim.fleet.records import FleetStep
 from experiments.cosim.records import StepRecord
-from experiments.episode.fleet import run_fleet
 from experiments.episode.newest_run import RUNS
 from experiments.episode.run import run_episode
 from experiments.episode.run_folder import Outcome, OutputOptions
@@ -42,6 +41,8 @@ def run_scenario(
     """
     if scenario.egos is None:
         return run_episode(scenario, out=out, gui=gui, on_step=on_step, output=output)
+    from experiments.episode.fleet import run_fleet  # most runs have one ego
+
     if gui:
         raise ConfigError("--gui: is for one ego; allowed: without it for many egos")
     return run_fleet(scenario, out=out, on_step=on_step, output=output)

@@ -17,7 +17,7 @@ import numpy as np
 
 from experiments.config import Scenario
 from experiments.config.scenario_file import CONFIG_FILE, load_scenario
-from experiments.cosim.ego_driver import failures_of_the_planner
+from experiments.cosim.ego_driver import FAILURES_OF_THE_PLANNER
 from experiments.cosim.perception.perceive import reckoned
 from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.replay_world import ReplayWorld
@@ -108,7 +108,7 @@ def replan(
     planner = make_scenario_planner(recorded.scenario)
     plan: PlanResult | None = None
     for scene in recorded.scenes(step):
-        with failures_of_the_planner():
+        with FAILURES_OF_THE_PLANNER:
             plan = planner.plan(scene, None if plan is None else plan.memory)
     return recorded.differences(step, plan)
 

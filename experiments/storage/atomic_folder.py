@@ -7,6 +7,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from difflib import get_close_matches
 from pathlib import Path
@@ -15,6 +16,9 @@ from experiments.errors import ResultsError
 
 PARENTS = (Path("sweeps"), Path("runs"))  # where commands put results by default
 LIKE = 0.75  # from which two names are alike, 0 to 1
+# Files that are waited for at a time: a disk writes them in one go, where one after the
+# other takes 5 ms each.
+AT_ONCE = 8
 _ASIDE = ".unfinished-{}-"  # with the process that fills it
 
 
@@ -124,12 +128,8 @@ def _make_aside(parent: Path) -> Path:
 def _put(aside: Path, target: Path) -> None:
     """Rename the finished folder once its files are on the disk."""
     aside.chmod(0o777 & ~_umask())
-    for file in aside.iterdir():
-        descriptor = os.open(file, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        list(pool.map(_flush, aside.iterdir()))
     if not target.exists():
         aside.rename(target)
         return
@@ -144,6 +144,15 @@ def _put(aside: Path, target: Path) -> None:
     finally:
         with suppress(OSError):
             shutil.rmtree(old)
+
+
+def _flush(file: Path) -> None:
+    """Wait until a file is on the disk."""
+    descriptor = os.open(file, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _umask() -> int:

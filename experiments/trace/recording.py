@@ -2,8 +2,10 @@
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cache
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -214,16 +216,16 @@ def _step_row(record: StepRecord, centre: tuple[float, ...]) -> tuple[Any, ...]:
     return (
         record.index,
         record.time,
-        *(getattr(record.ego, f.name) for f in fields(record.ego)),
+        *_numbers(record.ego),
         *((math.nan,) * 8 if frenet is None else _numbers(frenet)),
         *centre,
         *((None,) * N_PLAN_CELLS if record.plan is None else plan_cells(record.plan)),
         min(record.stop_lines, default=math.nan),
-        json.dumps(record.stop_lines),
+        _as_json(record.stop_lines),
         record.gives_way_to,
         record.clearance if math.isfinite(record.clearance) else math.nan,
         record.nearest,
-        json.dumps(list(record.contacts)),
+        _as_json(list(record.contacts)),
         record.off_road,
         *((math.nan,) * 3 if ghost is None else (ghost.x, ghost.y, ghost.heading)),
     )
@@ -260,7 +262,21 @@ def _looks(records: Sequence[StepRecord]) -> Table:
 
 def _numbers(state: Any) -> tuple[float, ...]:
     """Return the numbers of a record of scalars."""
-    return tuple(getattr(state, f.name) for f in fields(state))
+    kind: Any = type(state)
+    return _reader_of(kind)(state)
+
+
+@cache
+def _reader_of(kind: type) -> Callable[[Any], tuple[float, ...]]:
+    """Return what reads all fields of a record of a class."""
+    return attrgetter(*(f.name for f in fields(kind)))
+
+
+def _as_json(values: Any) -> str:
+    """Encode values; there are none in most steps."""
+    if not values:
+        return "{}" if isinstance(values, Mapping) else "[]"
+    return json.dumps(values, sort_keys=True)
 
 
 def planning_cells(record: StepRecord) -> tuple[float | None, float | None]:
@@ -277,8 +293,8 @@ def plan_cells(plan: PlanResult) -> tuple[object, ...]:
         stats.reason,
         stats.candidates,
         stats.survivors,
-        json.dumps(dict(stats.removed), sort_keys=True),
-        json.dumps({k: float(v) for k, v in stats.costs.items()}, sort_keys=True),
+        _as_json(dict(stats.removed)),
+        _as_json({k: float(v) for k, v in stats.costs.items()}),
         stats.blocker,
         stats.explanation,
     )

@@ -145,7 +145,7 @@ class Cycle:
             jerk=comfort.jerk,
             sideways_change=comfort.lateral_jerk * tables.lateral.step,
         )
-        return replace(self, tables=tables._replace(limits=closer))
+        return self._with(tables._replace(limits=closer))
 
     def starting(self, length: float, excess: float) -> "Cycle":
         """Return the same cycle for an ego that has to get out of where it stands.
@@ -157,7 +157,11 @@ class Cycle:
         tables = self.tables
         lateral = tables.lateral._replace(min_length=length)
         limits = tables.limits._replace(excess=max(tables.limits.excess, excess))
-        return replace(self, tables=tables._replace(lateral=lateral, limits=limits))
+        return self._with(tables._replace(lateral=lateral, limits=limits))
+
+    def _with(self, tables: CycleTables) -> "Cycle":
+        """Return the same cycle with other tables."""
+        return Cycle(self.bodies, tables, self.scale, self.off_road, self.last)
 
 
 def _behind_queue(scene: Scene, bodies: Bodies, leader: Leader) -> Scene:

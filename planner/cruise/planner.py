@@ -49,12 +49,15 @@ class CruisePlanner:
     settings: CruiseSettings
     _pricing: Pricing = field(init=False, repr=False)
     _separable: bool = field(init=False, repr=False)
+    _wants_comfort: bool = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Compute what follows from the settings alone."""
         pricing = Pricing.of(self.settings)
         object.__setattr__(self, "_pricing", pricing)
         object.__setattr__(self, "_separable", pricing.separable)
+        limiting = self.settings.comfort.is_limiting
+        object.__setattr__(self, "_wants_comfort", limiting)
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         """Plan one cycle; see `planner.interface.Planner`."""
@@ -79,9 +82,8 @@ class CruisePlanner:
         self, scene: Scene, cycle: Cycle, *, exhaustive: bool
     ) -> tuple[Cycle, Evaluation]:
         """Find the best candidate: a comfortable one, if there is any that gets on."""
-        comfort = self.settings.comfort
-        if comfort.is_limiting:
-            gentle = cycle.gentle(scene.ego, comfort)
+        if self._wants_comfort:
+            gentle = cycle.gentle(scene.ego, self.settings.comfort)
             found = self._evaluate(gentle, exhaustive=exhaustive)
             if found.choice.best >= 0 and found.choice.raw[DEAD_END] <= NEAR_END:
                 if scene.ego.speed < SLOW and not _gets_on(scene, found):
@@ -151,14 +153,14 @@ def _statistics(cycle: Cycle, found: Evaluation) -> PlanStats:
     """Count the removed candidates and list the costs of the chosen one."""
     choice = found.choice
     counts = choice.counts.tolist()
-    complete = _is_complete(found)
-    removed = {
-        name: counts[check]
-        for check, name in CHECK_NAMES.items()
-        if complete and counts[check]
-    }
-    if complete and cycle.off_road:
-        removed["road"] = removed.get("road", 0) + cycle.off_road
+    complete = sum(counts) == found.verdict.size  # as `_is_complete`
+    removed: dict[str, int] = {}
+    if complete:
+        removed = {
+            name: counts[check] for check, name in CHECK_NAMES.items() if counts[check]
+        }
+        if cycle.off_road:
+            removed["road"] = removed.get("road", 0) + cycle.off_road
     prices = {}
     if choice.best >= 0:
         terms = choice.terms.tolist()

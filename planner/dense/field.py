@@ -6,12 +6,14 @@ plane: on a road of constant curvature they are exact, see `squared_distance`.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from planner.errors import InvalidInputError
 from planner.numerics.compiled import inlined
+from planner.reference_path.path import ReferencePath
 from planner.scene import Obstacles, Scene
 from planner.states import BoolArray, FloatArray, freeze
 from planner.vehicle import Vehicle
@@ -79,7 +81,7 @@ class FrenetObstacles:
             if column.shape != np.shape(self.road_s):
                 raise InvalidInputError(f"{name} has shape {column.shape}")
             object.__setattr__(self, name, column)
-        if not self.road_s.size or np.any(np.diff(self.road_s) <= 0.0):
+        if not self.road_s.size or (self.road_s[1:] <= self.road_s[:-1]).any():
             raise InvalidInputError("road_s must be one or more strictly growing s")
 
     @property
@@ -137,19 +139,30 @@ class Cover:
         return cls((0.0,), radius, 0.0, 0.0)
 
     @classmethod
-    def of(cls, vehicle: Vehicle) -> "Cover":
+    def of(cls, vehicle: Vehicle, margin: float = 0.0) -> "Cover":
         """Cover the vehicle's rectangle: by three discs, or as many as it is long for.
 
         Three about a lorry of 12 m would be 1.1 m wider than it on either side.
+
+        Args:
+            vehicle: To be covered.
+            margin: Kept to the road's edges on either side [m].
         """
-        centres, radius = vehicle.disc_cover(DISC_EXCESS)
-        piece = vehicle.length / (2.0 * centres.size)
-        return cls(tuple(centres.tolist()), radius, piece, vehicle.width / 2.0)
+        return _cover_of(vehicle, margin)
 
     def discs(self, margin: float = 0.0) -> Discs:
         """Return the discs, grown by a margin [m]."""
         radius = self.radius + margin
         return Discs(np.array(self.offsets), radius, self.half_length, self.half_width)
+
+
+@lru_cache(maxsize=16)
+def _cover_of(vehicle: Vehicle, margin: float) -> Cover:
+    """Make the cover of `Cover.of`; every cycle asks for the same ones."""
+    centres, radius = vehicle.disc_cover(DISC_EXCESS)
+    piece = vehicle.length / (2.0 * centres.size)
+    width = 0.5 * vehicle.width + margin
+    return Cover(tuple(centres.tolist()), radius, piece, width)
 
 
 def straight_field(
@@ -190,16 +203,26 @@ def field_of(scene: Scene, horizon: float) -> FrenetObstacles:
         Obstacles from behind the ego's rear on; the road from there to the horizon.
     """
     ego = scene.ego_frenet
-    ids, x, y, reach = pieces(scene.obstacles)
-    s, l = scene.path.project(x, y)
+    ids, s, l, reach = _along(scene.path, scene.obstacles)
     start = ego.s - scene.vehicle.length
     road_s = np.arange(start, ego.s + horizon + scene.vehicle.length, SAMPLE_STEP)
     left, right = scene.road.at(road_s)
     curvature = scene.path.at(road_s).curvature
-    near = np.flatnonzero((s + reach > start) & (s - reach < ego.s + horizon))
+    near = ((s + reach > start) & (s - reach < ego.s + horizon)).nonzero()[0]
     named = tuple(ids[i] for i in near.tolist())
     columns = s[near], l[near], reach[near], road_s, left, right, curvature
     return FrenetObstacles(*columns, named)
+
+
+# Both are the same in every cycle of an episode, and are told apart as objects.
+@lru_cache(maxsize=4)
+def _along(
+    path: ReferencePath, fixed: Obstacles
+) -> tuple[tuple[str, ...], FloatArray, FloatArray, FloatArray]:
+    """Project the discs of obstacles: (ids, s, l, radius), the last three (n,) [m]."""
+    ids, x, y, reach = pieces(fixed)
+    s, l = path.project(x, y)
+    return ids, s, l, reach
 
 
 def pieces(

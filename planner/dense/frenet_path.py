@@ -40,12 +40,30 @@ class FrenetPath:
             if column.ndim != 1 or column.shape != np.shape(self.s):
                 raise InvalidInputError(f"{name} has shape {column.shape}")
             object.__setattr__(self, name, column)
-        if self.s.size < 2 or np.any(np.diff(self.s) <= 0.0):
+        self._check()
+
+    @classmethod
+    def from_rows(cls, rows: FloatArray) -> "FrenetPath":
+        """Make a path of a table, (4, n), rows in the order of the fields.
+
+        Raises:
+            InvalidInputError: If s does not grow.
+        """
+        made = object.__new__(cls)
+        for name, row in zip(cls.__slots__, freeze(rows), strict=True):
+            object.__setattr__(made, name, row)
+        made._check()
+        return made
+
+    def _check(self) -> None:
+        """Refuse arc lengths that do not grow."""
+        if self.s.size < 2 or (self.s[1:] <= self.s[:-1]).any():
             raise InvalidInputError("s must be at least two strictly growing numbers")
 
     def subdivided(self, parts: int) -> "FrenetPath":
         """Return the same path with `parts` times as many intervals; eq. 5.24."""
-        return FrenetPath(*subdivide(self.s, self.l, self.slope, self.second, parts))
+        rows = subdivide(self.s, self.l, self.slope, self.second, parts)
+        return FrenetPath.from_rows(rows)
 
 
 class FrenetColumns(NamedTuple):
@@ -78,7 +96,7 @@ def check_path(path: FrenetPath, field: FrenetObstacles, cover: Cover) -> PathCh
 @compiled
 def subdivide(
     s: FloatArray, l: FloatArray, slope: FloatArray, second: FloatArray, parts: int
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+) -> FloatArray:
     """Interpolate with the third derivative constant between knots; eq. 5.24, 5.25."""
     n = (s.size - 1) * parts + 1
     out = np.empty((4, n))
@@ -93,7 +111,7 @@ def subdivide(
             out[3, j] = second[k] + x * third
     out[0, n - 1], out[1, n - 1] = s[-1], l[-1]
     out[2, n - 1], out[3, n - 1] = slope[-1], second[-1]
-    return out[0], out[1], out[2], out[3]
+    return out
 
 
 @compiled

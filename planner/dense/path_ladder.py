@@ -6,6 +6,7 @@ the road is blocked, the way leads as far as it can and ends before what blocks 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from planner.dense.frenet_path import SUBDIVISION, FrenetPath
 from planner.dense.lattice.coarse_path import PathStart
 from planner.dense.lattice.edge_check import RoadAlong, road_along
 from planner.dense.lattice_methods import LatticeStatus, plan_adaptive, plan_uniform
-from planner.dense.settings import DenseSettings, PathMethod
+from planner.dense.settings import DenseSettings, PathMethod, SideSettings
 from planner.dense.sides.sequences import SideSearch, search_sides, side_task
 from planner.dense.tube.corridor import PathGuess
 from planner.dense.turning import Momentum, Turning
@@ -69,12 +70,14 @@ def choose_path(
     """
     if settings.method is not PathMethod.SIDE_SEQUENCES:
         return _by_lattice(task, settings)
-    *gentler, hardest = [replace(task, turning=each) for each in task.turnings]
+    *gentler, hardest = task.turnings
     for gentle in gentler:
-        found = _by_sides(gentle, last, settings.margins[0], settings)
+        calm = replace(task, turning=gentle)
+        found = _by_sides(calm, last, settings.margins[0], settings)
         if found is not None:
             return found
-    for one in (hardest, replace(task, turning=None)):
+    for turning in (hardest, None):
+        one = replace(task, turning=turning)
         found = _widest(one, last, settings)
         if found is None:
             found = _as_far_as_possible(one, last, settings)
@@ -109,13 +112,11 @@ def _by_sides(
 
     Without that a path flips where two ways cost about the same.
     """
-    limits = replace(
-        settings.sides, margin=margin, max_curvature=task.max_curvature, alternatives=0
-    )
+    limits = _only_best(settings.sides, margin, task.max_curvature)
     turning = None if task.turning is None else (task.momentum, task.turning)
     sides = side_task(task.field, task.cover, task.start, task.s_end, limits, turning)
     given = np.array([last.get(name, 0.0) for name in task.field.ids])
-    if not np.any(given != 0.0):
+    if not (given != 0.0).any():
         return _chosen(task, search_sides(sides), margin, 0)
     kept = search_sides(sides, given)
     if kept.best is None:
@@ -124,6 +125,14 @@ def _by_sides(
     other = search_sides(sides, ceiling=ceiling)
     better = other if other.best is not None else kept
     return _chosen(task, better, margin, kept.programs + other.programs)
+
+
+@lru_cache(maxsize=32)
+def _only_best(
+    sides: SideSettings, margin: float, max_curvature: float
+) -> SideSettings:
+    """Return settings of a search for one sequence; they are checked when made."""
+    return replace(sides, margin=margin, max_curvature=max_curvature, alternatives=0)
 
 
 def _chosen(

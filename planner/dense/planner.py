@@ -1,7 +1,7 @@
 """The planner of dense obstacles: path, then speed along it, replanned each cycle."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -88,10 +88,9 @@ class DensePlanner:
         speed = max(scene.target_speed, scene.ego.speed)
         need = speed * drive.duration + speed**2 / (2.0 * drive.braking)
         horizon = max(settings.horizon, need)
-        width = 0.5 * vehicle.width + settings.road_margin
         return PathTask(
             field_of(scene, horizon),
-            replace(Cover.of(vehicle), half_width=width),
+            Cover.of(vehicle, settings.road_margin),
             PathStart(ego.s, ego.l, ego.l_prime, ego.l_second),
             ego.s + horizon,
             settings.curvature_share * vehicle.limits.max_curvature,

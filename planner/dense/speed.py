@@ -6,6 +6,7 @@ of acceleration and jerk, and never past the end or into a vehicle ahead.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from planner.piecewise_jerk.solve import (
 )
 from planner.scene import Scene
 from planner.speed_limits import drive_along, limit_speeds
-from planner.states import FloatArray, Path, SpeedProfile
+from planner.states import FloatArray, Path, SpeedProfile, freeze
 
 ROUNDING = 1e-6  # of places [m]
 OVERSHOOT = 1.1  # of the comfortable lateral acceleration that a drive may reach
@@ -36,8 +37,14 @@ class DrivablePath:
 
 def knot_times(settings: DriveSettings) -> FloatArray:
     """Return the times of the knots [s]."""
-    n = round(settings.duration / settings.time_step) + 1
-    return settings.time_step * np.arange(n, dtype=np.float64)
+    return _knots(settings.duration, settings.time_step)
+
+
+@lru_cache(maxsize=16)
+def _knots(duration: float, step: float) -> FloatArray:
+    """Make the times of knots, read only."""
+    n = round(duration / step) + 1
+    return freeze(step * np.arange(n, dtype=np.float64))
 
 
 def plan_drive(
@@ -74,7 +81,7 @@ def plan_drive(
             times,
         )
         problem = drive_program(way, scene, wish, end, settings)
-        if np.any(problem.lower[1:] > problem.upper[1:]):
+        if (problem.lower[1:] > problem.upper[1:]).any():
             break
         solution = solve(problem)
         if solution.status is not QpStatus.SOLVED:
@@ -147,10 +154,9 @@ def drive_program(
 def _profile(state: FloatArray, jerk: FloatArray, times: FloatArray) -> SpeedProfile:
     """Make the record; rounding below a standstill is cut off."""
     s, v, a = state.T
-    return SpeedProfile(
-        times,
-        np.maximum.accumulate(np.maximum(s, 0.0)),
-        np.maximum(v, 0.0),
-        a,
-        np.append(jerk, jerk[-1]),
-    )
+    rows = np.empty((5, times.size))
+    rows[0], rows[3] = times, a
+    np.maximum.accumulate(np.maximum(s, 0.0), out=rows[1])
+    np.maximum(v, 0.0, out=rows[2])
+    rows[4, :-1], rows[4, -1] = jerk, jerk[-1]
+    return SpeedProfile.from_rows(rows)

@@ -7,6 +7,7 @@ import numpy as np
 from planner.bodies import bodies_of
 from planner.numerics.compiled import compiled
 from planner.numerics.interpolation import interpolated
+from planner.reference_path.linear_curvature import IndexArray, point_at
 from planner.scene import Lanes, Scene
 from planner.states import FloatArray
 
@@ -29,38 +30,106 @@ class BodiesAhead(NamedTuple):
 
     def static(self) -> "BodiesAhead":
         """Return those that never move."""
-        n, columns = self.n_static, self._asdict()
-        del columns["n_static"]
-        return self._replace(**{name: row[:n] for name, row in columns.items()})
+        n = self.n_static
+        return BodiesAhead(
+            self.s[:n],
+            self.l[:n],
+            self.half_length[:n],
+            self.half_width[:n],
+            self.speed[:n],
+            self.later_l[:n],
+            n,
+        )
 
 
 def bodies_on_road(scene: Scene) -> BodiesAhead:
     """Return every obstacle and vehicle in the road's frame, obstacles first."""
     fixed, moving, ahead = scene.obstacles, scene.vehicles, scene.vehicles.prediction
     table = bodies_of(scene, max(ahead.x.shape[1], 1), ahead.step).table
-    s, l = table.s[:, 0].copy(), table.l[:, 0].copy()
-    heading = np.concatenate([fixed.heading, moving.heading])
-    turned = heading - scene.path.at(np.where(np.isfinite(s), s, 0.0)).heading
-    cos, sin = np.abs(np.cos(turned)), np.abs(np.sin(turned))
-    half_length, half_width, radius = table.extents.T
-    return BodiesAhead(
-        s,
-        l,
-        half_length * cos + half_width * sin + radius,
-        half_length * sin + half_width * cos + radius,
-        table.speed * np.cos(turned),
-        np.where(np.isfinite(table.s[:, -1]), table.l[:, -1], l),
-        table.n_static,
+    path = scene.path.table
+    turned = _turned(path.knots, path.bins, table.s, fixed.heading, moving.heading)
+    # numpy's functions, which differ from those of compiled code in the last bit
+    rows = _on_road(
+        table.s, table.l, table.extents, table.speed, np.cos(turned), np.sin(turned)
     )
+    s, l, half_length, half_width, speed, later_l = rows
+    return BodiesAhead(s, l, half_length, half_width, speed, later_l, table.n_static)
+
+
+@compiled
+def _turned(
+    knots: FloatArray,
+    bins: IndexArray,
+    s: FloatArray,
+    fixed: FloatArray,
+    moving: FloatArray,
+) -> FloatArray:
+    """Return the headings of bodies against that of the road beside them [rad].
+
+    Args:
+        knots: Of the reference path.
+        bins: Of the reference path.
+        s: Of the bodies at each step, (n, n_steps); inf without a place [m].
+        fixed: Headings of the first of them, (n_fixed,) [rad].
+        moving: Headings of the others, (n - n_fixed,) [rad].
+    """
+    turned = np.empty(s.shape[0])
+    for b in range(turned.size):
+        at = s[b, 0] if np.isfinite(s[b, 0]) else 0.0
+        heading = fixed[b] if b < fixed.size else moving[b - fixed.size]
+        turned[b] = heading - point_at(knots, bins, at)[6]
+    return turned
+
+
+@compiled
+def _on_road(
+    s: FloatArray,
+    l: FloatArray,
+    extents: FloatArray,
+    speed: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+) -> FloatArray:
+    """Fill the rows of `BodiesAhead`, (6, n), from columns of a `BodyTable`.
+
+    Args:
+        s: (n, n_steps) [m].
+        l: (n, n_steps) [m].
+        extents: (n, 3) [m].
+        speed: Along their own motion, (n,) [m/s].
+        cos: Of the headings against the road, (n,).
+        sin: The same.
+    """
+    rows = np.empty((6, speed.size))
+    last = s.shape[1] - 1
+    for b in range(speed.size):
+        half_length, half_width, radius = extents[b, 0], extents[b, 1], extents[b, 2]
+        rows[0, b], rows[1, b] = s[b, 0], l[b, 0]
+        rows[2, b] = half_length * abs(cos[b]) + half_width * abs(sin[b]) + radius
+        rows[3, b] = half_length * abs(sin[b]) + half_width * abs(cos[b]) + radius
+        rows[4, b] = speed[b] * cos[b]
+        rows[5, b] = l[b, last] if np.isfinite(s[b, last]) else l[b, 0]
+    return rows
 
 
 def lane_at(lanes: Lanes, s: float, l: float) -> int:
     """Return the index of the lane whose centre is nearest to `l`, -1 without lanes."""
-    centres, widths = lanes.at(s)
-    there = widths > GONE
-    if not there.any():
-        return -1
-    return int(np.argmin(np.where(there, np.abs(centres - l), np.inf)))
+    return int(_lane_at(lanes.s, lanes.centre, lanes.width, float(s), float(l)))
+
+
+@compiled
+def _lane_at(
+    lanes_s: FloatArray, centre: FloatArray, width: FloatArray, s: float, l: float
+) -> int:
+    """Find the lane of `lane_at`."""
+    here, nearest, least = np.array([s]), -1, np.inf
+    for lane in range(centre.shape[0]):
+        if not interpolated(here, lanes_s, width[lane])[0] > GONE:
+            continue
+        away = abs(interpolated(here, lanes_s, centre[lane])[0] - l)
+        if nearest < 0 or away < least:
+            nearest, least = lane, away
+    return nearest
 
 
 def lane_end(lanes: Lanes, index: int, s: float, reach: float) -> float:

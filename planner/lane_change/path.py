@@ -15,7 +15,7 @@ import numpy as np
 from planner.lane_change.change_shapes import BASIS, control_points, prices, sample
 from planner.lane_change.settings import PathSettings
 from planner.numerics.compiled import compiled
-from planner.numerics.interpolation import interpolate
+from planner.numerics.interpolation import interpolate, interpolated
 from planner.numerics.polynomials import quintic_coefficients
 from planner.reference_path.frenet_lines import line_in_plane
 from planner.reference_path.path import ReferencePath
@@ -47,15 +47,24 @@ class KeptLane(NamedTuple):
         The centre line is smoothed over `SMOOTHED`, so that a corner in it does not
         turn into a steep bend.
         """
-        reach = SMOOTHED * SHARES
-        near = np.interp(np.array([s[0], s[-1]]), self.s, self.centre)
-        inside = self.centre[(self.s > s[0]) & (self.s < s[-1])]
-        if np.ptp(np.concatenate([near, inside])) < PARALLEL:
+        if _shift(self.s, self.centre, float(s[0]), float(s[-1])) < PARALLEL:
             return None
+        reach = SMOOTHED * SHARES
         around = np.interp(s[:, None] + reach, self.s, self.centre)
         offset = around @ WINDOW
         slope = np.gradient(offset, s)
         return np.array([offset, slope, np.gradient(slope, s)])
+
+
+@compiled
+def _shift(lane_s: FloatArray, centre: FloatArray, begin: float, end: float) -> float:
+    """Return by how much a centre line shifts between two arc lengths [m]."""
+    ends = interpolated(np.array([begin, end]), lane_s, centre)
+    low, high = min(ends[0], ends[1]), max(ends[0], ends[1])
+    for i in range(lane_s.size):
+        if begin < lane_s[i] < end:
+            low, high = min(low, centre[i]), max(high, centre[i])
+    return float(high - low)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,13 +114,15 @@ def lane_keeping_path(
         centre = np.zeros((3, driven.size))
         centre[0] = lane
     least, best = math.inf, None
+    motion = (state.l, state.l_prime, state.l_second)
+    along = state.s + driven
     for share in SETTLING_SHARES:
-        line = _settling_line(state, centre, share * settle, driven)
-        path = line_in_plane(reference, state.s + driven, *line)
+        line, low, high = _settling_line(motion, centre, share * settle, driven)
+        path = line_in_plane(reference, along, line[0], line[1], line[2])
         if path is None:
             continue
         away = state.l - float(centre[0, 0])
-        out = swing(line[0] - centre[0], away, 0.0)
+        out = max(min(away, 0.0) - low, high - max(away, 0.0), 0.0)  # as `swing`
         over = max(out - MAX_SWING, 0.0)
         if abs(away) + out > CENTRED:  # else the body is where the lane is
             over += max(beyond(path), 0.0)
@@ -122,26 +133,38 @@ def lane_keeping_path(
     return best
 
 
+@compiled
 def _settling_line(
-    state: FrenetState, centre: FloatArray, length: float, driven: FloatArray
-) -> FloatArray:
-    """Return l, dl/ds, d²l/ds², (3, n), of a way to a lane's centre line.
+    motion: tuple[float, float, float],
+    centre: FloatArray,
+    length: float,
+    driven: FloatArray,
+) -> tuple[FloatArray, float, float]:
+    """Lay a way to a lane's centre line.
 
     Args:
-        state: Of the ego.
+        motion: l, dl/ds and d²l/ds² of the ego.
         centre: Offset, slope and bend of the lane at the distances driven, (3, n).
         length: Over which the ego comes to the centre line [m].
         driven: Distances along the reference, (n,) [m].
+
+    Returns:
+        l, dl/ds, d²l/ds², (3, n), and the least and greatest offset from the centre.
     """
     l, slope, bend = (
-        float(own - lane)
-        for own, lane in zip(
-            (state.l, state.l_prime, state.l_second), centre[:, 0], strict=True
-        )
+        motion[0] - centre[0, 0],
+        motion[1] - centre[1, 0],
+        motion[2] - centre[2, 0],
     )
     line = np.empty((3, driven.size))
     _settle(l, slope, bend, 0.0, length, driven, line)
-    return line + centre
+    low, high = np.inf, -np.inf
+    for i in range(driven.size):
+        for row in range(3):
+            line[row, i] += centre[row, i]
+        off = line[0, i] - centre[0, i]
+        low, high = min(low, off), max(high, off)
+    return line, low, high
 
 
 class ChangeTarget(NamedTuple):

@@ -58,9 +58,7 @@ class LaneChangePlanner:
             change = None if last is None else last.change  # it is still wanted
             indicator = _indicator(situation, change, last, self.settings)
             return replace(result, indicator=indicator)
-        result = _result(candidate, last, self.settings, counts)
-        indicator = _indicator(situation, candidate.change, last, self.settings)
-        return replace(result, indicator=indicator)
+        return _result(situation, candidate, last, self.settings, counts)
 
 
 def _decide(
@@ -149,6 +147,7 @@ def _targets(here: Situation, lane: int, target: int, gain: float) -> tuple[int,
 
 
 def _result(
+    here: Situation,
     candidate: PlanCandidate,
     last: Memory | None,
     settings: LaneChangeSettings,
@@ -181,7 +180,14 @@ def _result(
         else candidate.phase,
     )
     graph = partial(speed_graph_of, candidate.speed, profile)
-    return PlanResult(PlanStatus.OK, trajectory, memory, stats, speed_graph=graph)
+    return PlanResult(
+        PlanStatus.OK,
+        trajectory,
+        memory,
+        stats,
+        speed_graph=graph,
+        indicator=_indicator(here, candidate.change, last, settings),
+    )
 
 
 def _fall_back(

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import lru_cache
 
 from planner.states import store_floats
-from planner.vehicle import Vehicle
+from planner.vehicle import Vehicle, held_to
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,15 +181,14 @@ class LaneChangeSettings:
 
     def in_change(self, vehicle: Vehicle) -> Vehicle:
         """Return the vehicle with the braking that plans of a change are held to."""
-        limits = vehicle.limits
-        promised = self.promised_braking(limits.max_deceleration)
-        return replace(vehicle, limits=replace(limits, max_deceleration=promised))
+        service = vehicle.limits.max_deceleration
+        return held_to(vehicle, self.promised_braking(service))
 
     @property
     def calm_path(self) -> PathSettings:
         """Path settings of a change where there is room."""
         lateral = min(self.gaps.lateral_acceleration, self.path.lateral_acceleration)
-        return replace(self.path, lateral_acceleration=lateral)
+        return _with_lateral(self.path, lateral)
 
     @property
     def entering(self) -> SpeedSettings:
@@ -204,8 +204,21 @@ class LaneChangeSettings:
         """Return speed settings with the headways of a change."""
         if self.gaps.rule is GapRule.PLACES:
             return self.speed
-        return replace(
+        return _with_headways(
             self.speed,
-            front_headway=min(front, self.speed.front_headway),
-            rear_headway=min(self.gaps.rear_headway, self.speed.rear_headway),
+            min(front, self.speed.front_headway),
+            min(self.gaps.rear_headway, self.speed.rear_headway),
         )
+
+
+# Settings are asked for in every cycle, and checked when they are made.
+@lru_cache(maxsize=16)
+def _with_lateral(path: PathSettings, lateral: float) -> PathSettings:
+    """Return path settings with another lateral acceleration."""
+    return replace(path, lateral_acceleration=lateral)
+
+
+@lru_cache(maxsize=16)
+def _with_headways(speed: SpeedSettings, front: float, rear: float) -> SpeedSettings:
+    """Return speed settings with other headways."""
+    return replace(speed, front_headway=front, rear_headway=rear)

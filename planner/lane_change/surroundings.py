@@ -3,8 +3,10 @@
 import numpy as np
 
 from planner.lane_change.lane_choice import BodiesAhead
+from planner.numerics.compiled import compiled
+from planner.numerics.interpolation import interpolated
 from planner.scene import Scene
-from planner.states import BoolArray
+from planner.states import BoolArray, FloatArray
 
 BEHIND = 0.5  # a front bumper this far ahead of the ego's rear is beside it [m]
 
@@ -27,7 +29,7 @@ def in_lane(scene: Scene, bodies: BodiesAhead, index: int) -> BoolArray:
         (n,).
     """
     now, later = _inside(scene, bodies, index)
-    return np.asarray(now & later)
+    return now & later
 
 
 def claims_lane(scene: Scene, bodies: BodiesAhead, index: int) -> BoolArray:
@@ -39,7 +41,7 @@ def claims_lane(scene: Scene, bodies: BodiesAhead, index: int) -> BoolArray:
         index: Of the lane.
     """
     now, later = _inside(scene, bodies, index)
-    return np.asarray(now | later)
+    return now | later
 
 
 def _inside(
@@ -47,7 +49,37 @@ def _inside(
 ) -> tuple[BoolArray, BoolArray]:
     """Mark the bodies in a lane: now, and after their lateral motion."""
     lanes = scene.lanes
-    centre = np.interp(bodies.s, lanes.s, lanes.centre[index])
-    half = 0.5 * np.interp(bodies.s, lanes.s, lanes.width[index])
-    now = np.abs(bodies.l - centre) < half
-    return np.asarray(now), np.asarray(np.abs(bodies.later_l - centre) < half)
+    lane = (lanes.s, lanes.centre[index], lanes.width[index])
+    marks: tuple[BoolArray, BoolArray] = _marked(
+        lane, bodies.s, bodies.l, bodies.later_l
+    )
+    return marks
+
+
+@compiled
+def _marked(
+    lane: tuple[FloatArray, FloatArray, FloatArray],
+    s: FloatArray,
+    l: FloatArray,
+    later_l: FloatArray,
+) -> tuple[BoolArray, BoolArray]:
+    """Mark the bodies of `_inside`.
+
+    Args:
+        lane: Arc lengths of the road, and the lane's centre and width there.
+        s: Of the bodies, (n,); inf without a place, which is beyond the last one [m].
+        l: Now, (n,) [m].
+        later_l: After their lateral motion, (n,) [m].
+    """
+    lanes_s, centre, width = lane
+    at = np.minimum(s, lanes_s[-1])
+    middle, wide = (
+        interpolated(at, lanes_s, centre),
+        interpolated(at, lanes_s, width),
+    )
+    now, later = np.empty(s.size, np.bool_), np.empty(s.size, np.bool_)
+    for b in range(s.size):
+        half = 0.5 * wide[b]
+        now[b] = abs(l[b] - middle[b]) < half
+        later[b] = abs(later_l[b] - middle[b]) < half
+    return now, later

@@ -8,9 +8,11 @@ project lies, it finds what another one compiled. Nothing stale can be found.
 
 import contextlib
 import hashlib
+import io
 import logging
 import os
 import pickle
+import sys
 import tempfile
 import time
 import uuid
@@ -24,6 +26,7 @@ import numpy as np
 from numba.core import sigutils
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
+from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime import rtsys
 
 from planner.numerics import linking
@@ -158,9 +161,9 @@ def _reduced(result: Any) -> tuple[Any, ...]:
 
 def _restored(payload: bytes, target_context: Any) -> Any:
     """Make a compiled function of what was saved."""
-    code, fndesc, environment, signature, reload_init, environments = pickle.loads(
-        payload
-    )
+    code, fndesc, environment, signature, reload_init, environments = _Restorer(
+        io.BytesIO(payload)
+    ).load()
     for initialise in reload_init:
         initialise()
     library = EntryLibrary.from_object(target_context.codegen(), *code)
@@ -184,6 +187,33 @@ def _restored(payload: bytes, target_context: Any) -> Any:
         reload_init=reload_init,
         referenced_envs=environments,
     )
+
+
+class _Restorer(pickle.Unpickler):
+    """Restores what was saved, without importing where each part of it came from."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        """Return a class or function, our own for environments."""
+        if (module, name) == ("numba.core.environment", "_rebuild_env"):
+            return _environment
+        return super().find_class(module, name)
+
+
+def _environment(module: str, constants: list[Any], name: str) -> Environment:
+    """Return the constants that a compiled function refers to, as numba does.
+
+    Numba imports the module of the function, too: those of its own are large, one of
+    them imports scipy's linear algebra, and machine code looks nothing up in them.
+    """
+    found = lookup_environment(name)
+    if found is not None:
+        return found
+    known = sys.modules.get(module)
+    made = Environment({"__name__": module} if known is None else vars(known))
+    made.consts[:] = constants
+    made.env_name = name
+    Environment._memo[name] = made
+    return made
 
 
 def _read(file: Path) -> bytes | None:

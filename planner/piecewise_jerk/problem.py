@@ -78,9 +78,9 @@ class PiecewiseJerkProblem:
             if array.shape != shape:
                 raise InvalidInputError(f"{name} has shape {array.shape}, not {shape}")
             object.__setattr__(self, name, array)
-        if n < 2 or not np.all(self.step > 0.0):
+        if n < 2 or not (self.step > 0.0).all():
             raise InvalidInputError("a program needs two knots and positive steps")
-        if not (self.jerk_weight > 0.0 and np.all(self.weight >= 0.0)):
+        if not (self.jerk_weight > 0.0 and (self.weight >= 0.0).all()):
             raise InvalidInputError("weights must not be negative, the jerk's positive")
 
     def as_program(self) -> JerkProgram:

@@ -77,7 +77,7 @@ def solve(
     if solver != "riccati":
         return _by_matrices(problem, solver)
     program = problem.as_program()
-    crossed = np.any(program.lower[1:] > program.upper[1:])
+    crossed = (program.lower[1:] > program.upper[1:]).any()
     if crossed or program.jerk_lower > program.jerk_upper:
         return _infeasible(problem, 0, "bounds")
     found = interior_point(program, OPTIONS)

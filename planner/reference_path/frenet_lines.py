@@ -29,11 +29,8 @@ def line_in_plane(
         The line; None where it leaves the domain of the frame.
     """
     table = reference.table
-    columns, inside = _lay(table.knots, table.bins, s, l, slope, bend)
-    if not inside:
-        return None
-    distance, x, y, heading, curvature = columns
-    return Path(distance, x, y, heading, curvature, s, l)
+    rows, inside = _lay(table.knots, table.bins, s, l, slope, bend)
+    return Path.from_rows(rows) if inside else None
 
 
 @compiled
@@ -45,8 +42,8 @@ def _lay(
     slope: FloatArray,
     bend: FloatArray,
 ) -> tuple[FloatArray, bool]:
-    """Return distance, x, y, heading, curvature, (5, n), and whether all is inside."""
-    out = np.empty((5, s.size))
+    """Return the rows of a `Path`, (7, n), and whether all of it is inside."""
+    out = np.empty((7, s.size))
     before = 0.0
     for i in range(s.size):
         # driven at one metre of road a second, slope and bend are rates and the speed
@@ -61,5 +58,6 @@ def _lay(
         else:
             out[0, i] = out[0, i - 1] + 0.5 * (before + stretch) * (s[i] - s[i - 1])
         out[1, i], out[2, i], out[3, i], out[4, i] = x, y, heading, curvature
+        out[5, i], out[6, i] = s[i], l[i]
         before = stretch
     return out, True

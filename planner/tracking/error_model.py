@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
 
 from planner.errors import InvalidInputError
 from planner.states import FloatArray
@@ -62,6 +61,8 @@ def error_model(
     Returns:
         A, (3 + n, 3 + n), and B, (3 + n, 1): z is (e, theta, d, u_(k-1), ..., u_(k-n)).
     """
+    from scipy.linalg import expm  # takes 0.2 s, which a perfect vehicle need not pay
+
     n = commands_on_their_way(delay.dead_time, period)
     lag = max(delay.lag, SHORTEST_LAG)
     motion = np.zeros((N_MOTION + 1, N_MOTION + 1))  # last row: a held command

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from planner.errors import InvalidInputError
 from planner.numerics.compiled import inlined
@@ -34,6 +33,8 @@ def lqr_gain(a: FloatArray, b: FloatArray, weights: LqrWeights) -> FloatArray:
         b: Of the error model, (n, 1).
         weights: Of the first two states and of the command.
     """
+    from scipy.linalg import solve_discrete_are  # takes 0.2 s, see `error_model`
+
     prices = np.zeros(a.shape)
     prices[0, 0], prices[1, 1] = weights.lateral, weights.heading
     price = np.array([[weights.steering]])

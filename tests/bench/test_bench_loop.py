@@ -76,6 +76,8 @@ def test_closed_loop_without_a_simulator(benchmark):
 def rearview(folder, scenario, *options, cache=None):
     """Run one episode in a process of its own; (results row, seconds)."""
     environment = dict(os.environ)
+    # as users have it: else all modules would be compiled anew at every start
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     if cache is not None:
         environment["NUMBA_CACHE_DIR"] = str(cache)
     command = [sys.executable, "-m", "experiments", "run", scenario, "--json"]

@@ -4,7 +4,7 @@ Plain getters, which in libsumo are faster than subscriptions.
 """
 
 from collections.abc import Callable, Iterable, Set
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -22,18 +22,23 @@ Number = Callable[[str], float]  # of a vehicle's name
 Getters = tuple[Callable[[str], Point], Number, Number, Number, Number]
 
 
-def direct_getters(sumo: Libsumo) -> Getters:
-    """Return libsumo's readers of position, angle, speed, acceleration, lateral speed.
+def direct_getter(sumo: Libsumo, name: str) -> Any:
+    """Return one of libsumo's readers of vehicles.
 
     Its Python methods only call functions of its extension module. With thirty
     vehicles these calls alone are a tenth of a step: where the functions are found
     they are called directly.
     """
     extension = getattr(getattr(sumo, "libsumo", None), "_libsumo", None)
+    return getattr(extension, f"vehicle_{name}", getattr(sumo.vehicle, name))
+
+
+def direct_getters(sumo: Libsumo) -> Getters:
+    """Return the readers of position, angle, speed, acceleration, lateral speed."""
     return cast(
         Getters,
         tuple(
-            getattr(extension, f"vehicle_{name}", getattr(sumo.vehicle, name))
+            direct_getter(sumo, name)
             for name in (
                 "getPosition",
                 "getAngle",
@@ -61,13 +66,14 @@ class VehicleReader:
         self._vehicles = sumo.vehicle
         self._persons = sumo.person
         self._getters = direct_getters(sumo)
+        self._signals = direct_getter(sumo, "getSignals")
         self._hidden = hidden
         self._sizes: dict[str, tuple[float, float]] = {}
         self._kinds: dict[str, str] = {}
 
     def looks(self, names: Iterable[str]) -> dict[str, VehicleLook]:
         """Read kind and indicators of vehicles that `near` has just read."""
-        signals, known = self._vehicles.getSignals, self._kinds
+        signals, known = self._signals, self._kinds
         found = {}
         for name in names:
             if name.startswith(PERSON):

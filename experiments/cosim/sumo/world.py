@@ -5,10 +5,10 @@ silently replace the first.
 """
 
 import math
-from collections.abc import Iterator, Sequence, Set
-from contextlib import contextmanager
+from collections.abc import Sequence, Set
 from pathlib import Path
 from time import monotonic, sleep
+from types import TracebackType
 
 import numpy as np
 
@@ -451,6 +451,8 @@ class SumoWorld:
     def _read_signals(self, sumo: Libsumo) -> tuple[Signal, ...]:
         """Read the ego's letter of every traffic light on its route."""
         lines = self.road.stop_lines
+        if not lines:
+            return ()
         state_of = sumo.trafficlight.getRedYellowGreenState
         letters = {line.signal: "" for line in lines}
         for signal in letters:
@@ -495,11 +497,35 @@ def ready_libsumo(net_file: Path) -> Libsumo:
     return sumo
 
 
-@contextmanager
-def sumo_errors(sumo: Libsumo, doing: str) -> Iterator[None]:
-    """Turn SUMO's exceptions into ours."""
-    try:
-        yield
-    except (sumo.TraCIException, sumo.FatalTraCIError) as error:
-        cause = " ".join(str(error).split())  # one line, also of a parser's report
-        raise SimulationError(f"SUMO failed while {doing}: {cause}") from error
+class sumo_errors:  # noqa: N801 - reads as the function that it is used as
+    """Turn SUMO's exceptions into ours; entered several times in every step.
+
+    Args:
+        sumo: The running libsumo module.
+        doing: What fails, in words.
+    """
+
+    __slots__ = ("_doing", "_sumo")
+
+    def __init__(self, sumo: Libsumo, doing: str) -> None:
+        self._sumo = sumo
+        self._doing = doing
+
+    def __enter__(self) -> None:
+        """Do nothing."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Raise an error of ours instead of one of SUMO's."""
+        if error is None:
+            return
+        sumo = self._sumo
+        if isinstance(error, (sumo.TraCIException, sumo.FatalTraCIError)):
+            cause = " ".join(str(error).split())  # one line, also of a parser's report
+            raise SimulationError(
+                f"SUMO failed while {self._doing}: {cause}"
+            ) from error

@@ -35,12 +35,15 @@ _SCRIPTS = (
 )
 
 
-def save_run_page(folder: Path, file: Path | None = None) -> Path:
+def save_run_page(
+    folder: Path, file: Path | None = None, trace: Trace | None = None
+) -> Path:
     """Write the page of a run, with one ego or many.
 
     Args:
         folder: A run folder.
         file: Where the page goes; `report.html` in the folder if None.
+        trace: Of the run, if it is at hand; else it is read.
 
     Returns:
         The page's file.
@@ -50,20 +53,24 @@ def save_run_page(folder: Path, file: Path | None = None) -> Path:
             written.
     """
     many = (folder / MANY_EGOS).is_file()
-    page = fleet_page(folder) if many else run_page(folder)
+    page = fleet_page(folder) if many else run_page(folder, trace)
     return save(page, file or folder / PAGE_FILE)
 
 
-def run_page(folder: Path) -> str:
+def run_page(folder: Path, at_hand: Trace | None = None) -> str:
     """Render the page of a run.
 
     A run without a trace, or without a single step, gets a page that says so.
+
+    Args:
+        folder: A run folder.
+        at_hand: Its trace, if it need not be read.
 
     Raises:
         ResultsError: If it is not a run folder or is damaged.
     """
     facts = read_facts(folder)
-    trace, missing = _trace(folder, facts)
+    trace, missing = _trace(folder, facts, at_hand)
     data = None
     found: dict[str, float] = {}
     if trace is not None:
@@ -74,7 +81,9 @@ def run_page(folder: Path) -> str:
     return render("run.html.j2", _SCRIPTS, data, _words(facts, data, missing, found))
 
 
-def _trace(folder: Path, facts: RunFiles) -> tuple[Trace | None, str]:
+def _trace(
+    folder: Path, facts: RunFiles, at_hand: Trace | None
+) -> tuple[Trace | None, str]:
     """Read the trace; if there is none to show, return the reason."""
     if not (folder / file_name("steps")).is_file() and not facts.trace_kept:
         return None, (
@@ -82,7 +91,7 @@ def _trace(folder: Path, facts: RunFiles) -> tuple[Trace | None, str]:
             f"{facts.manifest.get('command') or 'rearview rerun'} repeats it with "
             "its trace."
         )
-    trace = read_trace(folder)
+    trace = read_trace(folder) if at_hand is None else at_hand
     if len(trace.steps["index"]) == 0:
         return None, "The run ended before its first step: there is nothing to replay."
     if not (folder / MAP_FILE).is_file():

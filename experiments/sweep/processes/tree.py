@@ -13,8 +13,10 @@ from contextlib import suppress
 from pathlib import Path
 from threading import Thread
 from time import monotonic, sleep
+from typing import TYPE_CHECKING
 
-import psutil
+if TYPE_CHECKING:
+    import psutil  # takes 20 ms to import, which `rearview run` need not pay
 
 KILL_PATIENCE = 5.0  # with a tree that forks while it is being killed [s]
 PARENT_INTERVAL = 0.5  # between two checks of the parent where no signal tells [s]
@@ -63,6 +65,8 @@ def children(process: int) -> set[int]:
                     found.update(map(int, (task / "children").read_text().split()))
             return found
         return found
+    import psutil
+
     try:
         return {child.pid for child in psutil.Process(process).children()}
     except psutil.Error:
@@ -118,8 +122,10 @@ def kill_group(leader: int) -> None:
         os.killpg(leader, signal.SIGKILL)
 
 
-def _sum(processes: list[int], measure: Callable[[psutil.Process], int]) -> float:
+def _sum(processes: list[int], measure: Callable[["psutil.Process"], int]) -> float:
     """Add up what is measured, skipping processes that have ended."""
+    import psutil
+
     total = 0
     for process in processes:
         with suppress(psutil.Error):

@@ -194,7 +194,7 @@ def search_leaves(
 
 def _margin(field: FrenetObstacles, cover: Cover, settings: SideSettings) -> float:
     """Return the room beyond the discs; a turning body needs a little more."""
-    turning = any(cover.offsets) or bool(np.any(field.curvature != 0.0))
+    turning = any(cover.offsets) or bool((field.curvature != 0.0).any())
     return settings.margin + (settings.turn_margin if turning else 0.0)
 
 
@@ -216,7 +216,7 @@ def _refined(sequence: SideSequence, task: SideTask) -> SideSequence | None:
         keep = margin, task.sharpest, inset, settings.in_plane
         tube = tube_about(guess, field, cover, *keep)
         low, high = tube.between(sequence.sides)
-        if np.any(low > high):
+        if (low > high).any():
             return None
         problem = tube_program(tube, low, high, task.start, task.weights)
         solution = solve(problem, solver=settings.solver)

@@ -5,7 +5,7 @@ and a reference near it, the side sequences with each sequence that is feasible.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -120,14 +120,16 @@ def in_plane(tube: Tube, curvature: FloatArray) -> Tube:
     turn = road_turn(tube.guess.s, curvature).turn[:, :3]
     shift = turn[:, :1] + tube.gain * turn[:, 1:2]
     left, right, window = tube.passages
-    return replace(
-        tube,
-        low=tube.low + shift,
-        high=tube.high + shift,
-        passages=Passages(left + shift, right + shift, window),
-        second_low=tube.second_low + turn[:, 2],
-        second_high=tube.second_high + turn[:, 2],
-        turn=turn,
+    return Tube(
+        tube.guess,
+        tube.gain,
+        tube.low + shift,
+        tube.high + shift,
+        Passages(left + shift, right + shift, window),
+        tube.second_low + turn[:, 2],
+        tube.second_high + turn[:, 2],
+        tube.direct,
+        turn,
     )
 
 

@@ -27,10 +27,10 @@ from planner.lane_change.phases.memory import (
     lane_line,
     progress_on,
     reaches_over,
-    rest_of,
     settled,
 )
 from planner.lane_change.phases.yielding import with_yielding
+from planner.lane_change.place_on_path import rest_from
 from planner.lane_change.road_edges import worst_reach
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.passing_orders import Side
@@ -50,7 +50,7 @@ def go_on(
     """Continue a change; None if it is over, or has to be given up."""
     scene, committed = here.scene, last.phase is Phase.COMMITTED
     change, place = _followed(here, change, committed, settings)
-    rest = rest_of(change.path, place) if place is not None else None
+    rest = rest_from(change.path, place) if place is not None else None
     if place is None or rest is None:
         return None
     if place >= change.end - 1e-6 and settled(scene, change.target):
@@ -79,7 +79,7 @@ def go_on(
     elif not committed and _is_given_up(here, change, speed, settings):
         return None
     phase = Phase.COMMITTED if committed else Phase.CHANGE
-    going = replace(change, order=speed.order)
+    going = Change(change.lane, change.target, change.path, change.end, speed.order)
     candidate = PlanCandidate(phase, change.lane, path, speed, going)
     if speed.profile is not None:
         return candidate

@@ -15,6 +15,8 @@ from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.program import SpeedTask, knot_times
 from planner.lane_change.speed.st_graph import UsersInTime, in_time
 from planner.lane_change.surroundings import behind_ego
+from planner.numerics.compiled import compiled
+from planner.numerics.interpolation import interpolated
 from planner.scene import Scene
 from planner.states import BoolArray, FloatArray, SpeedProfile
 from planner.vehicle import body_scale
@@ -82,32 +84,59 @@ def speed_task(
 def blockage_ahead(here: Situation, lane: int) -> float:
     """Compute the room to what stands in a lane, or to its end [m]; inf without."""
     scene, bodies = here.scene, here.bodies
-    rears = (bodies.s - bodies.half_length)[_blocking(here, lane)]
-    over = lane_end(scene.lanes, lane, scene.ego_frenet.s, here.total)
-    end = min(float(rears.min(initial=math.inf)), over)
+    end = lane_end(scene.lanes, lane, scene.ego_frenet.s, here.total)
+    first = _first_blockage(here, lane)
+    if first >= 0:
+        end = min(float(bodies.s[first] - bodies.half_length[first]), end)
     return end - scene.ego_frenet.s - scene.vehicle.front_reach
 
 
-def _blocking(here: Situation, lane: int) -> BoolArray:
-    """Mark what stands in a lane ahead of the ego."""
+def _first_blockage(here: Situation, lane: int) -> int:
+    """Return which of the bodies is the first that stands in a lane ahead, or -1."""
     scene, bodies = here.scene, here.bodies
-    centre = np.interp(bodies.s, scene.lanes.s, scene.lanes.centre[lane])
-    reach = bodies.half_width + 0.5 * scene.vehicle.width
-    return np.asarray(
-        (np.abs(bodies.l - centre) < reach)
-        & (np.arange(bodies.s.size) < bodies.n_static)
-        & (bodies.s > scene.ego_frenet.s)
+    lanes_s, n = scene.lanes.s, bodies.n_static
+    return int(
+        _first(
+            (bodies.s[:n], bodies.l[:n], bodies.half_length[:n], bodies.half_width[:n]),
+            lanes_s,
+            scene.lanes.centre[lane],
+            scene.ego_frenet.s,
+            0.5 * scene.vehicle.width,
+        )
     )
+
+
+@compiled
+def _first(
+    bodies: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    lanes_s: FloatArray,
+    centre: FloatArray,
+    ego_s: float,
+    half_width: float,
+) -> int:
+    """Find the body of `_first_blockage`.
+
+    Args:
+        bodies: s, l, half length and half width of what never moves, (n,) [m].
+        lanes_s: Arc lengths of the road, (m,) [m].
+        centre: Of the lane there, (m,) [m].
+        ego_s: Where the ego is [m].
+        half_width: Of the ego [m].
+    """
+    s, l, long, wide = bodies
+    middle = interpolated(np.minimum(s, lanes_s[-1]), lanes_s, centre)
+    found, nearest = -1, np.inf
+    for b in range(s.size):
+        inside = abs(l[b] - middle[b]) < wide[b] + half_width
+        if inside and s[b] > ego_s and s[b] - long[b] < nearest:
+            found, nearest = b, s[b] - long[b]
+    return found
 
 
 def blockage_end(here: Situation, lane: int) -> float:
     """Find where the first blockage of a lane is over [m]; inf if it never is."""
-    bodies, blocks = here.bodies, _blocking(here, lane)
-    if not blocks.any():
-        return math.inf
-    near = np.where(blocks, bodies.s - bodies.half_length, np.inf)
-    k = int(np.argmin(near))
-    return float(bodies.s[k] + bodies.half_length[k])
+    bodies, k = here.bodies, _first_blockage(here, lane)
+    return math.inf if k < 0 else float(bodies.s[k] + bodies.half_length[k])
 
 
 def place_to_wait(

@@ -6,6 +6,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from planner.lane_change.place_on_path import place_on
 from planner.lane_change.speed.passing_orders import Side
 from planner.scene import Scene
 from planner.states import Path, Trajectory
@@ -55,34 +56,10 @@ class Memory:
 def progress_on(path: Path, scene: Scene) -> float | None:
     """Find the distance along `path` where the ego is, None if it is not on it."""
     ego = scene.ego
-    place = float(np.interp(scene.ego_frenet.s, path.s, path.distance))
-    for _ in range(2):  # the foot point on the line itself, not on the road
-        x = float(np.interp(place, path.distance, path.x))
-        y = float(np.interp(place, path.distance, path.y))
-        heading = float(np.interp(place, path.distance, np.unwrap(path.heading)))
-        place += (ego.x - x) * math.cos(heading) + (ego.y - y) * math.sin(heading)
-    place = min(max(place, 0.0), float(path.distance[-1]))
-    x = float(np.interp(place, path.distance, path.x))
-    y = float(np.interp(place, path.distance, path.y))
+    place, (x, y) = place_on(path, scene.ego_frenet.s, ego.x, ego.y)
     if math.hypot(ego.x - x, ego.y - y) > OFF_PATH:
         return None
     return place
-
-
-def rest_of(path: Path, place: float) -> Path | None:
-    """Cut off what is driven: the path from `place` on, in its own even spacing."""
-    spacing = float(path.distance[1] - path.distance[0])
-    left = float(path.distance[-1]) - place
-    if left < 2.0 * spacing:
-        return None
-    distance = spacing * np.arange(math.floor(left / spacing + 1e-9) + 1, dtype=float)
-    at = distance + place
-    heading = np.interp(at, path.distance, np.unwrap(path.heading))
-    x, y, curvature, s, l = (
-        np.interp(at, path.distance, column)
-        for column in (path.x, path.y, path.curvature, path.s, path.l)
-    )
-    return Path(distance, x, y, heading, curvature, s, l)
 
 
 def reaches_over(

@@ -5,18 +5,17 @@ given up when its multipliers prove that it cannot be cheaper than the best so f
 winner is the one that solving every order to the end would give.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner.lane_change.settings import SpeedSettings
-from planner.lane_change.speed.passing_orders import Corridors, Order, Reach
+from planner.lane_change.speed.passing_orders import Corridors, Orders, Reach
 from planner.lane_change.speed.program import (
     ROUNDING,
     SpeedTask,
     StartState,
-    free_program,
+    bounded_program,
     limit_tables,
     program,
 )
@@ -48,7 +47,7 @@ class SolvedOrders:
 
 
 def solve_orders(
-    orders: Sequence[Order],
+    orders: Orders,
     reach: Reach,
     start: StartState,
     caps: FloatArray,
@@ -70,26 +69,21 @@ def solve_orders(
         cutoff: Orders that are proven dearer than this are given up, too.
     """
     lower, upper = limit_tables(start, caps, vehicle, settings)
-    free = free_program(start, task, settings)
-    corridors = Corridors(
-        *(
-            np.array([getattr(order, name) for order in orders]).reshape(
-                len(orders), caps.size
-            )
-            for name in Corridors._fields
-        )
-    )
+    problem = bounded_program(start, task, settings, lower, upper)
     cost, verdict, best, state, jerk = _cheapest(
-        free._replace(lower=lower, upper=upper), corridors, reach, cutoff
+        problem, orders.corridors, reach, cutoff
     )
-    for i in np.flatnonzero(verdict == Verdict.UNDECIDED).tolist():
+    verdicts = verdict.tolist()
+    for i, outcome in enumerate(verdicts):
+        if outcome != Verdict.UNDECIDED:
+            continue
         found = solve(program(orders[i], start, caps, task, vehicle, settings), "piqp")
         if found.status is not QpStatus.SOLVED:
             continue
-        cost[i], verdict[i] = found.objective, Verdict.SOLVED
+        cost[i], verdicts[i] = found.objective, Verdict.SOLVED
         if found.objective < (cost[best] if best >= 0 else np.inf):
             best, state, jerk = i, found.state, found.jerk
-    exact = tuple(v != Verdict.ABOVE_CUTOFF for v in verdict.tolist())
+    exact = tuple(v != Verdict.ABOVE_CUTOFF for v in verdicts)
     return SolvedOrders(cost, exact, best, state, jerk)
 
 

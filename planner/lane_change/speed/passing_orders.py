@@ -6,9 +6,10 @@ built vehicle by vehicle, in the order of first contact, and dropped as soon as 
 bounds leave no room, or none that the ego can reach.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple
+from typing import NamedTuple, overload
 
 import numpy as np
 
@@ -50,6 +51,47 @@ class Order:
     headway: FloatArray
 
 
+class Corridors(NamedTuple):
+    """Bounds that orders leave, (n_orders, n_knots) each; see `Order`."""
+
+    lower: FloatArray
+    upper: FloatArray
+    headway: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Orders(Sequence[Order]):
+    """Passing orders in one table, which compiled code reads."""
+
+    sides: tuple[tuple[Side, ...], ...]  # of each order
+    corridors: Corridors
+
+    @classmethod
+    def of(cls, orders: Sequence[Order], n_knots: int) -> "Orders":
+        """Put orders into a table."""
+        tables = (
+            np.array([getattr(order, name) for order in orders]).reshape(-1, n_knots)
+            for name in Corridors._fields
+        )
+        return cls(tuple(order.sides for order in orders), Corridors(*tables))
+
+    def __len__(self) -> int:
+        """Count the orders."""
+        return len(self.sides)
+
+    @overload
+    def __getitem__(self, index: int) -> Order: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Order]: ...
+
+    def __getitem__(self, index: int | slice) -> Order | Sequence[Order]:
+        """Return one order, or some."""
+        if isinstance(index, slice):
+            return [self[k] for k in range(len(self))[index]]
+        return Order(self.sides[index], *(table[index] for table in self.corridors))
+
+
 class DriveLimits(NamedTuple):
     """Limits of the ego in a speed plan."""
 
@@ -69,14 +111,6 @@ class Reach(NamedTuple):
 
     least: FloatArray
     greatest: FloatArray
-
-
-class Corridors(NamedTuple):
-    """Bounds that orders leave, (n_orders, n_knots) each; see `Order`."""
-
-    lower: FloatArray
-    upper: FloatArray
-    headway: FloatArray
 
 
 def reachable(
@@ -238,7 +272,7 @@ def possible_orders(
     reach: Reach,
     end: float,
     max_orders: int,
-) -> tuple[list[Order], int]:
+) -> tuple[Orders, int]:
     """Enumerate the orders that the ego might be able to drive.
 
     Args:
@@ -258,11 +292,8 @@ def possible_orders(
         Reach(reach.least, np.minimum(reach.greatest, end)),
         max_orders,
     )
-    found = [
-        Order(tuple(_SIDES[side] for side in row), *corridor)
-        for row, *corridor in zip(sides.tolist(), *corridors, strict=True)
-    ]
-    return found, nodes
+    named = tuple(tuple(_SIDES[side] for side in row) for row in sides.tolist())
+    return Orders(named, corridors), nodes
 
 
 _SIDES = (Side.AFTER, Side.BEFORE)  # by the number that the compiled code uses

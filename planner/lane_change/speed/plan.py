@@ -6,6 +6,7 @@ start acceleration fixed, every order solved instead of chosen by its area (6.18
 
 import math
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from planner.lane_change.speed.passing_orders import (
     Bounds,
     DriveLimits,
     Order,
+    Orders,
     Reach,
     Side,
     demands,
@@ -33,6 +35,7 @@ from planner.lane_change.speed.program import (
     start_state,
 )
 from planner.lane_change.speed.st_graph import StGraph, UsersInTime, st_graph
+from planner.numerics.compiled import compiled
 from planner.piecewise_jerk.solve import QpStatus, solve_soft
 from planner.states import BoolArray, FloatArray, Path, SpeedProfile
 from planner.vehicle import Vehicle
@@ -45,6 +48,9 @@ class OrderOutcome:
     sides: tuple[tuple[str, Side], ...]
     cost: float  # inf if infeasible
     exact: bool = True  # else given up: it costs at least this, more than the best
+
+
+_COST = attrgetter("cost")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,18 +79,39 @@ class SpeedPlan:
 
     def _nearest(self, side: Side) -> str | None:
         """Find the vehicle of one side that comes nearest to the ego."""
-        chosen = [k for k, (_, s) in enumerate(self.order) if s is side]
-        if not chosen or self.profile is None:
+        if self.profile is None or not self.order:
             return None
-        graph, s = self.graph, self.profile.distance
-        gaps = []
-        for k in chosen:
-            on = graph.hit[k]
-            if side is Side.AFTER:
-                gaps.append(float((graph.lower[k] - s)[on].min()))
-            else:
-                gaps.append(float((s - graph.upper[k])[on].min()))
-        return graph.ids[chosen[int(np.argmin(gaps))]]
+        graph = self.graph
+        chosen = np.array([s is side for _, s in self.order])
+        bound, sign = (graph.lower, 1.0) if side is Side.AFTER else (graph.upper, -1.0)
+        k = _nearest(graph.hit, bound, sign, chosen, self.profile.distance)
+        return None if k < 0 else graph.ids[k]
+
+
+@compiled
+def _nearest(
+    hit: BoolArray, bound: FloatArray, sign: float, chosen: BoolArray, s: FloatArray
+) -> int:
+    """Find which of the chosen vehicles leaves the least room, or -1.
+
+    Args:
+        hit: Whether it is on the path, (n, n_knots).
+        bound: Where it begins or ends there, (n, n_knots) [m].
+        sign: 1 if the ego is behind it, -1 if it is ahead.
+        chosen: Which of them count, (n,).
+        s: Driven by the ego, (n_knots,) [m].
+    """
+    found, least = -1, np.inf
+    for v in range(chosen.size):
+        if not chosen[v]:
+            continue
+        gap = np.inf
+        for k in range(s.size):
+            if hit[v, k]:
+                gap = min(gap, sign * (bound[v, k] - s[k]))
+        if found < 0 or gap < least:
+            found, least = v, gap
+    return found
 
 
 def plan_speed(
@@ -149,19 +176,19 @@ def _graph(
 
 def _chosen(
     graph: StGraph,
-    orders: list[Order],
+    orders: Orders,
     nodes: int,
     solved: SolvedOrders,
     times: FloatArray,
 ) -> SpeedPlan:
     """Turn the solved orders into the plan."""
     alternatives = [
-        OrderOutcome(_named(graph, order), cost, exact)
-        for order, cost, exact in zip(
-            orders, solved.cost.tolist(), solved.exact, strict=True
+        OrderOutcome(_named(graph, sides), cost, exact)
+        for sides, cost, exact in zip(
+            orders.sides, solved.cost.tolist(), solved.exact, strict=True
         )
     ]
-    ranked = tuple(sorted(alternatives, key=lambda a: a.cost))
+    ranked = tuple(sorted(alternatives, key=_COST))
     if solved.best < 0:
         why = f"none of {len(orders)} passing orders has a solution"
         if not all(solved.exact):
@@ -190,7 +217,7 @@ def _orders(
     task: SpeedTask,
     end: float,
     settings: SpeedSettings,
-) -> tuple[list[Order], int]:
+) -> tuple[Orders, int]:
     """Return the orders to solve by the rule that is set, and the nodes looked at."""
     rule, times = settings.order_rule, knot_times(settings)
     if rule is OrderRule.SOLVE_ALL:
@@ -211,10 +238,13 @@ def _orders(
             times,
         )
     if sides is None:
-        return [], settings.grid.times * settings.grid.places
+        nodes = settings.grid.times * settings.grid.places
+        return Orders.of([], times.size), nodes
     if settings.printed.region_bounds:
-        return [printed_order(graph, sides, speed, limits, end, times)], len(sides)
-    return [order_of(sides, bounds, reach, end)], len(sides)
+        order = printed_order(graph, sides, speed, limits, end, times)
+    else:
+        order = order_of(sides, bounds, reach, end)
+    return Orders.of([order], times.size), len(sides)
 
 
 def soft_speed(
@@ -261,7 +291,7 @@ def soft_speed(
     return SpeedPlan(
         profile_of(solution.state, solution.jerk, times),
         solution.objective,
-        _named(graph, order),
+        _named(graph, order.sides),
         (),
         graph,
         0,
@@ -273,15 +303,14 @@ def soft_speed(
 def profile_of(state: FloatArray, jerk: FloatArray, times: FloatArray) -> SpeedProfile:
     """Make the record; rounding below a standstill is cut off."""
     s, v, a = state.T
-    return SpeedProfile(
-        times,
-        np.maximum.accumulate(np.maximum(s, 0.0)),
-        np.maximum(v, 0.0),
-        a,
-        np.append(jerk, jerk[-1]),
-    )
+    rows = np.empty((5, times.size))
+    rows[0], rows[3] = times, a
+    np.maximum.accumulate(np.maximum(s, 0.0), out=rows[1])
+    np.maximum(v, 0.0, out=rows[2])
+    rows[4, :-1], rows[4, -1] = jerk, jerk[-1]
+    return SpeedProfile.from_rows(rows)
 
 
-def _named(graph: StGraph, order: Order) -> tuple[tuple[str, Side], ...]:
+def _named(graph: StGraph, sides: tuple[Side, ...]) -> tuple[tuple[str, Side], ...]:
     """Name the vehicles of an order."""
-    return tuple(zip(graph.ids, order.sides, strict=True))
+    return tuple(zip(graph.ids, sides, strict=True))

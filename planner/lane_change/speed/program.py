@@ -212,13 +212,22 @@ def reference_motion(task: SpeedTask, settings: SpeedSettings) -> FloatArray:
 
     Eq. 6.20 as printed has none: standing still is its best.
     """
-    times = knot_times(settings)
+    if task.wished is None:
+        speed = 0.0 if settings.printed.objective else task.target_speed
+        return _at_one_speed(speed, settings.duration, settings.step)
+    reference = np.zeros((knot_times(settings).size, 3))
+    reference[:, :2] = task.wished.T
+    reference.setflags(write=False)
+    return reference
+
+
+@lru_cache(maxsize=16)
+def _at_one_speed(speed: float, duration: float, step: float) -> FloatArray:
+    """Return the reference of a drive at one speed, read only."""
+    times = _tables(duration, step, 0.0, (0.0, 0.0, 0.0)).times
     reference = np.zeros((times.size, 3))
-    if task.wished is not None:
-        reference[:, :2] = task.wished.T
-    elif not settings.printed.objective:
-        reference[:, 0] = task.target_speed * times
-        reference[:, 1] = task.target_speed
+    reference[:, 0] = speed * times
+    reference[:, 1] = speed
     reference.setflags(write=False)
     return reference
 
@@ -233,14 +242,34 @@ def limit_tables(
 
     Distance and headway are still without bounds.
     """
-    limits, tables = vehicle.limits, speed_tables(settings)
-    times, lower, upper = tables.times, tables.no_lower.copy(), tables.no_upper.copy()
+    limits = vehicle.limits
     # a speed beyond the limit comes down as fast as the jerk bound lets it
     over = start.speed + max(start.acceleration, 0.0) ** 2 / (2.0 * settings.max_jerk)
-    falling = 0.5 * limits.max_deceleration * np.maximum(times - JERK_TIME, 0.0)
-    lower[:, 1] = 0.0
-    upper[:, 1] = np.maximum(np.maximum(caps, 0.0), over - falling)
-    lower[:, 2], upper[:, 2] = -limits.max_deceleration, limits.max_acceleration
+    tables: tuple[FloatArray, FloatArray] = _limit_tables(
+        knot_times(settings),
+        caps,
+        over,
+        limits.max_deceleration,
+        limits.max_acceleration,
+    )
+    return tables
+
+
+@compiled
+def _limit_tables(
+    times: FloatArray,
+    caps: FloatArray,
+    over: float,
+    deceleration: float,
+    acceleration: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Fill the tables of `limit_tables`; `over` is the speed that comes down."""
+    lower = np.full((times.size, 4), -np.inf)
+    upper = np.full((times.size, 4), np.inf)
+    for k in range(times.size):
+        falling = 0.5 * deceleration * max(times[k] - JERK_TIME, 0.0)
+        lower[k, 1], upper[k, 1] = 0.0, max(caps[k], 0.0, over - falling)
+        lower[k, 2], upper[k, 2] = -deceleration, acceleration
     return lower, upper
 
 
@@ -255,14 +284,27 @@ def free_program(
         settings: Weights and steps.
     """
     tables = speed_tables(settings)
+    lower, upper = tables.no_lower.copy(), tables.no_upper.copy()
+    return bounded_program(start, task, settings, lower, upper)
+
+
+def bounded_program(
+    start: StartState,
+    task: SpeedTask,
+    settings: SpeedSettings,
+    lower: FloatArray,
+    upper: FloatArray,
+) -> JerkProgram:
+    """Write a program as compiled solvers take it, with bounds, (n_knots, 4) each."""
+    tables = speed_tables(settings)
     return JerkProgram(
         tables.step,
         freeze(start),
         tables.weight,
         reference_motion(task, settings),
         settings.jerk_weight,
-        tables.no_lower.copy(),
-        tables.no_upper.copy(),
+        lower,
+        upper,
         tables.row,
         -settings.max_jerk,
         settings.max_jerk,

@@ -16,12 +16,14 @@ from planner.lane_change.speed.st_projection import (
     OwnRectangle,
     X,
     Y,
-    predicted_poses,
     project,
+    users_at,
 )
 from planner.scene import Obstacles, Vehicles
 from planner.states import BoolArray, FloatArray, Path
 from planner.vehicle import Vehicle
+
+NOTHING = Obstacles.none()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,25 +79,17 @@ def in_time(
     motion = (ahead.x, ahead.y, ahead.heading)
     if ahead.x.shape[1] == 0:
         motion = (vehicles.x[:, None], vehicles.y[:, None], vehicles.heading[:, None])
-    moving = UsersInTime(
-        vehicles.ids,
-        predicted_poses(*motion, times, ahead.step),
-        0.5 * vehicles.length,
-        0.5 * vehicles.width,
-        vehicles.speed,
+    fixed = NOTHING if obstacles is None else obstacles
+    # numpy's functions, which differ from those of compiled code in the last bit
+    directions = (np.cos(fixed.heading), np.sin(fixed.heading))
+    poses, rows = users_at(
+        motion,
+        (vehicles.length, vehicles.width, vehicles.speed),
+        (fixed.x, fixed.y, *directions, fixed.length, fixed.width, fixed.radius),
+        times,
+        ahead.step,
     )
-    if obstacles is None or not obstacles.ids:
-        return moving
-    n = len(obstacles.ids)
-    cos, sin = np.cos(obstacles.heading), np.sin(obstacles.heading)
-    poses = np.stack([obstacles.x, obstacles.y, cos, sin], axis=1)[:, None]
-    return UsersInTime(
-        (*obstacles.ids, *vehicles.ids),
-        np.concatenate([np.broadcast_to(poses, (n, times.size, 4)), moving.poses]),
-        np.concatenate([0.5 * obstacles.length + obstacles.radius, moving.half_length]),
-        np.concatenate([0.5 * obstacles.width + obstacles.radius, moving.half_width]),
-        np.concatenate([np.zeros(n), moving.speed]),
-    )
+    return UsersInTime((*fixed.ids, *vehicles.ids), poses, *rows)
 
 
 def st_graph(

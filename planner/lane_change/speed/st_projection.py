@@ -51,22 +51,60 @@ class BoundingBox(NamedTuple):
 
 
 @compiled
-def predicted_poses(
-    x: FloatArray, y: FloatArray, heading: FloatArray, times: FloatArray, step: float
-) -> FloatArray:
-    """Read predictions at other times; beyond their end the last motion goes on.
+def users_at(
+    motion: tuple[FloatArray, FloatArray, FloatArray],
+    moving: tuple[FloatArray, FloatArray, FloatArray],
+    fixed: tuple[FloatArray, ...],
+    times: FloatArray,
+    step: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Return where road users are at some times, and their sizes, static ones first.
 
     Args:
-        x: Predicted every `step`, (n, n_steps) [m].
-        y: As `x`.
-        heading: As `x` [rad]; the nearest one is taken.
+        motion: x, y and heading predicted every `step`, (n_moving, n_steps).
+        moving: Length, width and speed, (n_moving,).
+        fixed: x, y, cosine and sine of the heading, length, width and radius,
+            (n_fixed,).
         times: (n_knots,) [s].
         step: [s].
 
     Returns:
-        x, y, cosine and sine of the heading, (n, n_knots, 4).
+        x, y, cosine and sine of the heading, (n, n_knots, 4); half length, half width
+        and speed, (3, n).
     """
-    poses = np.empty((x.shape[0], times.size, 4))
+    x, y, cos, sin, length, width, radius = fixed
+    n = x.size
+    poses = np.empty((n + moving[0].size, times.size, 4))
+    rows = np.zeros((3, poses.shape[0]))
+    for b in range(n):
+        rows[0, b] = 0.5 * length[b] + radius[b]
+        rows[1, b] = 0.5 * width[b] + radius[b]
+        for k in range(times.size):
+            poses[b, k, 0], poses[b, k, 1] = x[b], y[b]
+            poses[b, k, 2], poses[b, k, 3] = cos[b], sin[b]
+    for v in range(moving[0].size):
+        rows[0, n + v], rows[1, n + v] = 0.5 * moving[0][v], 0.5 * moving[1][v]
+        rows[2, n + v] = moving[2][v]
+    _predicted(motion, times, step, poses[n:])
+    return poses, rows
+
+
+@inlined
+def _predicted(
+    motion: tuple[FloatArray, FloatArray, FloatArray],
+    times: FloatArray,
+    step: float,
+    poses: FloatArray,
+) -> None:
+    """Read predictions at other times; beyond their end the last motion goes on.
+
+    Args:
+        motion: x, y and heading, (n, n_steps); of these the nearest one is taken.
+        times: (n_knots,) [s].
+        step: Between predictions [s].
+        poses: Filled with x, y, cosine and sine of the heading, (n, n_knots, 4).
+    """
+    x, y, heading = motion
     last = x.shape[1] - 1
     for k in range(times.size):
         place = times[k] / step
@@ -82,7 +120,6 @@ def predicted_poses(
                 poses[v, k, 2], poses[v, k, 3] = poses[v, 0, 2], poses[v, 0, 3]
             else:
                 poses[v, k, 2], poses[v, k, 3] = math.cos(turned), math.sin(turned)
-    return poses
 
 
 @compiled

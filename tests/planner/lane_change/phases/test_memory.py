@@ -10,9 +10,9 @@ from planner.lane_change.phases.memory import (
     lane_line,
     progress_on,
     reaches_over,
-    rest_of,
     settled,
 )
+from planner.lane_change.place_on_path import rest_from
 from planner.states import Path
 from planner.vehicle import Vehicle
 from tests.planner.lane_change.roads import on_lanes
@@ -28,7 +28,7 @@ def arc_path(radius: float = 40.0, length: float = 60.0, spacing: float = 0.5) -
 
 def test_what_is_left_of_a_path_lies_on_it():
     path = arc_path()
-    rest = rest_of(path, 20.2)
+    rest = rest_from(path, 20.2)
     assert rest is not None
     np.testing.assert_allclose(np.diff(rest.distance), 0.5)
     np.testing.assert_allclose(np.hypot(rest.x, rest.y - 40.0), 40.0, atol=1e-3)
@@ -38,7 +38,7 @@ def test_what_is_left_of_a_path_lies_on_it():
 
 def test_nothing_is_left_at_the_end():
     path = arc_path()
-    assert rest_of(path, float(path.distance[-1]) - 0.3) is None
+    assert rest_from(path, float(path.distance[-1]) - 0.3) is None
 
 
 def test_progress_is_where_the_ego_is():
