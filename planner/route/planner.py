@@ -34,6 +34,7 @@ from planner.route.lane_need import (
     wish,
 )
 from planner.route.memory import Driver, LaneManoeuvre, RouteMemory
+from planner.route.open_road import obstacle_ahead, opens_at
 from planner.route.settings import RouteSettings
 from planner.scene import Scene
 from planner.scene_checks import invalid
@@ -41,8 +42,6 @@ from planner.states import FloatArray
 
 STANDING = 0.3  # [m/s]
 MOST_FRAMES = 6  # kept
-OBSTACLES_FROM = 100.0  # ahead of the front, obstacles open the whole road [m]
-PASSED = 10.0  # behind the ego, an obstacle is passed [m]
 ROUND = 40.0  # for which the road stays open round what stands [m]
 LEAST_DRIVEN = 3.0  # a plan that drives less stands [m]
 FIRM = 3.0  # braking that a lane's end may ask for at once [m/s²]
@@ -216,12 +215,15 @@ class RoutePlanner:
         frame, frames = _frame_of(scene, lane, last)
         origin = manoeuvre.lane if lane != manoeuvre.lane else None
         kind = LaneCorridor.LANE if origin is None else LaneCorridor.CHANGE
-        if _is_late(look, manoeuvre) or _is_open(look, frame):
+        if _is_late(look, manoeuvre) or scene.ego_frenet.s < look.round_until:
             kind = LaneCorridor.ROAD
         room = self.settings.end_room if origin is None else 0.0
         lines = (*scene.stop_lines, *_lane_end(look, lane, room))
         until = look.front + max(OVER_ROOM, OVER_TIME * scene.ego.speed)
-        road = corridor(scene, frame, kind, origin, until)
+        opened = opens_at(scene, look.bodies, frame.lane)
+        road = corridor(scene, frame, kind, origin, (until, opened))
+        if opened <= look.front:
+            kind = LaneCorridor.ROAD
         seen = seen_from(scene, frame, road, tuple(sorted(lines)))
         if seen is None:
             frame = reference_frame(scene, lane)
@@ -246,7 +248,7 @@ class RoutePlanner:
 
     def _dense(self, look: _Look, last: RouteMemory | None) -> PlanResult | None:
         """Let `dense` drive where obstacles leave cruising no way; None elsewhere."""
-        if last is None or not _obstacles_ahead(look):
+        if last is None or not obstacle_ahead(look.scene, look.bodies):
             return None
         dense_drives = last.driver is Driver.DENSE
         if not dense_drives and look.stood < self.settings.stuck_after:
@@ -365,27 +367,6 @@ def _goes_over(look: _Look, result: PlanResult, target: int) -> bool:
         abs(way.l[-1] - centre) < half
         or (moves and (way.l[-1] - way.l[-2]) * toward > 0.0)
     )
-
-
-def _obstacles_ahead(look: _Look) -> bool:
-    """Check whether an obstacle is on the road near the ego."""
-    bodies, ego = look.bodies, look.scene.ego_frenet
-    s = bodies.s[: bodies.n_static]
-    return bool(np.any((s > ego.s - PASSED) & (s < ego.s + OBSTACLES_FROM)))
-
-
-def _is_open(look: _Look, frame: LaneFrame) -> bool:
-    """Check whether the whole road may be used: round what stands in the lane."""
-    bodies, ego = look.bodies, look.scene.ego_frenet
-    if ego.s < look.round_until:
-        return True
-    n = bodies.n_static
-    s, l = bodies.s[:n], bodies.l[:n]
-    lanes = look.scene.lanes
-    centre = np.interp(s, lanes.s, lanes.centre[frame.lane])
-    half = 0.5 * np.interp(s, lanes.s, lanes.width[frame.lane])
-    near = (s > ego.s - PASSED) & (s < ego.s + OBSTACLES_FROM)
-    return bool(np.any(near & (np.abs(l - centre) < half + bodies.half_width[:n])))
 
 
 def _frame_of(
