@@ -56,5 +56,6 @@ def test_nobody_behind_is_cut_off(behind, speed, is_free):
     follower = Car(rear - 3.0, LANE, 15.0)
     crowded = on_lanes(speed=15.0, cars=[beside, follower])
     assert has_room_behind(crowded, LANE + 3.5) == is_free
-    assert bool(list(swerves(crowded))) == is_free
+    into_the_lane = [l for l, _ in swerves(crowded) if l > LANE + 2.0]
+    assert bool(into_the_lane) == is_free
     assert has_room_behind(on_lanes(speed=15.0, cars=[follower]), LANE + 3.5)
