@@ -3,11 +3,13 @@
 import numpy as np
 
 from planner.lane_change.lane_choice import GONE, BodiesAhead
+from planner.lane_change.surroundings import in_lane
 from planner.scene import Lanes, Scene
 from planner.states import FloatArray
 
 OBSTACLES_FROM = 100.0  # ahead of the ego, obstacles open the whole road [m]
 PASSED = 10.0  # behind the ego, an obstacle is passed [m]
+QUEUE_GAP = 12.0  # to a vehicle behind which the ego queues [m]
 
 
 def opens_at(scene: Scene, bodies: BodiesAhead, lane: int) -> float:
@@ -41,6 +43,22 @@ def obstacle_ahead(scene: Scene, bodies: BodiesAhead) -> bool:
     near = _near(scene, s)
     front = scene.ego_frenet.s + scene.vehicle.front_reach
     return bool(near.any() and barrier_before(scene, float(s[near].min())) <= front)
+
+
+def queues(scene: Scene, bodies: BodiesAhead, lane: int) -> bool:
+    """Check whether what is next ahead in a lane is a vehicle, and near.
+
+    Args:
+        scene: Along the reference path.
+        bodies: On the road.
+        lane: That is followed.
+    """
+    front = scene.ego_frenet.s + scene.vehicle.front_reach
+    ahead = in_lane(scene, bodies, lane) & (bodies.s > front)
+    gap = np.where(ahead, bodies.s - bodies.half_length - front, np.inf)
+    if not gap.size or gap.min() > QUEUE_GAP:
+        return False
+    return int(np.argmin(gap)) >= bodies.n_static
 
 
 def barrier_before(scene: Scene, obstacle: float) -> float:

@@ -34,7 +34,7 @@ from planner.route.lane_need import (
     wish,
 )
 from planner.route.memory import Driver, LaneManoeuvre, RouteMemory
-from planner.route.open_road import obstacle_ahead, opens_at
+from planner.route.open_road import obstacle_ahead, opens_at, queues
 from planner.route.settings import RouteSettings
 from planner.scene import Scene
 from planner.scene_checks import invalid
@@ -44,6 +44,8 @@ STANDING = 0.3  # [m/s]
 MOST_FRAMES = 6  # kept
 ROUND = 40.0  # for which the road stays open round what stands [m]
 LEAST_DRIVEN = 3.0  # a plan that drives less stands [m]
+CRAWLING = 1.0  # slower, the dense family does not get on either [m/s]
+CRAWLED = 4.0  # after so much of it cruising is tried again [s]
 FIRM = 3.0  # braking that a lane's end may ask for at once [m/s²]
 NEARLY = 0.4  # as near to its lane's centre a change is over [m]
 ALONG = 0.06  # and as parallel to it, dl/ds [-]
@@ -87,7 +89,7 @@ class RoutePlanner:
         if reason is not None:
             stats = PlanStats(reason=reason)
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
-        last = memory if isinstance(memory, RouteMemory) else None
+        last = _after_a_crawl(memory) if isinstance(memory, RouteMemory) else None
         given = scene.lanes
         if last is not None and last.given is given and last.followed is not None:
             scene = replace(scene, lanes=last.followed)
@@ -247,11 +249,15 @@ class RoutePlanner:
     # the dense family
 
     def _dense(self, look: _Look, last: RouteMemory | None) -> PlanResult | None:
-        """Let `dense` drive where obstacles leave cruising no way; None elsewhere."""
+        """Let `dense` drive where obstacles leave cruising no way; None elsewhere.
+
+        It takes no queue for obstacles, and gives way to cruising again where it does
+        not get on: it changes no lanes.
+        """
         if last is None or not obstacle_ahead(look.scene, look.bodies):
             return None
         dense_drives = last.driver is Driver.DENSE
-        if not dense_drives and look.stood < self.settings.stuck_after:
+        if not dense_drives and not self._is_stuck(look):
             return None
         planner = dense_proposed(self.settings.dense)
         result = planner.plan(look.scene, last.dense if dense_drives else None)
@@ -261,15 +267,33 @@ class RoutePlanner:
         if not dense_drives and way.s[-1] - way.s[0] < LEAST_DRIVEN:
             return None
         why = "dense: cruising found no way between the obstacles"
+        scene = look.scene
+        crawls = scene.ego.speed < CRAWLING
         memory = replace(
             last,
             trajectory=way,
             driver=Driver.DENSE,
             stood=look.stood,
+            crawled=last.crawled + scene.step if crawls else 0.0,
             dense=result.memory,
         )
         stats = replace(result.stats, explanation=why)
         return replace(result, memory=memory, stats=stats)
+
+    def _is_stuck(self, look: _Look) -> bool:
+        """Check whether the ego stands before obstacles, not in a queue."""
+        scene, ego = look.scene, look.scene.ego_frenet
+        lane = lane_at(scene.lanes, ego.s, ego.l)
+        queued = lane >= 0 and queues(scene, look.bodies, lane)
+        settings = self.settings
+        return look.stood >= (settings.patience if queued else settings.stuck_after)
+
+
+def _after_a_crawl(last: RouteMemory) -> RouteMemory:
+    """Let cruising have a try, from new, after `dense` has not got on."""
+    if last.driver is Driver.DENSE and last.crawled >= CRAWLED:
+        return replace(last, driver=Driver.CRUISE, stood=0.0, crawled=0.0, dense=None)
+    return last
 
 
 def _kept(look: _Look, last: RouteMemory | None) -> LaneManoeuvre:

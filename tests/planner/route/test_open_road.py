@@ -8,9 +8,12 @@ import pytest
 
 from planner.lane_change.lane_choice import bodies_on_road
 from planner.right_of_way.records import JunctionAhead, Rule
+from planner.route import proposed
+from planner.route.memory import Driver
 from planner.route.open_road import obstacle_ahead, opens_at
+from planner.route.planner import CRAWLED
 from planner.scene import Lanes
-from tests.planner.scenes import Disc, discs, ego_on, make_scene, straight
+from tests.planner.scenes import Car, Disc, cars, discs, ego_on, make_scene, straight
 
 WIDTH = 3.5
 PATH = straight(500.0)
@@ -60,3 +63,33 @@ def test_the_road_opens_behind_lines_and_turns(made, expected):
     near = math.isinf(expected)
     if made.obstacles.ids and bodies_on_road(made).s[0] < 200.0:
         assert obstacle_ahead(made, bodies_on_road(made)) == near
+
+
+def stands_before(obstacles, vehicles=()):
+    """One lane between edges that leave no way on, the ego standing for 3 s."""
+    made = make_scene(PATH, ego_on(PATH, 100.0, speed=0.0), discs(PATH, obstacles))
+    made = replace(made, vehicles=cars(PATH, vehicles))
+    centre, width = np.array([[0.0]]), np.array([[WIDTH]])
+    made = replace(made, lanes=Lanes(np.zeros(1), centre, width))
+    plan = proposed().plan(made, None)
+    return made, replace(plan.memory, stood=3.0)
+
+
+def test_dense_takes_no_queue_for_obstacles():
+    beyond = [Disc(150.0, 0.0, 0.8)]
+    made, memory = stands_before(beyond)
+    assert proposed().plan(made, memory).memory.driver is Driver.DENSE
+    made, memory = stands_before(beyond, [Car(113.0, 0.0, 0.5)])
+    assert proposed().plan(made, memory).memory.driver is Driver.CRUISE
+
+
+def test_dense_hands_back_where_it_does_not_get_on():
+    made, memory = stands_before([Disc(150.0, 0.0, 0.8)])
+    memory = proposed().plan(made, memory).memory
+    memory = replace(memory, crawled=CRAWLED - 1.5 * made.step)
+    memory = proposed().plan(made, memory).memory  # it still stands
+    assert memory.driver is Driver.DENSE
+    memory = proposed().plan(made, memory).memory
+    memory = proposed().plan(made, memory).memory
+    assert memory.driver is Driver.CRUISE
+    assert memory.stood < 1.0
