@@ -15,7 +15,7 @@ from planner.lane_change.phases.memory import (
     reaches_over,
 )
 from planner.lane_change.surroundings import in_lane
-from planner.route.gaps import gap_beside, seeking_speed
+from planner.route.gaps import gap_beside, grows_calm, seeking_speed
 from planner.route.lane_frame import (
     LaneCorridor,
     LaneFrame,
@@ -148,12 +148,15 @@ class RoutePlanner:
         gap = gap_beside(scene, look.bodies, wanted.lane, self.settings.manoeuvre)
         # who stands too near to the end of its lane has no choice but to try
         stuck = wanted.forced and look.stood >= self.settings.stuck_after
-        if gap.is_safe and (stuck or _has_room(look, now.lane, wanted.lane)):
+        room = float(look.ends[now.lane]) - look.front
+        waits = wanted.forced and grows_calm(scene, look.bodies, wanted.lane, room)
+        has_room = stuck or _has_room(look, now.lane, wanted.lane)
+        if gap.is_safe and has_room and not waits:
             begun = LaneManoeuvre(now.lane, Phase.CHANGE, wanted.lane, wanted.why)
             return begun, scene.target_speed
         speed = scene.target_speed
         if wanted.forced:
-            speed = seeking_speed(scene, look.bodies, gap)
+            speed = seeking_speed(scene, look.bodies, gap, room)
         beside = _name(scene, gap.because_of)
         seeks = LaneManoeuvre(now.lane, Phase.SEEK, wanted.lane, wanted.why, beside)
         return seeks, speed
