@@ -37,7 +37,7 @@ class Ground(NamedTuple):
     margin: float  # kept to the points [m]
 
 
-class Body(NamedTuple):
+class ArcBody(NamedTuple):
     """The body about its rear axle, and its sharpest curvature."""
 
     rear: float  # [m]
@@ -48,7 +48,7 @@ class Body(NamedTuple):
 
 @inlined
 def gap_to_points(
-    place: tuple[float, float, float], body: Body, points: FloatArray
+    place: tuple[float, float, float], body: ArcBody, points: FloatArray
 ) -> float:
     """Return the least distance of the body from all points [m]; negative inside."""
     x, y, heading = place
@@ -91,7 +91,7 @@ class Tree(NamedTuple):
 @compiled
 def find_way(
     start: tuple[float, float, float, float],
-    body: Body,
+    body: ArcBody,
     ground: Ground,
     reach: float,
     most: int,
@@ -140,7 +140,7 @@ def askew_at(path: FloatArray, row: int, heading: float) -> float:
 
 @inlined
 def planted(
-    start: tuple[float, float, float, float], body: Body, path: FloatArray, most: int
+    start: tuple[float, float, float, float], body: ArcBody, path: FloatArray, most: int
 ) -> Tree:
     """Make the tree of a place alone."""
     n_s = int((path[-1, 0] - path[0, 0]) / ROUND_S) + 2
@@ -154,7 +154,7 @@ def planted(
 
 
 @inlined
-def grown(tree: Tree, here: int, bend: int, body: Body, ground: Ground) -> int:
+def grown(tree: Tree, here: int, bend: int, body: ArcBody, ground: Ground) -> int:
     """Add the place at the end of an arc; return its number, -1 if it is none."""
     places, number, path = tree.places, tree.number, ground.path
     turned = abs(bend - number[here, 1])

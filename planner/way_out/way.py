@@ -8,7 +8,7 @@ import numpy as np
 from planner.reference_path.path import ReferencePath
 from planner.scene import Scene
 from planner.states import CartesianState, FloatArray, Trajectory
-from planner.way_out.search import ARC, Body, Ground, driven, find_way, gap_to_points
+from planner.way_out.search import ARC, ArcBody, Ground, driven, find_way, gap_to_points
 
 SPACING = 0.3  # of points on edges and outlines [m]
 PATH_SPACING = 0.5  # [m]
@@ -55,7 +55,7 @@ def way_from(scene: Scene, reach: float) -> Way | None:
         reach: How far it leads along the path [m].
     """
     vehicle, ego = scene.vehicle, scene.ego
-    body = Body(
+    body = ArcBody(
         vehicle.rear_overhang,
         vehicle.front_reach,
         0.5 * vehicle.width,
