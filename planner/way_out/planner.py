@@ -13,10 +13,12 @@ from planner.vehicle import body_scale
 from planner.way_out.way import Way, drive_along, way_from
 
 STANDING = 0.1  # [m/s]
+SLOW = 0.6  # so does one who creeps up to an obstacle, until there is no room [m/s]
 STOOD = 2.0  # after so much standing a way out is looked for [s]
 AGAIN = 4.0  # and so long after the last look [s]
-DRIVES_ON = 1.0  # a plan that drives farther gets on by itself [m],
+DRIVES_ON = 4.0  # a plan that drives farther gets on by itself [m],
 BELIEVED = 0.3  # of the time that the ego stands with such plans counts [-]
+BESIDE = 0.3  # what is this near the ego's corridor is in it [m]
 AHEAD = 25.0  # of the front, where an obstacle may be in the way [m]
 REACH = 14.0  # of a way for a car, longer for a long body [m]
 FREE = 8.0  # before the front at its end, the same [m]
@@ -69,14 +71,33 @@ class WayOutPlanner:
 def _stood(scene: Scene, result: PlanResult, last: WayOutMemory) -> float:
     """Return for how long the ego has stood before what never moves [s]."""
     way = result.trajectory
-    if way is None or scene.ego.speed >= STANDING:
+    if way is None or scene.ego.speed >= SLOW:
         return 0.0
-    gets_on = result.status is PlanStatus.OK and way.s[-1] - way.s[0] > DRIVES_ON
     front = scene.ego_frenet.s + scene.vehicle.front_reach
     if not obstacle_within(scene, front + AHEAD):
         return 0.0
-    # plans that would get on in a while are believed for a while
-    return last.stood + scene.step * (BELIEVED if gets_on else 1.0)
+    # a plan that would get on, and a queue, are believed for a while
+    waits = result.status is PlanStatus.OK and way.s[-1] - way.s[0] > DRIVES_ON
+    waits = waits or queues(scene, front + AHEAD)
+    return last.stood + scene.step * (BELIEVED if waits else 1.0)
+
+
+def queues(scene: Scene, reach: float) -> bool:
+    """Check whether what is next ahead in the ego's corridor is a vehicle.
+
+    Args:
+        scene: Of this cycle.
+        reach: Up to where [m].
+    """
+    fixed, users, ego = scene.obstacles, scene.vehicles, scene.ego_frenet
+    ahead, half = users.prediction, 0.5 * scene.vehicle.width + BESIDE
+    s, l = scene.path.project(fixed.x, fixed.y)
+    size = np.hypot(0.5 * fixed.length, 0.5 * fixed.width) + fixed.radius
+    standing = s[(s > ego.s) & (np.abs(l - ego.l) < half + size)]
+    s, l = ahead.s[:, 0], ahead.l[:, 0]
+    others = s[(s > ego.s) & (np.abs(l - ego.l) < half + 0.5 * users.width)]
+    nearest = others.min(initial=np.inf)
+    return bool(nearest < reach and nearest < standing.min(initial=np.inf))
 
 
 def reaches(scene: Scene) -> tuple[float, ...]:
