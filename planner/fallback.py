@@ -2,8 +2,8 @@
 
 The last plan shifted by one step, as long as its line has room for a stop, or else a
 stop on it; a full stop within the limits; emergency braking, both with the pedal moved
-at a finite rate; the last plan without its margins; an evasion within the lane. If none
-of them is free, the one with the least impact.
+at a finite rate; the last plan without its margins; an evasion within the lane; a
+swerve out of it. If none of them is free, the one with the least impact.
 """
 
 import math
@@ -19,6 +19,7 @@ from planner.numerics import polynomials
 from planner.reference_path.frenet import frenet_trajectory
 from planner.scene import Scene
 from planner.states import CartesianState, FloatArray, FrenetStates, Trajectory
+from planner.swerve import swerves
 
 SAME_PLACE = 0.05  # the ego may be this far from where the last plan has it [m]
 SAME_SPEED = 0.1  # [m/s]
@@ -145,6 +146,9 @@ def _least_harm(
         evading.append(trajectory)
     for trajectory in evading:
         if not contacts(trajectory, HARD_GAP):
+            return PlanStatus.EVASION, trajectory
+    for trajectory in swerving(scene, horizon):
+        if not contacts(trajectory, EASY_GAP):
             return PlanStatus.EVASION, trajectory
     ways = [*ways, *((PlanStatus.EVASION, trajectory) for trajectory in evading)]
 
@@ -421,19 +425,52 @@ def evasions(scene: Scene, horizon: float) -> Iterator[Trajectory]:
         scene: Of this cycle.
         horizon: Of the trajectories [s].
     """
+    speeds = _speeds(scene)
+    length = max(MIN_PATH_LENGTH, EVASION_TIME * max(scene.ego_frenet.s_dot, 0.0))
+    for offset in _offsets_in_lane(scene):
+        yield from _motions_to(scene, offset, length, speeds, horizon)
+
+
+def swerving(scene: Scene, horizon: float) -> Iterator[Trajectory]:
+    """Yield the same out of the lane, on a road with several; see `swerves`.
+
+    Args:
+        scene: Of this cycle.
+        horizon: Of the trajectories [s].
+    """
+    if scene.lanes.centre.shape[0] > 1:
+        speeds = _speeds(scene)
+        for offset, length in swerves(scene):
+            yield from _motions_to(scene, offset, length, speeds, horizon)
+
+
+def _speeds(scene: Scene) -> list[tuple[float, float]]:
+    """Return for how long speed is held [s], and the braking then [m/s²]."""
     limits, ego = scene.vehicle.limits, scene.ego_frenet
     front = ego.s + scene.vehicle.front_reach
     held = ego.s_dot * HOLD_TIME + ego.s_dot**2 / (2.0 * limits.max_deceleration)
     lines = [line for line in scene.stop_lines if line > front]
     may_hold = front + held < min(lines, default=scene.path.length)
     speeds = [(HOLD_TIME, limits.max_deceleration)] if may_hold else []
-    speeds += [(0.0, limits.max_deceleration), (0.0, limits.emergency_deceleration)]
-    length = max(MIN_PATH_LENGTH, EVASION_TIME * max(ego.s_dot, 0.0))
-    for offset in _offsets_in_lane(scene):
-        for hold, deceleration in speeds:
-            way = _motion_along(scene, offset, (hold, deceleration), length, horizon)
-            if way is not None and _is_drivable(scene, way):
-                yield way
+    return [
+        *speeds,
+        (0.0, limits.max_deceleration),
+        (0.0, limits.emergency_deceleration),
+    ]
+
+
+def _motions_to(
+    scene: Scene,
+    offset: float,
+    length: float,
+    speeds: list[tuple[float, float]],
+    horizon: float,
+) -> Iterator[Trajectory]:
+    """Yield the drivable motions to an offset, one for each way to brake."""
+    for braking in speeds:
+        way = _motion_along(scene, offset, braking, length, horizon)
+        if way is not None and _is_drivable(scene, way):
+            yield way
 
 
 def _is_drivable(scene: Scene, trajectory: Trajectory) -> bool:

@@ -22,7 +22,8 @@ from planner.reference_path.path import ReferencePath
 from planner.states import FloatArray, FrenetState, Path
 from planner.vehicle import Vehicle, body_scale
 
-SETTLING_SHARES = (1.0, 0.7, 0.5, 0.35)  # of the usual length, tried in turn
+# of the usual length, tried in turn; a long body that is slow needs longer ones
+SETTLING_SHARES = (1.0, 0.7, 0.5, 0.35, 1.6, 2.5)
 PARALLEL = 0.05  # a lane that shifts by less is parallel to the reference path [m]
 SMOOTHED = 4.0  # to either side, over which a shifting lane is smoothed [m]
 SHARES = np.linspace(-1.0, 1.0, 9)
@@ -98,7 +99,7 @@ def lane_keeping_path(
 
     Returns:
         The path; None where the Frenet frame does not reach. Of several ways to settle
-        the longest that neither swings out nor leaves the road, else the one that does
+        the first that neither swings out nor leaves the road, else the one that does
         so least.
     """
     settle = max(settings.settle_length, settings.settle_time * max(state.s_dot, 0.0))

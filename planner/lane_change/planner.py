@@ -7,7 +7,7 @@ import numpy as np
 
 from planner.bodies import bodies_of
 from planner.contact_check import Contact, contacts_of
-from planner.fallback import HARD_GAP, fallback
+from planner.fallback import HARD_GAP, ContactCheck, fallback
 from planner.interface import Indicator, PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import lane_at, wanted_lane
 from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts
@@ -53,7 +53,7 @@ class LaneChangePlanner:
         situation = look(scene, self.settings)
         counts = SearchCounts()
         candidate = _decide(situation, last, self.settings, counts)
-        if candidate is None:
+        if candidate is None or _runs_into_something(situation, candidate):
             result = _fall_back(situation, last, self.settings, counts)
             change = None if last is None else last.change  # it is still wanted
             indicator = _indicator(situation, change, last, self.settings)
@@ -190,6 +190,28 @@ def _result(
     )
 
 
+def _runs_into_something(here: Situation, candidate: PlanCandidate) -> bool:
+    """Check whether a plan that exceeds its bounds uses up more than the margins.
+
+    One that does ends the braking that alone would do, and touches what it brakes for.
+    """
+    profile = candidate.speed.profile
+    if profile is None or candidate.speed.slack <= 0.0:
+        return False
+    return bool(_contacts(here)(trajectory_on(candidate.path, profile), 0.0))
+
+
+def _contacts(here: Situation) -> ContactCheck:
+    """Return the check of what a trajectory touches."""
+    scene, ahead = here.scene, here.scene.vehicles.prediction
+    bodies = bodies_of(scene, max(ahead.x.shape[1], 1), ahead.step)
+
+    def contacts(trajectory: Trajectory, margin: float) -> tuple[Contact, ...]:
+        return contacts_of(trajectory, scene.vehicle, bodies, here.behind, margin)
+
+    return contacts
+
+
 def _fall_back(
     here: Situation,
     last: Memory | None,
@@ -197,11 +219,7 @@ def _fall_back(
     counts: SearchCounts,
 ) -> PlanResult:
     """Fall back where nothing can be planned, with the reason."""
-    scene, ahead = here.scene, here.scene.vehicles.prediction
-    bodies = bodies_of(scene, max(ahead.x.shape[1], 1), ahead.step)
-
-    def contacts(trajectory: Trajectory, margin: float) -> tuple[Contact, ...]:
-        return contacts_of(trajectory, scene.vehicle, bodies, here.behind, margin)
+    scene, contacts = here.scene, _contacts(here)
 
     def blocker(trajectory: Trajectory) -> str | None:
         hits = contacts(trajectory, HARD_GAP)

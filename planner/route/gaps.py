@@ -12,6 +12,8 @@ from planner.scene import Scene
 
 SLOWER = 2.0  # than the vehicle that the ego lets pass [m/s]
 SLOWEST = 2.0  # while looking for a gap [m/s]
+CALM_GAP = 1.0  # that is left to who is behind, if there is the way for it [s]
+WAY_SHARE = 0.7  # of the lane that is left, to get ahead of one who is behind [-]
 
 
 class Gap(NamedTuple):
@@ -20,6 +22,7 @@ class Gap(NamedTuple):
     is_safe: bool
     because_of: int  # the body that is too near, as a row; -1 without one
     is_ahead: bool  # whether that body is ahead of the ego's middle
+    lack: float = 0.0  # by which it is too near [m]
 
 
 def gap_beside(
@@ -54,17 +57,52 @@ def gap_beside(
     if not lack.size or lack.max() <= 0.0:
         return Gap(is_safe=True, because_of=-1, is_ahead=False)
     worst = int(np.argmax(lack))
-    return Gap(is_safe=False, because_of=worst, is_ahead=bool(is_ahead[worst]))
+    ahead, missing = bool(is_ahead[worst]), float(lack[worst])
+    return Gap(is_safe=False, because_of=worst, is_ahead=ahead, lack=missing)
 
 
-def seeking_speed(scene: Scene, bodies: BodiesAhead, gap: Gap) -> float:
+def seeking_speed(
+    scene: Scene, bodies: BodiesAhead, gap: Gap, room: float = 0.0
+) -> float:
     """Return the speed at which the ego comes beside another gap [m/s].
 
-    Whoever is ahead of its middle is let go; one behind that is slower is left behind.
+    Whoever is ahead of its middle is let go; one behind that is slower is left behind,
+    if only a little slower where the lane is long enough for it.
+
+    Args:
+        scene: Along the reference path.
+        bodies: On the road.
+        gap: Beside the ego.
+        room: To the end of the ego's lane [m].
     """
     if gap.is_safe:
         return scene.target_speed
     other = float(bodies.speed[gap.because_of])
-    if not gap.is_ahead and other < scene.ego.speed - SLOWER:
+    own = scene.ego.speed
+    time = WAY_SHARE * room / max(own, SLOWEST)
+    if not gap.is_ahead and (
+        other < own - SLOWER or (own - other) * time > max(gap.lack, 0.0)
+    ):
         return scene.target_speed
     return min(scene.target_speed, max(other - SLOWER, SLOWEST))
+
+
+def grows_calm(scene: Scene, bodies: BodiesAhead, lane: int, room: float) -> bool:
+    """Check whether the gap to who is behind in a lane grows to a calm one in time.
+
+    Args:
+        scene: With lanes.
+        bodies: On the road.
+        lane: The other lane.
+        room: To the end of the ego's lane [m].
+    """
+    ego, vehicle = scene.ego_frenet, scene.vehicle
+    rear_gap = ego.s - vehicle.rear_overhang - (bodies.s + bodies.half_length)
+    behind = in_lane(scene, bodies, lane) & np.isfinite(bodies.s) & (rear_gap > 0.0)
+    if not behind.any():
+        return False
+    nearest = int(np.argmin(np.where(behind, rear_gap, np.inf)))
+    own, other = scene.ego.speed, max(float(bodies.speed[nearest]), 0.0)
+    lack = CALM_GAP * other - float(rear_gap[nearest])
+    time = WAY_SHARE * room / max(own, SLOWEST)
+    return bool(0.0 < lack < (own - other) * time)

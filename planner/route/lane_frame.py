@@ -175,7 +175,7 @@ def corridor(
     frame: LaneFrame,
     kind: LaneCorridor,
     origin: int | None,
-    until: float = np.inf,
+    places: tuple[float, float] = (np.inf, np.inf),
 ) -> RoadBounds:
     """Return the bounds of what may be used.
 
@@ -187,11 +187,13 @@ def corridor(
         frame: Of the lane that is followed.
         kind: What may be used.
         origin: Lane that is left, for `CHANGE`.
-        until: Where it must be left, on the reference path [m].
+        places: Where it must be left, and from where on the whole road may be used, on
+            the reference path [m].
     """
-    if kind is LaneCorridor.ROAD:
+    until, opens = places
+    if kind is LaneCorridor.ROAD or opens == -np.inf:
         return frame.road
-    lanes, road = scene.lanes, _refined(frame, scene.lanes, until)
+    lanes, road = scene.lanes, _refined(frame, scene.lanes, places)
     at = frame.to_reference(road.s)
     left, right = _edges(lanes, frame.lane, at)
     if kind is LaneCorridor.CHANGE and origin is not None:
@@ -209,18 +211,22 @@ def corridor(
     # whoever cuts a sharp bend, and has to stop in it, may not get out of it again
     left = np.minimum(left, np.interp(at, frame.at, frame.inner[0]))
     right = np.maximum(right, -np.interp(at, frame.at, frame.inner[1]))
+    left = np.where(at < opens, left, road.left)
+    right = np.where(at < opens, right, road.right)
     return RoadBounds(road.s, left, right)
 
 
-def _refined(frame: LaneFrame, lanes: Lanes, until: float) -> RoadBounds:
-    """Return a frame's road with knots where lanes, or a change, begin and end.
+def _refined(frame: LaneFrame, lanes: Lanes, places: tuple[float, ...]) -> RoadBounds:
+    """Return a frame's road with knots where lanes, or other bounds, begin and end.
 
     Between knots bounds are straight: over a coarse road a line that goes on for less
     than the distance of two knots would be none.
     """
     road = frame.road
-    bend = np.array([until - SHORT, until]) if np.isfinite(until) else np.empty(0)
-    more = frame.to_s(np.concatenate([lanes.s, bend]))
+    steps = [
+        x for place in places if np.isfinite(place) for x in (place - SHORT, place)
+    ]
+    more = frame.to_s(np.concatenate([lanes.s, steps]))
     inside = (more > road.s[0]) & (more < road.s[-1])
     s = np.union1d(road.s, more[inside])
     left, right = np.interp(s, road.s, road.left), np.interp(s, road.s, road.right)

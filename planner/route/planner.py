@@ -15,7 +15,7 @@ from planner.lane_change.phases.memory import (
     reaches_over,
 )
 from planner.lane_change.surroundings import in_lane
-from planner.route.gaps import gap_beside, seeking_speed
+from planner.route.gaps import gap_beside, grows_calm, seeking_speed
 from planner.route.lane_frame import (
     LaneCorridor,
     LaneFrame,
@@ -34,6 +34,7 @@ from planner.route.lane_need import (
     wish,
 )
 from planner.route.memory import Driver, LaneManoeuvre, RouteMemory
+from planner.route.open_road import obstacle_ahead, opens_at, queues
 from planner.route.settings import RouteSettings
 from planner.scene import Scene
 from planner.scene_checks import invalid
@@ -41,10 +42,10 @@ from planner.states import FloatArray
 
 STANDING = 0.3  # [m/s]
 MOST_FRAMES = 6  # kept
-OBSTACLES_FROM = 100.0  # ahead of the front, obstacles open the whole road [m]
-PASSED = 10.0  # behind the ego, an obstacle is passed [m]
 ROUND = 40.0  # for which the road stays open round what stands [m]
 LEAST_DRIVEN = 3.0  # a plan that drives less stands [m]
+CRAWLING = 1.0  # slower, the dense family does not get on either [m/s]
+CRAWLED = 4.0  # after so much of it cruising is tried again [s]
 FIRM = 3.0  # braking that a lane's end may ask for at once [m/s²]
 NEARLY = 0.4  # as near to its lane's centre a change is over [m]
 ALONG = 0.06  # and as parallel to it, dl/ds [-]
@@ -88,7 +89,7 @@ class RoutePlanner:
         if reason is not None:
             stats = PlanStats(reason=reason)
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
-        last = memory if isinstance(memory, RouteMemory) else None
+        last = _after_a_crawl(memory) if isinstance(memory, RouteMemory) else None
         given = scene.lanes
         if last is not None and last.given is given and last.followed is not None:
             scene = replace(scene, lanes=last.followed)
@@ -147,12 +148,15 @@ class RoutePlanner:
         gap = gap_beside(scene, look.bodies, wanted.lane, self.settings.manoeuvre)
         # who stands too near to the end of its lane has no choice but to try
         stuck = wanted.forced and look.stood >= self.settings.stuck_after
-        if gap.is_safe and (stuck or _has_room(look, now.lane, wanted.lane)):
+        room = float(look.ends[now.lane]) - look.front
+        waits = wanted.forced and grows_calm(scene, look.bodies, wanted.lane, room)
+        has_room = stuck or _has_room(look, now.lane, wanted.lane)
+        if gap.is_safe and has_room and not waits:
             begun = LaneManoeuvre(now.lane, Phase.CHANGE, wanted.lane, wanted.why)
             return begun, scene.target_speed
         speed = scene.target_speed
         if wanted.forced:
-            speed = seeking_speed(scene, look.bodies, gap)
+            speed = seeking_speed(scene, look.bodies, gap, room)
         beside = _name(scene, gap.because_of)
         seeks = LaneManoeuvre(now.lane, Phase.SEEK, wanted.lane, wanted.why, beside)
         return seeks, speed
@@ -216,12 +220,15 @@ class RoutePlanner:
         frame, frames = _frame_of(scene, lane, last)
         origin = manoeuvre.lane if lane != manoeuvre.lane else None
         kind = LaneCorridor.LANE if origin is None else LaneCorridor.CHANGE
-        if _is_late(look, manoeuvre) or _is_open(look, frame):
+        if _is_late(look, manoeuvre) or scene.ego_frenet.s < look.round_until:
             kind = LaneCorridor.ROAD
         room = self.settings.end_room if origin is None else 0.0
         lines = (*scene.stop_lines, *_lane_end(look, lane, room))
         until = look.front + max(OVER_ROOM, OVER_TIME * scene.ego.speed)
-        road = corridor(scene, frame, kind, origin, until)
+        opened = opens_at(scene, look.bodies, frame.lane)
+        road = corridor(scene, frame, kind, origin, (until, opened))
+        if opened <= look.front:
+            kind = LaneCorridor.ROAD
         seen = seen_from(scene, frame, road, tuple(sorted(lines)))
         if seen is None:
             frame = reference_frame(scene, lane)
@@ -245,11 +252,15 @@ class RoutePlanner:
     # the dense family
 
     def _dense(self, look: _Look, last: RouteMemory | None) -> PlanResult | None:
-        """Let `dense` drive where obstacles leave cruising no way; None elsewhere."""
-        if last is None or not _obstacles_ahead(look):
+        """Let `dense` drive where obstacles leave cruising no way; None elsewhere.
+
+        It takes no queue for obstacles, and gives way to cruising again where it does
+        not get on: it changes no lanes.
+        """
+        if last is None or not obstacle_ahead(look.scene, look.bodies):
             return None
         dense_drives = last.driver is Driver.DENSE
-        if not dense_drives and look.stood < self.settings.stuck_after:
+        if not dense_drives and not self._is_stuck(look):
             return None
         planner = dense_proposed(self.settings.dense)
         result = planner.plan(look.scene, last.dense if dense_drives else None)
@@ -259,15 +270,33 @@ class RoutePlanner:
         if not dense_drives and way.s[-1] - way.s[0] < LEAST_DRIVEN:
             return None
         why = "dense: cruising found no way between the obstacles"
+        scene = look.scene
+        crawls = scene.ego.speed < CRAWLING
         memory = replace(
             last,
             trajectory=way,
             driver=Driver.DENSE,
             stood=look.stood,
+            crawled=last.crawled + scene.step if crawls else 0.0,
             dense=result.memory,
         )
         stats = replace(result.stats, explanation=why)
         return replace(result, memory=memory, stats=stats)
+
+    def _is_stuck(self, look: _Look) -> bool:
+        """Check whether the ego stands before obstacles, not in a queue."""
+        scene, ego = look.scene, look.scene.ego_frenet
+        lane = lane_at(scene.lanes, ego.s, ego.l)
+        queued = lane >= 0 and queues(scene, look.bodies, lane)
+        settings = self.settings
+        return look.stood >= (settings.patience if queued else settings.stuck_after)
+
+
+def _after_a_crawl(last: RouteMemory) -> RouteMemory:
+    """Let cruising have a try, from new, after `dense` has not got on."""
+    if last.driver is Driver.DENSE and last.crawled >= CRAWLED:
+        return replace(last, driver=Driver.CRUISE, stood=0.0, crawled=0.0, dense=None)
+    return last
 
 
 def _kept(look: _Look, last: RouteMemory | None) -> LaneManoeuvre:
@@ -365,27 +394,6 @@ def _goes_over(look: _Look, result: PlanResult, target: int) -> bool:
         abs(way.l[-1] - centre) < half
         or (moves and (way.l[-1] - way.l[-2]) * toward > 0.0)
     )
-
-
-def _obstacles_ahead(look: _Look) -> bool:
-    """Check whether an obstacle is on the road near the ego."""
-    bodies, ego = look.bodies, look.scene.ego_frenet
-    s = bodies.s[: bodies.n_static]
-    return bool(np.any((s > ego.s - PASSED) & (s < ego.s + OBSTACLES_FROM)))
-
-
-def _is_open(look: _Look, frame: LaneFrame) -> bool:
-    """Check whether the whole road may be used: round what stands in the lane."""
-    bodies, ego = look.bodies, look.scene.ego_frenet
-    if ego.s < look.round_until:
-        return True
-    n = bodies.n_static
-    s, l = bodies.s[:n], bodies.l[:n]
-    lanes = look.scene.lanes
-    centre = np.interp(s, lanes.s, lanes.centre[frame.lane])
-    half = 0.5 * np.interp(s, lanes.s, lanes.width[frame.lane])
-    near = (s > ego.s - PASSED) & (s < ego.s + OBSTACLES_FROM)
-    return bool(np.any(near & (np.abs(l - centre) < half + bodies.half_width[:n])))
 
 
 def _frame_of(

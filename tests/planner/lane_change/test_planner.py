@@ -16,7 +16,7 @@ from planner.scene import Lanes, Obstacles, Scene
 from planner.shapes.rectangles import Rectangle, distance
 from planner.states import CartesianState
 from planner.vehicle import Vehicle
-from tests.planner.lane_change.roads import on_lanes
+from tests.planner.lane_change.roads import WIDTH, on_lanes
 from tests.planner.scenes import Car, winding
 
 STEP = 0.1
@@ -372,3 +372,16 @@ def test_bends_of_a_change_are_taken_slowly_from_a_standstill_too():
     lateral = [scene.ego.speed**2 * abs(scene.ego.curvature) for scene in driven.scenes]
     assert max(lateral) < 2.5
     assert driven.last.ego_frenet.s > 130.0
+
+
+@pytest.mark.parametrize("speed", [2.0, 2.6, 3.2])
+@pytest.mark.parametrize("spare", [0.1, 0.2])
+def test_a_softened_plan_does_not_end_the_braking_that_avoids_a_contact(speed, spare):
+    """It took the brake off half a second before the stand, and touched."""
+    way = speed**2 / 16.0
+    front = 100.0 + Vehicle().front_reach
+    car = Car(front + way + spare + 2.4, -WIDTH / 2.0, 0.0)
+    scene = on_lanes(speed=speed, acceleration=-8.0, cars=[car])
+    trajectory = proposed().plan(scene, None).trajectory
+    reach = trajectory.x.max() + Vehicle().front_reach
+    assert reach < car.s - 2.4

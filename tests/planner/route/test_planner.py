@@ -298,7 +298,7 @@ def test_a_change_has_both_lanes_up_to_where_the_old_one_must_be_left(target, or
         road=RoadBounds(grid, np.full(400, WIDTH / 2), np.full(400, -1.5 * WIDTH)),
     )
     frame = lane_frame(scene, target)
-    bounds = corridor(scene, frame, LaneCorridor.CHANGE, origin, 150.0)
+    bounds = corridor(scene, frame, LaneCorridor.CHANGE, origin, (150.0, math.inf))
     own = -WIDTH * (1 - target)
     for s, others in ((120.0, True), (160.0, False)):
         left, right = bounds.at(np.array([s]))
