@@ -39,6 +39,9 @@ SEARCHED = 5000
 # Functions of edges that vehicles drive on.
 ROADS = ("normal", "connector", "internal")
 
+# Kinds of junctions whose lights the simulator switches itself, without a program.
+SELF_SWITCHED = ("rail_crossing", "rail_signal")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NetLane:
@@ -176,8 +179,12 @@ class Net:
         raise NetworkError(f'{self.file}: no lane "{lane_id}"')
 
     def movements(self, junction: Junction) -> list[Link]:
-        """List the movements over a junction by their index, those of cars or not."""
-        return [link for lane in junction.incoming for link in self.lane(lane).links]
+        """List the movements over a junction by their index, those of cars or not.
+
+        Steps from a pavement to a corner of the junction and back have no index.
+        """
+        links = [link for lane in junction.incoming for link in self.lane(lane).links]
+        return [link for link in links if not _on_pavement(link)]
 
 
 class _Handler:
@@ -273,6 +280,8 @@ class _Handler:
             tuple(attributes.get("incLanes", "").split()),
         )
         self.junctions[self._junction.id] = self._junction
+        if self._junction.kind in SELF_SWITCHED:
+            self.programs.add(self._junction.id)
 
     def _add_request(self, attributes: dict[str, str]) -> None:
         """Add what one movement over the open junction has to do with the others."""
@@ -378,6 +387,12 @@ def _advice(root: str) -> str:
     if root in ("configuration", "sumoConfiguration"):
         return "; its net-file is the network"
     return ""
+
+
+def _on_pavement(link: Link) -> bool:
+    """Check whether people on foot cross no road by a link."""
+    source, target = link.source.edge.function, link.target.edge.function
+    return target == "walkingarea" or (source == "walkingarea" and target != "crossing")
 
 
 def _allows_cars(attributes: dict[str, str]) -> bool:

@@ -64,6 +64,10 @@ LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m
 LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
 APART = 5.0  # stretches nearer than this to each other are planned as one [m]
 LONGEST = 160.0  # of one planned stretch [m]
+# A stretch longer than the first is cut in two between places that need a plan, if
+# these are as far apart as the second [m].
+CUTS = ((70.0, 30.0), (LONGEST, 16.0))
+SEAM = 2.0  # that is left between the two [m]
 ROOM = 15.0  # about a stretch, for the area that is looked at [m]
 TURN_BASE = 3.0  # length over which a bend of the raw line is measured [m]
 SHARP = 0.75  # share of the ego's curvature that counts as sharp on the raw line
@@ -197,13 +201,34 @@ def _stretches(found: RoutePath, bad: FloatArray) -> list[Stretch]:
             merged[-1] = Stretch(merged[-1].begin, last)
         else:
             merged.append(Stretch(first, last))
-    return [
+    whole = [
         Stretch(
             0.0 if x.begin < APART else x.begin,
             length if x.end > length - APART else x.end,
         )
         for x in merged
     ]
+    return [part for x in whole for part in _cut(found, bad, x)]
+
+
+def _cut(found: RoutePath, bad: FloatArray, stretch: Stretch) -> list[Stretch]:
+    """Cut a stretch that is too long for one plan, where the line is straight.
+
+    It is cut in the widest gap between the places that need a plan, again and again;
+    one without gaps stays as it is.
+    """
+    inside = np.sort(bad[(bad >= stretch.begin) & (bad <= stretch.end)])
+    gaps = np.diff(inside, prepend=inside[:1])
+    widest = int(np.argmax(gaps)) if gaps.size else 0
+    length, gap = stretch.end - stretch.begin, float(gaps.max(initial=0.0))
+    least = next((room for most, room in CUTS if length > most and gap >= room), None)
+    if least is None:
+        return [stretch]
+    low, high = inside[widest - 1] + least / 2.0, inside[widest] - least / 2.0
+    at = _straightest(found, float(low), float(high))
+    first = Stretch(stretch.begin, at - SEAM / 2.0)
+    second = Stretch(at + SEAM / 2.0, stretch.end)
+    return [*_cut(found, bad, first), *_cut(found, bad, second)]
 
 
 def _straightest(found: RoutePath, begin: float, end: float) -> float:
