@@ -74,6 +74,14 @@ SHARP = 0.75  # share of the ego's curvature that counts as sharp on the raw lin
 HIGHER = (1.3, 1.8, 2.7)  # what a bend needs, for the message
 
 
+class NoPathError(NetworkError):
+    """There is no path for this body through a bend."""
+
+    def __init__(self, message: str, lane: str = "") -> None:
+        super().__init__(message)
+        self.lane = lane  # where the line is sharpest; "" if it is on none
+
+
 class Stretch(NamedTuple):
     """From where to where along a line [m]."""
 
@@ -105,7 +113,7 @@ def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
         vehicle: The ego.
 
     Raises:
-        NetworkError: If there is no path for this body; without the file's name.
+        NoPathError: If there is no path for this body; without the file's name.
         InvalidInputError: If the points make no line.
     """
     smooth: ReferencePath | None = None
@@ -120,6 +128,7 @@ def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
         return DrivenPath(smooth, found.s, ())
     stretches = _stretches(found, bad)
     attempts = [Attempts(_part(found, stretch), vehicle) for stretch in stretches]
+    faults: list[NoPathError] = []
     for share in SHARPEST:
         planned = [
             (x, _planned(found, x, attempt, share))
@@ -127,9 +136,10 @@ def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
         ]
         driven = _joined(found, planned)
         fault = _fault(found, driven, stretches, vehicle)
-        if not fault:
+        if fault is None:
             return driven
-    raise NetworkError(fault)
+        faults.append(fault)
+    raise faults[-1]
 
 
 def body_polygons(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> BaseGeometry:
@@ -292,26 +302,40 @@ def _planned(
     """Plan one stretch with a share of the ego's curvature.
 
     Raises:
-        NetworkError: If there is no path.
+        NoPathError: If there is no path.
     """
+    lane, place = _place(found, stretch)
     if stretch.end - stretch.begin > LONGEST:
-        raise NetworkError(
-            f"{_place(found, stretch)}: no car of this width can drive this: the body "
-            f"would leave the lanes over {stretch.end - stretch.begin:.0f} m"
+        raise NoPathError(
+            f"{place}: no car of this width can drive this: the body would leave the "
+            f"lanes over {stretch.end - stretch.begin:.0f} m",
+            lane,
         )
+    first = found.narrower[0] if found.narrower else found.area
+    path = attempts.first(first, ATTEMPTS[:2], share)
+    if path is not None:
+        return path
+    # what does not go with all the room there is goes nowhere
     last = Attempt(share, LEAST_MARGIN, LAST_RESORT, SHIFTS)
+    widest = found.wider[-1] if found.wider else found.area
+    somehow = attempts.first(widest, (last,), share)
+    if somehow is None:
+        raise NoPathError(_impossible(found, place, attempts, last), lane)
     path = _beside_others(found.narrower, attempts, share)
     path = path or attempts.first(found.area, ATTEMPTS, share)
     for area in found.wider:
         path = path or attempts.first(area, (ACROSS,), share)
     path = path or attempts.first(found.area, (last,), share)
-    if path is not None:
-        return path
+    return path or somehow
+
+
+def _impossible(found: RoutePath, place: str, attempts: Attempts, last: Attempt) -> str:
+    """Say what a bend asks for that has no path."""
     guide, vehicle = attempts.guide, attempts.vehicle
     needed = _needed(guide, boundary_about(found.area, guide, ROOM), vehicle)
     reach = attempts.plan(found.area, last).fault - LEAST_MARGIN
-    raise NetworkError(
-        f"{_place(found, stretch)}: a bend that this body cannot take: it needs a "
+    return (
+        f"{place}: a bend that this body cannot take: it needs a "
         f"curvature of {needed} 1/m, the ego has {vehicle.limits.max_curvature:g} and "
         f"would be {reach:.2f} m beside the road"
     )
@@ -348,15 +372,15 @@ def _needed(guide: FloatArray, boundary: FloatArray, vehicle: Vehicle) -> str:
     return f"more than {HIGHER[-1] * vehicle.limits.max_curvature:.1f}"
 
 
-def _place(found: RoutePath, stretch: Stretch) -> str:
-    """Name where a stretch is: the sharpest place of the line."""
+def _place(found: RoutePath, stretch: Stretch) -> tuple[str, str]:
+    """Find the lane of the sharpest place of a stretch, and name the place."""
     s = np.arange(stretch.begin, stretch.end, STEP)
     turn = np.abs(_heading(found, s + 2.0) - _heading(found, s - 2.0))
     worst = float(s[np.argmax(turn)])
     for span in found.spans:
         if span.begin <= worst <= span.end:
-            return f'lane "{span.lane}", s = {worst:.0f} m'
-    return f"s = {worst:.0f} m"
+            return span.lane, f'lane "{span.lane}", s = {worst:.0f} m'
+    return "", f"s = {worst:.0f} m"
 
 
 def _joined(
@@ -385,8 +409,8 @@ def _joined(
 
 def _fault(
     found: RoutePath, driven: DrivenPath, stretches: list[Stretch], vehicle: Vehicle
-) -> str:
-    """Say what is wrong with the planned stretches once they are smooth, or ""."""
+) -> NoPathError | None:
+    """Find what is wrong with the planned stretches once they are smooth."""
     most = vehicle.limits.max_curvature
     widest = found.wider[-1] if found.wider else found.area
     allowed = widest.buffer(2.0 * TOLERANCE)
@@ -394,9 +418,10 @@ def _fault(
     for stretch, span in zip(stretches, driven.planned, strict=True):
         s = np.arange(span.begin, span.end, STEP / 2.0)
         sharpest = float(np.abs(driven.path.at(s).curvature).max())
-        where = _place(found, stretch)
+        lane, where = _place(found, stretch)
         if sharpest > HELD * most:
-            return f"{where}: needs a curvature of {sharpest:.3f} 1/m, not {most:g}"
+            needs = f"needs a curvature of {sharpest:.3f} 1/m, not {most:g}"
+            return NoPathError(f"{where}: {needs}", lane)
         if not shapely.covers(allowed, body_polygons(driven.path, s, vehicle)).all():
-            return f"{where}: the body would leave the road"
-    return ""
+            return NoPathError(f"{where}: the body would leave the road", lane)
+    return None

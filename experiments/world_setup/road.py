@@ -19,7 +19,7 @@ from experiments.cosim.replay_world import Replay
 from experiments.cosim.road import EgoTask, Road
 from experiments.world_setup.conflict_zones import road_junctions, swings
 from experiments.world_setup.demand_files import taken_vehicle
-from experiments.world_setup.driven_path import DrivenPath, driven_path
+from experiments.world_setup.driven_path import DrivenPath, NoPathError, driven_path
 from experiments.world_setup.road_bounds import road_bounds
 from planner.errors import PlannerError
 from planner.reference_path.path import ReferencePath
@@ -30,7 +30,7 @@ from planner.vehicle import Vehicle
 from sumo_nets import catalogue
 from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
-from sumo_nets.lane_choice import replaced_start
+from sumo_nets.lane_choice import choose_lanes, replaced_start, via_lanes
 from sumo_nets.map_files import is_map, missing_parts, network_of_map
 from sumo_nets.net_reader import Net, check_route, read_net
 from sumo_nets.route_path import LaneSpan, RoutePath, StopLine, route_path
@@ -39,7 +39,8 @@ from sumo_nets.routes import fastest_route, random_route
 # A catalogue's exact line and its built net may differ by so much before it is stale.
 MAX_DEVIATION = 0.25  # [m]
 
-DRAWN = 12  # random routes that are tried
+DRAWN = 12  # random routes that are tried ...
+DRAWN_AT_MOST = 200  # ... of those drawn that avoid bends found to be impossible
 ENTRY_ROOM = 0.5  # from a junction to the front of an ego that enters [m]
 FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
 DRAWN_APART = 0.15  # of the path from its lane as drawn, from which it counts [m]
@@ -151,20 +152,36 @@ def random_network(net: Net, seed: int, ego: Ego) -> Network:
     rng = np.random.default_rng([seed, crc32(b"route")])
     vehicle = ego.vehicle.to_planner()
     first = ego.start_m + vehicle.front_reach + FRONT_ROOM
-    refused = ""
-    for _ in range(DRAWN):
+    refused, impossible, tried = "", set[str](), 0
+    for _ in range(DRAWN_AT_MOST):
         route = random_route(net, rng, ego.goal + BEYOND_GOAL, first)
         try:
             network = _of_route(net, route, None)
+            if impossible and not impossible.isdisjoint(_lanes_of(net, network)):
+                continue
+            tried += 1
             sumo_road(network, vehicle, ego.start_m)
+        except NoPathError as error:
+            refused = str(error)
+            impossible.add(error.lane)
         except (NetworkError, PlannerError) as error:
             refused = str(error)
-            continue
-        return network
+        else:
+            return network
+        if tried >= DRAWN:
+            break
     raise NetworkError(
-        f"{net.file}: the ego can drive none of {DRAWN} random routes; the last one: "
+        f"{net.file}: the ego can drive none of {tried} random routes; the last one: "
         f"{refused.removeprefix(f'{net.file}: ')}"
     )
+
+
+def _lanes_of(net: Net, network: Network) -> set[str]:
+    """List the lanes of a route, those inside junctions too."""
+    uses = choose_lanes(net, network.route, network.lane)
+    inside = [x for use in uses if use.link for x in via_lanes(net, use.link)]
+    edges = [lane for use in uses for lane in (use.entered, use.left)]
+    return {lane.id for lane in (*inside, *edges)}
 
 
 def sumo_road(
@@ -377,8 +394,8 @@ def _driven_path(network: Network, found: RoutePath, vehicle: Vehicle) -> Driven
     """
     try:
         driven = driven_path(found, vehicle)
-    except NetworkError as error:
-        raise NetworkError(f"{network.net_file}: {error}") from error
+    except NoPathError as error:
+        raise NoPathError(f"{network.net_file}: {error}", error.lane) from error
     if network.segments:
         first, second = found.points[0], found.points[1]
         heading = math.atan2(second[1] - first[1], second[0] - first[0])
