@@ -56,6 +56,8 @@ class NetLane:
     drivable: bool  # whether cars may use it
     shape_text: str = field(repr=False)
     links: list["Link"] = field(default_factory=list, repr=False)  # that lead away
+    leads_up: bool = True  # whether cars may change to the lane of the next index
+    leads_down: bool = True  # ... and to the one of the index before
 
     @property
     def points(self) -> NDArray[np.float64]:
@@ -268,6 +270,8 @@ class _Handler:
             float(attributes["length"]),
             _allows_cars(attributes),
             attributes["shape"],
+            leads_up=_has_cars(attributes.get("changeLeft", "")),
+            leads_down=_has_cars(attributes.get("changeRight", "")),
         )
         self._edge.lanes.append(lane)
 
@@ -401,6 +405,11 @@ def _allows_cars(attributes: dict[str, str]) -> bool:
     if allow is not None:
         return bool({VEHICLE_CLASS, "all"} & set(allow.split()))
     return not {VEHICLE_CLASS, "all"} & set((disallow or "").split())
+
+
+def _has_cars(classes: str) -> bool:
+    """Check whether a list of vehicle classes has cars in it; an empty one has all."""
+    return not classes or bool({VEHICLE_CLASS, "all"} & set(classes.split()))
 
 
 def _points(text: str, name: str) -> NDArray[np.float64]:

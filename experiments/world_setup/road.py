@@ -25,7 +25,7 @@ from planner.errors import PlannerError
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import Segment, arc, clothoid, line
 from planner.scene import Lanes, RoadBounds, SpeedLimits
-from planner.states import FloatArray
+from planner.states import BoolArray, FloatArray
 from planner.vehicle import Vehicle
 from sumo_nets import catalogue
 from sumo_nets.catalogue import Network
@@ -306,8 +306,16 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
         before = here
     if not rows:
         return Lanes.none()
-    at, centre, width = zip(*rows, strict=True)
-    return Lanes(np.array(at), np.array(centre).T, np.array(width).T, found.left_hand)
+    at, centre, width, solid = zip(*rows, strict=True)
+    lines = np.array(solid)
+    return Lanes(
+        np.array(at),
+        np.array(centre).T,
+        np.array(width).T,
+        found.left_hand,
+        lines[:, :, 0].T,
+        lines[:, :, 1].T,
+    )
 
 
 def _first_lanes(spans: Sequence[LaneSpan]) -> tuple[list[int], int]:
@@ -326,6 +334,7 @@ class _LaneRow(NamedTuple):
     s: float  # [m]
     centre: FloatArray  # (n_lanes,) [m]
     width: FloatArray  # [m]
+    solid: BoolArray  # may not be left to the left, to the right, (n_lanes, 2)
 
     def moved(self, s: float, l: float, *, on_path: bool) -> "_LaneRow":
         """Return the same lanes at `s`, and `l` to the left.
@@ -335,7 +344,7 @@ class _LaneRow(NamedTuple):
         share = np.ones(self.centre.size)
         if on_path:
             share = np.minimum(np.abs(self.centre) / BESIDE_PATH, 1.0)
-        return _LaneRow(s, self.centre + share * l, self.width)
+        return _LaneRow(s, self.centre + share * l, self.width, self.solid)
 
 
 def _span_at(spans: Sequence[LaneSpan], at: float, first: int) -> int | None:
@@ -361,7 +370,10 @@ def _lane_row(span: LaneSpan, left: float, first: int, count: int) -> _LaneRow:
     centre[:first] = edges[0] - np.arange(first, 0, -1.0)
     beyond = centre.size - there.stop
     centre[there.stop :] = edges[-1] + np.arange(1.0, beyond + 1.0)
-    return _LaneRow(0.0, centre, width)
+    solid = np.zeros((count, 2), dtype=bool)
+    if len(span.solid) == edges.size - 1:
+        solid[there] = span.solid
+    return _LaneRow(0.0, centre, width, solid)
 
 
 def _over_junction(
@@ -381,7 +393,7 @@ def _over_junction(
     if onward.all() or end <= begin:
         return []
     return [
-        _LaneRow(at, row.centre, np.where(onward, row.width, 0.0))
+        _LaneRow(at, row.centre, np.where(onward, row.width, 0.0), row.solid)
         for at, row in ((begin, last), (end, following))
     ]
 

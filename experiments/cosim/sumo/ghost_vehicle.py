@@ -92,20 +92,25 @@ def _pose_in(
     return GhostPose(lane.edge, lane.index, *lane.at(station), vehicle.length)
 
 
-def rear_pose(before: Strip, ego: CartesianState, vehicle: Vehicle) -> GhostPose | None:
+def rear_pose(
+    before: Strip, ego: CartesianState, vehicle: Vehicle, own: int | None = None
+) -> GhostPose | None:
     """Stand in for the rear of a body that is still in a lane before a junction.
 
     Args:
         before: Lanes of the road that the ego's front bumper has left.
         ego: Rear axle.
         vehicle: The ego's dimensions.
+        own: Lane in which SUMO has the ego, if it is one of these.
 
     Returns:
         A pose at the lane's end; None where nothing of the body is there any more.
     """
     outline = corners(ego, vehicle)
     best = None
-    for lane in before.lanes:
+    for number, lane in enumerate(before.lanes):
+        if number == own:
+            continue
         station = _rearmost_in(lane, outline)
         left = lane.length - station
         if left >= SHORTEST and (best is None or left > best.length):
@@ -230,7 +235,12 @@ class Ghost:
         """
         alive = self.pose is not None
         on_lanes = self._locate(front)
-        self.pose = self._needed(ego, vehicle, front) if on_lanes else None
+        place = front
+        if on_lanes:
+            self.pose = self._needed(ego, vehicle, front)
+        else:
+            place = beside_lanes(self._ahead(), front, corners(ego, vehicle))
+            self.pose = self._left_behind(ego, vehicle, place)
         if self.pose is not None:
             self._place(self.pose, max(ego.speed, 0.0), alive=alive)
             self._noted = True
@@ -239,9 +249,7 @@ class Ghost:
         # a step later: SUMO has the ego inside its lane too
         if not on_lanes or (self._noted and self.pose is None and not alive):
             self._noted = not _clear_note(self._sumo, self._ego_id)
-        if on_lanes:
-            return front
-        return beside_lanes(self._ahead(), front, corners(ego, vehicle))
+        return place
 
     def _needed(
         self, ego: CartesianState, vehicle: Vehicle, front: tuple[float, float]
@@ -259,6 +267,22 @@ class Ghost:
         if place == self._strip or inside < vehicle.length:
             return None  # on a road, or SUMO itself has the rear before the junction
         return rear_pose(self._strips[place], ego, vehicle)
+
+    def _left_behind(
+        self, ego: CartesianState, vehicle: Vehicle, place: tuple[float, float]
+    ) -> GhostPose | None:
+        """Decide the same for an ego whose front has swung out of its lanes.
+
+        Args:
+            ego: Rear axle.
+            vehicle: The ego's dimensions.
+            place: Where SUMO is to have the front bumper [m].
+        """
+        last = self._strip
+        while last > 0 and self._strips[last].inside_junction:
+            last -= 1
+        strip = self._strips[last]
+        return rear_pose(strip, ego, vehicle, strip.lane_of(*place, LANE_GAP))
 
     def remove(self) -> None:
         """Take the ghost out of SUMO, where there is one."""

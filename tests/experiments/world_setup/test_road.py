@@ -56,7 +56,7 @@ def test_an_ego_on_its_path_is_on_its_road_as_planners_see_it(tmp_path):
 
 
 def test_what_cannot_be_driven_beyond_the_goal_is_left_out():
-    lorry = Vehicle(length=12.0, width=2.5, wheelbase=8.0, rear_overhang=2.0)
+    lorry = Vehicle(length=16.0, width=2.5, wheelbase=12.0, rear_overhang=2.0)
     record = network("t_junction")  # its turn is too narrow
     for goal in (None, 250.0):
         with pytest.raises(NetworkError, match="cannot take"):
