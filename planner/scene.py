@@ -149,10 +149,20 @@ class Lanes:
     centre: FloatArray  # lateral offsets of the lane centres, (n_lanes, n) [m]
     width: FloatArray  # (n_lanes, n) [m]
     left_hand: bool = False  # traffic keeps to the left, overtakes on the right
+    # whether a lane may not be left to the left, to the right; from each sample on
+    solid_left: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    solid_right: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
         shape = np.shape(self.s)
+        for name in ("solid_left", "solid_right"):
+            given = np.array(getattr(self, name), dtype=bool)
+            solid = given if given.size else np.zeros(np.shape(self.width), dtype=bool)
+            solid.setflags(write=False)
+            object.__setattr__(self, name, solid)
+            if solid.shape != np.shape(self.width):
+                raise InvalidInputError(f"{name} must have the shape of the widths")
         _freeze_columns(self, ("s",), shape)
         _freeze_columns(self, ("centre", "width"), (len(self.centre), *shape))
         if len(shape) != 1 or np.any(np.diff(self.s) <= 0.0):
@@ -181,6 +191,20 @@ def _lanes_at(
         interpolate(here, 0.0, lanes_s, centre[lane], centres[lane : lane + 1])
         interpolate(here, 0.0, lanes_s, width[lane], widths[lane : lane + 1])
     return centres, widths
+
+    def may_change(self, lane: int, side: int, begin: float, end: float) -> bool:
+        """Check whether a lane may be left all the way between two places.
+
+        Args:
+            lane: That is left.
+            side: 1 to the left, -1 to the right.
+            begin: [m].
+            end: [m].
+        """
+        solid = (self.solid_left if side > 0 else self.solid_right)[lane]
+        first = max(int(np.searchsorted(self.s, begin, side="right")) - 1, 0)
+        last = max(int(np.searchsorted(self.s, end, side="left")), first + 1)
+        return not bool(solid[first:last].any())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,6 +12,9 @@ from sumo_nets.net_reader import Link, Net, NetLane
 CHANGE = 10.0
 OFF_WANTED = 1.0
 
+# Crossing a line that is closed to changes: only where nothing else leads on.
+SOLID = 1000.0
+
 # A lane change on an edge shorter than this per lane costs up to twice as much [m].
 COMFORTABLE_CHANGE = 40.0
 
@@ -99,7 +102,7 @@ def _cross(
         leaving, entering = link.source, link.target
         base = _off(leaving, wanted) + _off(entering, wanted)
         for lane, (cost, uses) in best.items():
-            total = cost + base + _change(lane, leaving)
+            total = cost + base + _change(lane, leaving) + _solid(lane, leaving)
             if total < reached.get(entering, (inf, ()))[0]:
                 reached[entering] = (total, (*uses, LaneUse(lane, leaving, link)))
     return reached
@@ -115,6 +118,14 @@ def _change(first: NetLane, second: NetLane) -> float:
     lanes = abs(first.index - second.index)
     shortage = max(0.0, 1.0 - first.length / (COMFORTABLE_CHANGE * max(lanes, 1)))
     return CHANGE * lanes * (1.0 + shortage)
+
+
+def _solid(first: NetLane, second: NetLane) -> float:
+    """Charge lines that may not be crossed on the way from one lane to another."""
+    step = 1 if second.index > first.index else -1
+    lanes = first.edge.lanes[first.index : second.index : step]
+    crossed = [not (x.leads_up if step > 0 else x.leads_down) for x in lanes]
+    return SOLID * sum(crossed)
 
 
 def via_lanes(net: Net, link: Link) -> tuple[NetLane, ...]:

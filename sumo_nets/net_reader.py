@@ -39,6 +39,9 @@ SEARCHED = 5000
 # Functions of edges that vehicles drive on.
 ROADS = ("normal", "connector", "internal")
 
+# Kinds of junctions whose lights the simulator switches itself, without a program.
+SELF_SWITCHED = ("rail_crossing", "rail_signal")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NetLane:
@@ -53,6 +56,8 @@ class NetLane:
     drivable: bool  # whether cars may use it
     shape_text: str = field(repr=False)
     links: list["Link"] = field(default_factory=list, repr=False)  # that lead away
+    leads_up: bool = True  # whether cars may change to the lane of the next index
+    leads_down: bool = True  # ... and to the one of the index before
 
     @property
     def points(self) -> NDArray[np.float64]:
@@ -176,8 +181,12 @@ class Net:
         raise NetworkError(f'{self.file}: no lane "{lane_id}"')
 
     def movements(self, junction: Junction) -> list[Link]:
-        """List the movements over a junction by their index, those of cars or not."""
-        return [link for lane in junction.incoming for link in self.lane(lane).links]
+        """List the movements over a junction by their index, those of cars or not.
+
+        Steps from a pavement to a corner of the junction and back have no index.
+        """
+        links = [link for lane in junction.incoming for link in self.lane(lane).links]
+        return [link for link in links if not _on_pavement(link)]
 
 
 class _Handler:
@@ -261,6 +270,8 @@ class _Handler:
             float(attributes["length"]),
             _allows_cars(attributes),
             attributes["shape"],
+            leads_up=_has_cars(attributes.get("changeLeft", "")),
+            leads_down=_has_cars(attributes.get("changeRight", "")),
         )
         self._edge.lanes.append(lane)
 
@@ -273,6 +284,8 @@ class _Handler:
             tuple(attributes.get("incLanes", "").split()),
         )
         self.junctions[self._junction.id] = self._junction
+        if self._junction.kind in SELF_SWITCHED:
+            self.programs.add(self._junction.id)
 
     def _add_request(self, attributes: dict[str, str]) -> None:
         """Add what one movement over the open junction has to do with the others."""
@@ -380,12 +393,23 @@ def _advice(root: str) -> str:
     return ""
 
 
+def _on_pavement(link: Link) -> bool:
+    """Check whether people on foot cross no road by a link."""
+    source, target = link.source.edge.function, link.target.edge.function
+    return target == "walkingarea" or (source == "walkingarea" and target != "crossing")
+
+
 def _allows_cars(attributes: dict[str, str]) -> bool:
     """Read the permissions of a lane."""
     allow, disallow = attributes.get("allow"), attributes.get("disallow")
     if allow is not None:
         return bool({VEHICLE_CLASS, "all"} & set(allow.split()))
     return not {VEHICLE_CLASS, "all"} & set((disallow or "").split())
+
+
+def _has_cars(classes: str) -> bool:
+    """Check whether a list of vehicle classes has cars in it; an empty one has all."""
+    return not classes or bool({VEHICLE_CLASS, "all"} & set(classes.split()))
 
 
 def _points(text: str, name: str) -> NDArray[np.float64]:

@@ -4,12 +4,12 @@ Read from the network alone: SUMO keeps for each movement over a junction which 
 it meets (`foes`) and to which of them it has to give way (`response`).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from sumo_nets.errors import NetworkError
 from sumo_nets.lane_choice import LaneUse, via_lanes
-from sumo_nets.net_reader import Link, Net, NetLane
+from sumo_nets.net_reader import Link, Net, NetLane, Request
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,6 +23,18 @@ class FoeMovement:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class CrossedPavement:
+    """A crossing for people on foot that a route leads over."""
+
+    lane: NetLane  # of the crossing
+    corners: tuple[str, ...]  # edges from which people step on it
+    goes_first: bool  # whether the route has to give way to them
+    gives_way: bool  # whether they have to give way to the route
+    signal: str  # their traffic light, "" without one
+    signal_link: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Passage:
     """The way of a route over one junction where it meets others."""
 
@@ -31,10 +43,13 @@ class Passage:
     inside: tuple[NetLane, ...]
     may_wait_inside: bool  # at the end of its first lane inside
     foes: tuple[FoeMovement, ...]
+    crossings: tuple[CrossedPavement, ...] = ()
 
 
 def passages(net: Net, uses: Sequence[LaneUse]) -> tuple[Passage | None, ...]:
-    """Find the junctions of a route at which it meets other movements of cars.
+    """Find the junctions of a route at which it meets others.
+
+    These are movements of cars, and crossings of people on foot.
 
     Args:
         net: The network.
@@ -65,8 +80,13 @@ def _passage(net: Net, link: Link) -> Passage | None:
             f'from "{link.source.id}" to "{link.target.id}": rebuild the network'
         )
     foes = []
+    crossings = []
     for index, other in enumerate(movements):
-        if not request.meets(index) or not other.via:
+        if not request.meets(index):
+            continue
+        if other.target.edge.function == "crossing":
+            crossings.append(_crossed(other, index, request, junction.requests, own))
+        if not other.via:
             continue
         if not (other.source.drivable and other.target.drivable):
             continue
@@ -74,7 +94,33 @@ def _passage(net: Net, link: Link) -> Passage | None:
         gives_way = back is not None and back.yields_to(own)
         goes_first = request.yields_to(index)
         foes.append(FoeMovement(other, via_lanes(net, other), goes_first, gives_way))
-    if not foes:
+    if not foes and not crossings:
         return None
     inside = via_lanes(net, link)
-    return Passage(junction.id, link, inside, request.cont, tuple(foes))
+    return Passage(
+        junction.id, link, inside, request.cont, tuple(foes), tuple(crossings)
+    )
+
+
+def _crossed(
+    link: Link, index: int, request: Request, requests: Mapping[int, Request], own: int
+) -> CrossedPavement:
+    """Read who goes first at a crossing.
+
+    Args:
+        link: From a corner of the junction onto the crossing.
+        index: Of that movement.
+        request: Of the route's movement.
+        requests: Of all movements over the junction, by index.
+        own: Index of the route's movement.
+    """
+    back = requests.get(index)
+    beyond = [onward.target.edge.id for onward in link.target.links]
+    return CrossedPavement(
+        lane=link.target,
+        corners=(link.source.edge.id, *beyond),
+        goes_first=request.yields_to(index),
+        gives_way=back is not None and back.yields_to(own),
+        signal=link.signal,
+        signal_link=link.signal_link,
+    )

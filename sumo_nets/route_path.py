@@ -67,6 +67,8 @@ class LaneSpan:
     moved: float = 0.0  # `left` at the begin, where the lane is another one, less it
     onward: tuple[bool, ...] = ()  # lanes, right to left, that go on beside the route's
     changed: int = 0  # lanes by which the route moves over to the left
+    # of each lane, right to left, whether it may not be left to the left, to the right
+    solid: tuple[tuple[bool, bool], ...] = ()
 
     def edges_at(self, left: float) -> FloatArray:
         """Return the edges of all lanes where the carriageway's left edge is `left`.
@@ -150,7 +152,9 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
         k: use.left.index - use.entered.index
         for k, use in zip(edges, uses, strict=True)
     }
+    solid = {k: _solid_lines(use) for k, use in zip(edges, uses, strict=True)}
     if net.left_hand:  # lane 0 is the leftmost
+        solid = {k: tuple((b, a) for a, b in x[::-1]) for k, x in solid.items()}
         onward = {k: lanes[::-1] for k, lanes in onward.items()}
         changed = {k: -lanes for k, lanes in changed.items()}
     spans = tuple(
@@ -165,6 +169,7 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
             float(piece.left[0] - piece.left[-1]),
             onward.get(number, ()),
             changed.get(number, 0),
+            solid.get(number, ()),
         )
         for number, (piece, (begin, end), limit) in enumerate(
             zip(pieces, ends, limits, strict=True)
@@ -289,6 +294,15 @@ def _onward(use: LaneUse) -> tuple[bool, ...]:
         )
         for lane in beside
     )
+
+
+def _solid_lines(use: LaneUse) -> tuple[tuple[bool, bool], ...]:
+    """Tell of the lanes beside the route's which lines may not be crossed, by index.
+
+    Returns:
+        Whether a lane may not be left to the next index, and to the one before.
+    """
+    return tuple((not x.leads_up, not x.leads_down) for x in _beside(use.left))
 
 
 def _shape(lane: NetLane) -> FloatArray:

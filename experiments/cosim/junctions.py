@@ -33,6 +33,23 @@ class ConflictZone:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class CrossingZone:
+    """Where people on foot cross the ego's way."""
+
+    edge: str  # the crossing
+    corners: tuple[str, ...]  # edges from which people step on it
+    line: FloatArray  # its centre line, (n, 2) [m]
+    begin_s: float  # of the zone on the ego's path [m]
+    end_s: float  # [m]
+    entry: float  # of the ego's way from the begin of the line [m]
+    exit: float  # [m]
+    goes_first: bool  # whether the ego has to give way
+    gives_way: bool  # whether they have to give way to the ego
+    signal: str  # their traffic light, "" without one
+    signal_link: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class RoadJunction:
     """A junction on the ego's road, or a bend where it swings out of its lanes.
 
@@ -45,3 +62,4 @@ class RoadJunction:
     signal_link: int
     swing_begin: float = 0.0  # where the ego's front leaves its lanes, if it does [m]
     swings_over: FloatArray = field(default_factory=lambda: np.empty((0, 2)))  # [m]
+    crossings: tuple[CrossingZone, ...] = ()

@@ -54,6 +54,8 @@ from planner.scene import (
 )
 from planner.states import BoolArray, CartesianState, FloatArray, FrenetState
 
+SOLID_RIGHT = 2  # bit of a lane that may not be left to the right
+
 _EGO_COLUMNS = (
     "x_m",
     "y_m",
@@ -298,7 +300,8 @@ def _lanes(table: Table) -> Lanes:
         for name in ("s_m", "centre_m", "width_m")
     )
     left_hand = bool(table["left_hand"].any())
-    return Lanes(s[0], centre, width, left_hand)
+    solid = np.ma.getdata(table["solid"]).astype(int).reshape(n_lanes, -1)
+    return Lanes(s[0], centre, width, left_hand, solid % 2 == 1, solid >= SOLID_RIGHT)
 
 
 def _signals(table: Table, rows: slice) -> tuple[Signal, ...]:

@@ -411,4 +411,5 @@ def _lanes(lanes: Lanes) -> Table:
     s = np.tile(lanes.s, n_lanes)
     side = np.full(number.size, int(lanes.left_hand))
     offsets = (lanes.centre.ravel(), lanes.width.ravel())
-    return _from_arrays("lanes", number, s, *offsets, side)
+    solid = lanes.solid_left.astype(int) + 2 * lanes.solid_right.astype(int)
+    return _from_arrays("lanes", number, s, *offsets, side, solid.ravel())

@@ -136,6 +136,7 @@ TABLES: Mapping[str, Mapping[str, Kind]] = {
         "centre_m": _NUMBER,
         "width_m": _NUMBER,
         "left_hand": _COUNT,  # 1 where traffic keeps to the left
+        "solid": _COUNT,  # 1 where it may not be left to the left, 2 to the right, 3
     },
     # Junctions where the ego meets others; places along its path [m].
     "junctions": {

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import shapely
 
-from experiments.cosim.junctions import ConflictZone, RoadJunction
+from experiments.cosim.junctions import ConflictZone, CrossingZone, RoadJunction
 from experiments.world_setup.driven_path import DrivenPath
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.steerable import body_outline, outline_points
@@ -13,12 +13,15 @@ from planner.right_of_way.records import JunctionAhead, Rule
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
 from sumo_nets.net_reader import Link
-from sumo_nets.right_of_way import FoeMovement
+from sumo_nets.right_of_way import CrossedPavement, FoeMovement
 from sumo_nets.route_path import JunctionSpan, RoutePath
 
 SPACING = 0.25  # of the places that are looked at [m]
 HALF_WIDTH = 1.25  # of other vehicles: lorries and their mirrors [m]
 MARGIN = 0.3  # between two bodies that just miss each other [m]
+ON_FOOT = 1.0  # from the ego's side to where somebody on foot is out of its way [m]
+PAST_LINE = 0.5  # an ego that waits at its line is not on the crossing behind it [m]
+ENDS = 2  # of a line
 BEYOND = 2.0  # behind a junction where paths still lie close to each other [m]
 COMFORTABLE = 2.2  # lateral acceleration in a turn [m/s²]
 OUTSIDE = 0.25  # over the edge of its lanes a body meets nobody [m]
@@ -38,10 +41,11 @@ def road_junctions(
         vehicle: The ego.
 
     Returns:
-        The junctions where paths come nearer to each other than the bodies are wide.
+        The junctions where paths come nearer to each other than the bodies are wide,
+        or where people on foot cross.
     """
     junctions = [_junction(span, found, path, s, vehicle) for span in found.junctions]
-    return tuple(junction for junction in junctions if junction.zones)
+    return tuple(x for x in junctions if x.zones or x.crossings)
 
 
 def _junction(
@@ -71,7 +75,59 @@ def _junction(
         wait_s=inside if span.passage.may_wait_inside else None,
     )
     there = tuple(zone for zone in zones if zone is not None)
-    return RoadJunction(junction, there, link.signal, link.signal_link)
+    on_foot = [
+        _crossing(each, begin, at, points, vehicle) for each in span.passage.crossings
+    ]
+    crossings = tuple(zone for zone in on_foot if zone is not None)
+    return RoadJunction(
+        junction, there, link.signal, link.signal_link, crossings=crossings
+    )
+
+
+def _crossing(
+    crossed: CrossedPavement,
+    stop: float,
+    at: FloatArray,
+    points: FloatArray,
+    vehicle: Vehicle,
+) -> CrossingZone | None:
+    """Find where people on a crossing and the ego come near each other.
+
+    Args:
+        crossed: The crossing.
+        stop: The ego's line [m].
+        at: Arc lengths on the ego's path, (n,) [m].
+        points: The path there, (n, 2) [m].
+        vehicle: The ego.
+    """
+    if len(crossed.lane.points) < ENDS:
+        return None
+    line = shapely.LineString(crossed.lane.points)
+    reach = 0.5 * vehicle.width + ON_FOOT
+    area = line.buffer(0.5 * crossed.lane.width, cap_style="flat").buffer(MARGIN)
+    shapely.prepare(area)
+    own = at[shapely.intersects_xy(area, points)]
+    if not own.size:
+        return None
+    along = np.arange(0.0, line.length + SPACING, SPACING)
+    places = shapely.get_coordinates(shapely.line_interpolate_point(line, along))
+    gap = np.linalg.norm(places[:, None, :] - points[None, :, :], axis=-1)
+    theirs = along[gap.min(axis=1) < reach]
+    if not theirs.size:
+        return None
+    return CrossingZone(
+        edge=crossed.lane.edge.id,
+        corners=crossed.corners,
+        line=crossed.lane.points,
+        begin_s=max(float(own[0]), stop + PAST_LINE),
+        end_s=float(own[-1]),
+        entry=float(theirs[0]),
+        exit=float(theirs[-1]),
+        goes_first=crossed.goes_first,
+        gives_way=crossed.gives_way,
+        signal=crossed.signal,
+        signal_link=crossed.signal_link,
+    )
 
 
 def _zone(

@@ -64,10 +64,22 @@ LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m
 LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
 APART = 5.0  # stretches nearer than this to each other are planned as one [m]
 LONGEST = 160.0  # of one planned stretch [m]
+# A stretch longer than the first is cut in two between places that need a plan, if
+# these are as far apart as the second [m].
+CUTS = ((70.0, 30.0), (LONGEST, 16.0))
+SEAM = 2.0  # that is left between the two [m]
 ROOM = 15.0  # about a stretch, for the area that is looked at [m]
 TURN_BASE = 3.0  # length over which a bend of the raw line is measured [m]
 SHARP = 0.75  # share of the ego's curvature that counts as sharp on the raw line
 HIGHER = (1.3, 1.8, 2.7)  # what a bend needs, for the message
+
+
+class NoPathError(NetworkError):
+    """There is no path for this body through a bend."""
+
+    def __init__(self, message: str, lane: str = "") -> None:
+        super().__init__(message)
+        self.lane = lane  # where the line is sharpest; "" if it is on none
 
 
 class Stretch(NamedTuple):
@@ -101,7 +113,7 @@ def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
         vehicle: The ego.
 
     Raises:
-        NetworkError: If there is no path for this body; without the file's name.
+        NoPathError: If there is no path for this body; without the file's name.
         InvalidInputError: If the points make no line.
     """
     smooth: ReferencePath | None = None
@@ -116,6 +128,7 @@ def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
         return DrivenPath(smooth, found.s, ())
     stretches = _stretches(found, bad)
     attempts = [Attempts(_part(found, stretch), vehicle) for stretch in stretches]
+    faults: list[NoPathError] = []
     for share in SHARPEST:
         planned = [
             (x, _planned(found, x, attempt, share))
@@ -123,9 +136,10 @@ def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
         ]
         driven = _joined(found, planned)
         fault = _fault(found, driven, stretches, vehicle)
-        if not fault:
+        if fault is None:
             return driven
-    raise NetworkError(fault)
+        faults.append(fault)
+    raise faults[-1]
 
 
 def body_polygons(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> BaseGeometry:
@@ -197,13 +211,34 @@ def _stretches(found: RoutePath, bad: FloatArray) -> list[Stretch]:
             merged[-1] = Stretch(merged[-1].begin, last)
         else:
             merged.append(Stretch(first, last))
-    return [
+    whole = [
         Stretch(
             0.0 if x.begin < APART else x.begin,
             length if x.end > length - APART else x.end,
         )
         for x in merged
     ]
+    return [part for x in whole for part in _cut(found, bad, x)]
+
+
+def _cut(found: RoutePath, bad: FloatArray, stretch: Stretch) -> list[Stretch]:
+    """Cut a stretch that is too long for one plan, where the line is straight.
+
+    It is cut in the widest gap between the places that need a plan, again and again;
+    one without gaps stays as it is.
+    """
+    inside = np.sort(bad[(bad >= stretch.begin) & (bad <= stretch.end)])
+    gaps = np.diff(inside, prepend=inside[:1])
+    widest = int(np.argmax(gaps)) if gaps.size else 0
+    length, gap = stretch.end - stretch.begin, float(gaps.max(initial=0.0))
+    least = next((room for most, room in CUTS if length > most and gap >= room), None)
+    if least is None:
+        return [stretch]
+    low, high = inside[widest - 1] + least / 2.0, inside[widest] - least / 2.0
+    at = _straightest(found, float(low), float(high))
+    first = Stretch(stretch.begin, at - SEAM / 2.0)
+    second = Stretch(at + SEAM / 2.0, stretch.end)
+    return [*_cut(found, bad, first), *_cut(found, bad, second)]
 
 
 def _straightest(found: RoutePath, begin: float, end: float) -> float:
@@ -267,26 +302,40 @@ def _planned(
     """Plan one stretch with a share of the ego's curvature.
 
     Raises:
-        NetworkError: If there is no path.
+        NoPathError: If there is no path.
     """
+    lane, place = _place(found, stretch)
     if stretch.end - stretch.begin > LONGEST:
-        raise NetworkError(
-            f"{_place(found, stretch)}: no car of this width can drive this: the body "
-            f"would leave the lanes over {stretch.end - stretch.begin:.0f} m"
+        raise NoPathError(
+            f"{place}: no car of this width can drive this: the body would leave the "
+            f"lanes over {stretch.end - stretch.begin:.0f} m",
+            lane,
         )
+    first = found.narrower[0] if found.narrower else found.area
+    path = attempts.first(first, ATTEMPTS[:2], share)
+    if path is not None:
+        return path
+    # what does not go with all the room there is goes nowhere
     last = Attempt(share, LEAST_MARGIN, LAST_RESORT, SHIFTS)
+    widest = found.wider[-1] if found.wider else found.area
+    somehow = attempts.first(widest, (last,), share)
+    if somehow is None:
+        raise NoPathError(_impossible(found, place, attempts, last), lane)
     path = _beside_others(found.narrower, attempts, share)
     path = path or attempts.first(found.area, ATTEMPTS, share)
     for area in found.wider:
         path = path or attempts.first(area, (ACROSS,), share)
     path = path or attempts.first(found.area, (last,), share)
-    if path is not None:
-        return path
+    return path or somehow
+
+
+def _impossible(found: RoutePath, place: str, attempts: Attempts, last: Attempt) -> str:
+    """Say what a bend asks for that has no path."""
     guide, vehicle = attempts.guide, attempts.vehicle
     needed = _needed(guide, boundary_about(found.area, guide, ROOM), vehicle)
     reach = attempts.plan(found.area, last).fault - LEAST_MARGIN
-    raise NetworkError(
-        f"{_place(found, stretch)}: a bend that this body cannot take: it needs a "
+    return (
+        f"{place}: a bend that this body cannot take: it needs a "
         f"curvature of {needed} 1/m, the ego has {vehicle.limits.max_curvature:g} and "
         f"would be {reach:.2f} m beside the road"
     )
@@ -323,15 +372,15 @@ def _needed(guide: FloatArray, boundary: FloatArray, vehicle: Vehicle) -> str:
     return f"more than {HIGHER[-1] * vehicle.limits.max_curvature:.1f}"
 
 
-def _place(found: RoutePath, stretch: Stretch) -> str:
-    """Name where a stretch is: the sharpest place of the line."""
+def _place(found: RoutePath, stretch: Stretch) -> tuple[str, str]:
+    """Find the lane of the sharpest place of a stretch, and name the place."""
     s = np.arange(stretch.begin, stretch.end, STEP)
     turn = np.abs(_heading(found, s + 2.0) - _heading(found, s - 2.0))
     worst = float(s[np.argmax(turn)])
     for span in found.spans:
         if span.begin <= worst <= span.end:
-            return f'lane "{span.lane}", s = {worst:.0f} m'
-    return f"s = {worst:.0f} m"
+            return span.lane, f'lane "{span.lane}", s = {worst:.0f} m'
+    return "", f"s = {worst:.0f} m"
 
 
 def _joined(
@@ -360,8 +409,8 @@ def _joined(
 
 def _fault(
     found: RoutePath, driven: DrivenPath, stretches: list[Stretch], vehicle: Vehicle
-) -> str:
-    """Say what is wrong with the planned stretches once they are smooth, or ""."""
+) -> NoPathError | None:
+    """Find what is wrong with the planned stretches once they are smooth."""
     most = vehicle.limits.max_curvature
     widest = found.wider[-1] if found.wider else found.area
     allowed = widest.buffer(2.0 * TOLERANCE)
@@ -369,9 +418,10 @@ def _fault(
     for stretch, span in zip(stretches, driven.planned, strict=True):
         s = np.arange(span.begin, span.end, STEP / 2.0)
         sharpest = float(np.abs(driven.path.at(s).curvature).max())
-        where = _place(found, stretch)
+        lane, where = _place(found, stretch)
         if sharpest > HELD * most:
-            return f"{where}: needs a curvature of {sharpest:.3f} 1/m, not {most:g}"
+            needs = f"needs a curvature of {sharpest:.3f} 1/m, not {most:g}"
+            return NoPathError(f"{where}: {needs}", lane)
         if not shapely.covers(allowed, body_polygons(driven.path, s, vehicle)).all():
-            return f"{where}: the body would leave the road"
-    return ""
+            return NoPathError(f"{where}: the body would leave the road", lane)
+    return None

@@ -19,18 +19,18 @@ from experiments.cosim.replay_world import Replay
 from experiments.cosim.road import EgoTask, Road
 from experiments.world_setup.conflict_zones import road_junctions, swings
 from experiments.world_setup.demand_files import taken_vehicle
-from experiments.world_setup.driven_path import DrivenPath, driven_path
+from experiments.world_setup.driven_path import DrivenPath, NoPathError, driven_path
 from experiments.world_setup.road_bounds import road_bounds
 from planner.errors import PlannerError
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import Segment, arc, clothoid, line
 from planner.scene import Lanes, RoadBounds, SpeedLimits
-from planner.states import FloatArray
+from planner.states import BoolArray, FloatArray
 from planner.vehicle import Vehicle
 from sumo_nets import catalogue
 from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
-from sumo_nets.lane_choice import replaced_start
+from sumo_nets.lane_choice import choose_lanes, replaced_start, via_lanes
 from sumo_nets.map_files import is_map, missing_parts, network_of_map
 from sumo_nets.net_reader import Net, check_route, read_net
 from sumo_nets.route_path import LaneSpan, RoutePath, StopLine, route_path
@@ -39,7 +39,8 @@ from sumo_nets.routes import fastest_route, random_route
 # A catalogue's exact line and its built net may differ by so much before it is stale.
 MAX_DEVIATION = 0.25  # [m]
 
-DRAWN = 12  # random routes that are tried
+DRAWN = 12  # random routes that are tried ...
+DRAWN_AT_MOST = 200  # ... of those drawn that avoid bends found to be impossible
 ENTRY_ROOM = 0.5  # from a junction to the front of an ego that enters [m]
 FRONT_ROOM = 2.0  # before the ego on the first edge of a random route [m]
 DRAWN_APART = 0.15  # of the path from its lane as drawn, from which it counts [m]
@@ -151,20 +152,36 @@ def random_network(net: Net, seed: int, ego: Ego) -> Network:
     rng = np.random.default_rng([seed, crc32(b"route")])
     vehicle = ego.vehicle.to_planner()
     first = ego.start_m + vehicle.front_reach + FRONT_ROOM
-    refused = ""
-    for _ in range(DRAWN):
+    refused, impossible, tried = "", set[str](), 0
+    for _ in range(DRAWN_AT_MOST):
         route = random_route(net, rng, ego.goal + BEYOND_GOAL, first)
         try:
             network = _of_route(net, route, None)
+            if impossible and not impossible.isdisjoint(_lanes_of(net, network)):
+                continue
+            tried += 1
             sumo_road(network, vehicle, ego.start_m)
+        except NoPathError as error:
+            refused = str(error)
+            impossible.add(error.lane)
         except (NetworkError, PlannerError) as error:
             refused = str(error)
-            continue
-        return network
+        else:
+            return network
+        if tried >= DRAWN:
+            break
     raise NetworkError(
-        f"{net.file}: the ego can drive none of {DRAWN} random routes; the last one: "
+        f"{net.file}: the ego can drive none of {tried} random routes; the last one: "
         f"{refused.removeprefix(f'{net.file}: ')}"
     )
+
+
+def _lanes_of(net: Net, network: Network) -> set[str]:
+    """List the lanes of a route, those inside junctions too."""
+    uses = choose_lanes(net, network.route, network.lane)
+    inside = [x for use in uses if use.link for x in via_lanes(net, use.link)]
+    edges = [lane for use in uses for lane in (use.entered, use.left)]
+    return {lane.id for lane in (*inside, *edges)}
 
 
 def sumo_road(
@@ -289,8 +306,16 @@ def _lanes(found: RoutePath, s: FloatArray, l: FloatArray) -> Lanes:
         before = here
     if not rows:
         return Lanes.none()
-    at, centre, width = zip(*rows, strict=True)
-    return Lanes(np.array(at), np.array(centre).T, np.array(width).T, found.left_hand)
+    at, centre, width, solid = zip(*rows, strict=True)
+    lines = np.array(solid)
+    return Lanes(
+        np.array(at),
+        np.array(centre).T,
+        np.array(width).T,
+        found.left_hand,
+        lines[:, :, 0].T,
+        lines[:, :, 1].T,
+    )
 
 
 def _first_lanes(spans: Sequence[LaneSpan]) -> tuple[list[int], int]:
@@ -309,6 +334,7 @@ class _LaneRow(NamedTuple):
     s: float  # [m]
     centre: FloatArray  # (n_lanes,) [m]
     width: FloatArray  # [m]
+    solid: BoolArray  # may not be left to the left, to the right, (n_lanes, 2)
 
     def moved(self, s: float, l: float, *, on_path: bool) -> "_LaneRow":
         """Return the same lanes at `s`, and `l` to the left.
@@ -318,7 +344,7 @@ class _LaneRow(NamedTuple):
         share = np.ones(self.centre.size)
         if on_path:
             share = np.minimum(np.abs(self.centre) / BESIDE_PATH, 1.0)
-        return _LaneRow(s, self.centre + share * l, self.width)
+        return _LaneRow(s, self.centre + share * l, self.width, self.solid)
 
 
 def _span_at(spans: Sequence[LaneSpan], at: float, first: int) -> int | None:
@@ -344,7 +370,10 @@ def _lane_row(span: LaneSpan, left: float, first: int, count: int) -> _LaneRow:
     centre[:first] = edges[0] - np.arange(first, 0, -1.0)
     beyond = centre.size - there.stop
     centre[there.stop :] = edges[-1] + np.arange(1.0, beyond + 1.0)
-    return _LaneRow(0.0, centre, width)
+    solid = np.zeros((count, 2), dtype=bool)
+    if len(span.solid) == edges.size - 1:
+        solid[there] = span.solid
+    return _LaneRow(0.0, centre, width, solid)
 
 
 def _over_junction(
@@ -364,7 +393,7 @@ def _over_junction(
     if onward.all() or end <= begin:
         return []
     return [
-        _LaneRow(at, row.centre, np.where(onward, row.width, 0.0))
+        _LaneRow(at, row.centre, np.where(onward, row.width, 0.0), row.solid)
         for at, row in ((begin, last), (end, following))
     ]
 
@@ -377,8 +406,8 @@ def _driven_path(network: Network, found: RoutePath, vehicle: Vehicle) -> Driven
     """
     try:
         driven = driven_path(found, vehicle)
-    except NetworkError as error:
-        raise NetworkError(f"{network.net_file}: {error}") from error
+    except NoPathError as error:
+        raise NoPathError(f"{network.net_file}: {error}", error.lane) from error
     if network.segments:
         first, second = found.points[0], found.points[1]
         heading = math.atan2(second[1] - first[1], second[0] - first[0])

@@ -8,10 +8,12 @@ limits of the steering, and the path near its guide.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from planner.errors import InvalidInputError
 from planner.numerics.compiled import compiled
@@ -37,6 +39,8 @@ SHRINK = 0.92  # of the trust region from round to round
 SETTLED = 2e-4  # changes of the curvature below this end the rounds [1/m]
 NEAR = 0.6  # outline points nearer to the boundary than this are constrained [m]
 END_TOLERANCE = 0.02  # [m] and [rad]
+
+X, Y, HEADING, CURVATURE, SPACING = range(5)  # the unknowns of a program, in order
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,17 +81,13 @@ class SteerablePath:
 
 
 class _Motion(NamedTuple):
-    """Poses at the stations and their derivatives over the unknowns.
+    """Poses at the stations and what they follow from, (n,)."""
 
-    The unknowns are the curvatures at the stations and the station's length.
-    """
-
-    x: FloatArray  # (n,)
+    x: FloatArray  # [m]
     y: FloatArray
-    heading: FloatArray
-    x_by: FloatArray  # (n, n + 1)
-    y_by: FloatArray
-    heading_by: FloatArray
+    heading: FloatArray  # [rad]
+    middle: FloatArray  # heading between two stations, (n - 1,) [rad]
+    lever: FloatArray  # of a change of the spacing on it, (n - 1,) [1/m]
 
 
 class _Task(NamedTuple):
@@ -250,30 +250,14 @@ def _integrate(
     curvature: FloatArray, ds: float, start: tuple[float, float, float]
 ) -> _Motion:
     """Integrate the curvature, linear between stations, by the midpoint rule."""
-    n = curvature.size
     x0, y0, heading0 = start
     turn = 0.5 * (curvature[1:] + curvature[:-1])
     heading = heading0 + ds * np.concatenate([[0.0], np.cumsum(turn)])
-    middle = heading[:-1] + ds * (0.375 * curvature[:-1] + 0.125 * curvature[1:])
-    cos, sin = np.cos(middle), np.sin(middle)
-    x = x0 + ds * np.concatenate([[0.0], np.cumsum(cos)])
-    y = y0 + ds * np.concatenate([[0.0], np.cumsum(sin)])
-    heading_by = np.zeros((n, n + 1))
-    steps = np.zeros((n - 1, n))
-    row = np.arange(n - 1)
-    steps[row, row], steps[row, row + 1] = 0.5, 0.5
-    heading_by[1:, :n] = ds * np.cumsum(steps, axis=0)
-    heading_by[:, n] = (heading - heading0) / ds
-    middle_by = heading_by[:-1].copy()
-    middle_by[row, row] += 0.375 * ds
-    middle_by[row, row + 1] += 0.125 * ds
-    middle_by[:, n] = (middle - heading0) / ds
-    x_by, y_by = np.zeros((n, n + 1)), np.zeros((n, n + 1))
-    x_by[1:] = np.cumsum(-ds * sin[:, None] * middle_by, axis=0)
-    y_by[1:] = np.cumsum(ds * cos[:, None] * middle_by, axis=0)
-    x_by[1:, n] += np.cumsum(cos)
-    y_by[1:, n] += np.cumsum(sin)
-    return _Motion(x, y, heading, x_by, y_by, heading_by)
+    lever = 0.375 * curvature[:-1] + 0.125 * curvature[1:]
+    middle = heading[:-1] + ds * lever
+    x = x0 + ds * np.concatenate([[0.0], np.cumsum(np.cos(middle))])
+    y = y0 + ds * np.concatenate([[0.0], np.cumsum(np.sin(middle))])
+    return _Motion(x, y, heading, middle, lever)
 
 
 def outline_points(
@@ -291,6 +275,10 @@ def outline_points(
 def _step(task: _Task, now: _Iterate, reach: float, end_weight: float) -> FloatArray:
     """Solve the program linearised here.
 
+    Its unknowns are changes of x, y, heading and curvature of all stations, then of
+    the spacing, and how far the body reaches beyond the area: many, but each row has
+    few of them.
+
     Args:
         task: What is planned.
         now: About which is linearised.
@@ -298,103 +286,151 @@ def _step(task: _Task, now: _Iterate, reach: float, end_weight: float) -> FloatA
         end_weight: Of the squared error of the end pose.
 
     Returns:
-        Changes of the unknowns, (n + 1,); zero where the solver finds none.
+        Changes of the curvatures and of the spacing, (n + 1,); zero where the solver
+        finds none.
     """
     import qpsolvers  # takes 0.2 s, which most roads need not pay
 
     limits, n = task.limits, now.curvature.size
     hessian, gradient = _objective(task, now, end_weight)
     inside, room = _inside(task, now)
-    swing, most = _swings(now), limits.curvature_rate * now.spacing
+    most = limits.curvature_rate * now.spacing
+    swing = _rows(n, [(CURVATURE, 1, 1.0), (CURVATURE, 0, -1.0)], n - 1)
     change = np.diff(now.curvature)
-    rows = np.vstack([inside, swing, -swing])
-    bounds = np.concatenate(
-        [room, np.maximum(most - change, 0.0), np.maximum(most + change, 0.0)]
-    )
-    low = np.maximum(-limits.curvature - now.curvature, -reach)
-    high = np.minimum(limits.curvature - now.curvature, reach)
-    low[0] = high[0] = -now.curvature[0]
-    stretch = STRETCH * now.spacing
+    bounds = [room, np.maximum(most - change, 0.0), np.maximum(most + change, 0.0)]
+    low, high = np.full(4 * n + 2, -np.inf), np.full(4 * n + 2, np.inf)
+    bent = slice(CURVATURE * n, (CURVATURE + 1) * n)
+    low[bent] = np.maximum(-limits.curvature - now.curvature, -reach)
+    high[bent] = np.minimum(limits.curvature - now.curvature, reach)
+    low[bent.start] = high[bent.start] = -now.curvature[0]
+    high[-2] = STRETCH * now.spacing
+    low[-2:] = -high[-2], 0.0
+    for quantity in (X, Y, HEADING):  # the first pose is given
+        low[quantity * n] = high[quantity * n] = 0.0
     found = qpsolvers.solve_qp(
         hessian,
         gradient,
-        rows,
-        bounds,
-        lb=np.concatenate([low, [-stretch, 0.0]]),
-        ub=np.concatenate([high, [stretch, np.inf]]),
+        sparse.vstack([inside, swing, -swing], format="csc"),
+        np.concatenate(bounds),
+        _dynamics(now),
+        np.zeros(3 * (n - 1)),
+        lb=low,
+        ub=high,
         solver="piqp",
         verbose=False,
     )
-    return np.zeros(n + 1) if found is None else np.asarray(found[: n + 1])
+    if found is None:
+        return np.zeros(n + 1)
+    return np.append(found[bent], found[-2])
 
 
-def _swings(now: _Iterate) -> FloatArray:
-    """Differences of neighbouring curvatures by the unknowns, (n - 1, n + 2)."""
-    n = now.curvature.size
-    rows, row = np.zeros((n - 1, n + 2)), np.arange(n - 1)
-    rows[row, row], rows[row, row + 1] = -1.0, 1.0
-    return rows
+_Entry = tuple[int, int, FloatArray | float]  # see `_rows`
+
+
+def _rows(n: int, entries: Sequence[_Entry], count: int) -> sparse.csc_matrix:
+    """Build rows with the same unknowns of one station after the other.
+
+    Args:
+        n: Number of stations.
+        entries: (quantity, by how many stations later, factor) each; the quantity
+            `SPACING` is the same one in all rows.
+        count: Of the rows; the first is that of the first station.
+    """
+    row = np.arange(count)
+    rows, columns, values = [], [], []
+    for quantity, later, factor in entries:
+        rows.append(row)
+        own = np.full(count, quantity * n)
+        columns.append(own if quantity == SPACING else own + row + later)
+        values.append(np.broadcast_to(np.asarray(factor, dtype=np.float64), count))
+    return sparse.csc_matrix(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
+        shape=(count, 4 * n + 2),
+    )
+
+
+def _dynamics(now: _Iterate) -> sparse.csc_matrix:
+    """Let poses follow from curvatures, linearised: rows (3 n - 3, 4 n + 2) = 0."""
+    n, ds, motion = now.curvature.size, now.spacing, now.motion
+    turn = 0.5 * (now.curvature[1:] + now.curvature[:-1])
+    heading: list[_Entry] = [
+        (HEADING, 1, -1.0),
+        (HEADING, 0, 1.0),
+        (CURVATURE, 0, 0.5 * ds),
+        (CURVATURE, 1, 0.5 * ds),
+        (SPACING, 0, turn),
+    ]
+    blocks = [_rows(n, heading, n - 1)]
+    cos, sin = np.cos(motion.middle), np.sin(motion.middle)
+    for quantity, along, by in ((X, cos, -ds * sin), (Y, sin, ds * cos)):
+        pose: list[_Entry] = [
+            (quantity, 1, -1.0),
+            (quantity, 0, 1.0),
+            (HEADING, 0, by),
+            (CURVATURE, 0, 0.375 * ds * by),
+            (CURVATURE, 1, 0.125 * ds * by),
+            (SPACING, 0, along + by * motion.lever),
+        ]
+        blocks.append(_rows(n, pose, n - 1))
+    return sparse.csc_matrix(sparse.vstack(blocks))
 
 
 def _objective(
     task: _Task, now: _Iterate, end_weight: float
-) -> tuple[FloatArray, FloatArray]:
-    """Sum the squares; (Hessian, gradient) by curvatures, spacing, reach outside."""
+) -> tuple[sparse.csc_matrix, FloatArray]:
+    """Sum the squares; (Hessian, gradient) by the unknowns of `_step`."""
     n, ds, motion = now.curvature.size, now.spacing, now.motion
-    hessian, gradient = np.zeros((n + 2, n + 2)), np.zeros(n + 2)
-
-    def add(rows: FloatArray, values: FloatArray, weight: float) -> None:
-        """Add weight · |values + rows · change|²."""
-        hessian[: n + 1, : n + 1] += 2.0 * weight * (rows.T @ rows)
-        gradient[: n + 1] += 2.0 * weight * (values @ rows)
-
-    rate = _swings(now)[:, : n + 1] / ds
-    add(rate, np.diff(now.curvature) / ds, RATE_WEIGHT * ds)
-    level = np.eye(n, n + 1)
-    add(level, now.curvature, CURVATURE_WEIGHT * ds)
     off, normal_x, normal_y = offsets(motion.x, motion.y, task.guide)
-    lateral = normal_x[:, None] * motion.x_by + normal_y[:, None] * motion.y_by
-    add(lateral, off, GUIDE_WEIGHT * ds)
-    ends = [motion.x_by[-1], motion.y_by[-1], motion.heading_by[-1], level[-1]]
-    missed = np.append(_missed(task, motion), now.curvature[-1])
-    add(np.vstack(ends), missed, end_weight)
-    gradient[n + 1] = OUTSIDE_PENALTY
-    hessian[np.arange(n + 2), np.arange(n + 2)] += REGULARISATION
-    return hessian, gradient
+    rate = [(CURVATURE, 1, 1.0 / ds), (CURVATURE, 0, -1.0 / ds)]
+    ends = np.array([(quantity + 1) * n - 1 for quantity in (X, Y, HEADING, CURVATURE)])
+    last = sparse.csc_matrix((np.ones(4), (np.arange(4), ends)), shape=(4, 4 * n + 2))
+    squares: list[tuple[sparse.csc_matrix, FloatArray, float]] = [
+        (_rows(n, rate, n - 1), np.diff(now.curvature) / ds, RATE_WEIGHT * ds),
+        (_rows(n, [(CURVATURE, 0, 1.0)], n), now.curvature, CURVATURE_WEIGHT * ds),
+        (_rows(n, [(X, 0, normal_x), (Y, 0, normal_y)], n), off, GUIDE_WEIGHT * ds),
+        (last, np.append(_missed(task, motion), now.curvature[-1]), end_weight),
+    ]
+    hessian = REGULARISATION * sparse.identity(4 * n + 2, format="csc")
+    gradient = np.zeros(4 * n + 2)
+    for rows, values, weight in squares:
+        hessian = hessian + 2.0 * weight * (rows.T @ rows)
+        gradient += 2.0 * weight * (values @ rows)
+    gradient[-1] = OUTSIDE_PENALTY
+    return sparse.csc_matrix(hessian), gradient
 
 
-def _inside(task: _Task, now: _Iterate) -> tuple[FloatArray, FloatArray]:
-    """Keep the body inside: rows (q, n + 2) · change <= room (q,).
+def _inside(task: _Task, now: _Iterate) -> tuple[sparse.csc_matrix, FloatArray]:
+    """Keep the body inside: rows (q, 4 n + 2) · change <= room (q,).
 
     The outline is inside the area, and no corner of the area is inside the body.
     """
-    motion = now.motion
+    motion, n = now.motion, now.curvature.size
     x, y = outline_points(motion.x, motion.y, motion.heading, task.outline)
     depth, inward_x, inward_y = depths(x, y, task.boundary)
     i, p = np.nonzero(depth < NEAR)
     gx, gy = inward_x[i, p], inward_y[i, p]
     arm_x, arm_y = -(y - motion.y[:, None])[i, p], (x - motion.x[:, None])[i, p]
-    outline = (
-        gx[:, None] * motion.x_by[i]
-        + gy[:, None] * motion.y_by[i]
-        + (gx * arm_x + gy * arm_y)[:, None] * motion.heading_by[i]
-    )
     corners = task.boundary[:, :2]
     apart, away_x, away_y = corner_distances(motion, corners, task.box)
     j, c = np.nonzero(apart < NEAR)
-    gx, gy = away_x[j, c], away_y[j, c]
-    arm_x, arm_y = -(corners[c, 1] - motion.y[j]), corners[c, 0] - motion.x[j]
-    corner = (
-        gx[:, None] * motion.x_by[j]
-        + gy[:, None] * motion.y_by[j]
-        + (gx * arm_x + gy * arm_y)[:, None] * motion.heading_by[j]
-    )
     # a body that moves away from the corner is one that the corner moves away from
-    rows = np.concatenate([outline, -corner])
-    return (
-        -np.column_stack([rows, np.ones(len(rows))]),
-        np.concatenate([depth[i, p], apart[j, c]]),
+    ux, uy = -away_x[j, c], -away_y[j, c]
+    turn_x, turn_y = -(corners[c, 1] - motion.y[j]), corners[c, 0] - motion.x[j]
+    station = np.concatenate([i, j])
+    by_x, by_y = np.concatenate([gx, ux]), np.concatenate([gy, uy])
+    by_heading = np.concatenate([gx * arm_x + gy * arm_y, ux * turn_x + uy * turn_y])
+    count = station.size
+    beyond = np.full(count, 4 * n + 1)
+    columns = [X * n + station, Y * n + station, HEADING * n + station, beyond]
+    values = [-by_x, -by_y, -by_heading, np.full(count, -1.0)]
+    rows = sparse.csc_matrix(
+        (
+            np.concatenate(values),
+            (np.tile(np.arange(count), 4), np.concatenate(columns)),
+        ),
+        shape=(count, 4 * n + 2),
     )
+    return rows, np.concatenate([depth[i, p], apart[j, c]])
 
 
 def corner_distances(

@@ -32,6 +32,8 @@ FADE = 25.0  # beyond its ends a lane leads back to the reference path [m]
 SPARE = 0.15  # beside a body in a bend [m]
 SHARP = 0.6  # share of the ego's curvature from which the inner side is kept free
 INNER_SPARE = 0.4  # beside the body there [m]
+TIGHT = 0.3  # a road that leaves no more beside the body in a bend is narrow [m]
+BENT = 0.02  # a path that curves more is in a bend [1/m]
 EASING = 0.02  # by which this grows with each metre before the bend [-]
 SHORT = 0.1  # over which a bound steps [m]
 ANYWHERE = 100.0  # half the width of a road that is not narrowed [m]
@@ -258,7 +260,11 @@ def _frame(
     at, s, offset = table
     road, lanes, limits = scene.road, scene.lanes, scene.speed_limits
     need = _body_need(path, s, scene.vehicle)
-    inner = _inner_sides(path, s, scene.vehicle)
+    sides = np.stack(
+        [np.interp(at, road.s, road.left), -np.interp(at, road.s, road.right)]
+    )
+    moving = np.stack([-offset, offset])
+    inner = _inner_sides(path, s, scene.vehicle, sides + moving)
     if path is scene.path:
         return LaneFrame(
             lane, path, path, at, s, offset, need, inner, lanes, road, limits
@@ -346,21 +352,32 @@ def _swept(curvature: FloatArray, vehicle: Vehicle) -> FloatArray:
     return np.asarray(0.5 * vehicle.width + SPARE + sweep)
 
 
-def _inner_sides(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> FloatArray:
+def _inner_sides(
+    path: ReferencePath, s: FloatArray, vehicle: Vehicle, road: FloatArray
+) -> FloatArray:
     """Compute how far the road goes to the inner side of sharp bends, (2, n) [m].
 
-    It narrows gently before them, so that an ego at its edge can follow it. In a bend
-    to the other side before it, the front still gets the room that it sweeps there.
+    It narrows gently before them, and before places where the road leaves no room
+    beside the body, so that an ego at its edge can follow it. In a bend to the other
+    side before it, the front still gets the room that it sweeps there.
+
+    Args:
+        path: Of the frame.
+        s: Places on it, (n,) [m].
+        vehicle: The ego.
+        road: How far the road reaches to the left and to the right there, (2, n) [m].
     """
     curvature, sharp = path.at(s).curvature, SHARP * vehicle.limits.max_curvature
     out = np.full((2, s.size), ANYWHERE)
     for side, inwards in enumerate((curvature, -curvature)):
-        places = s[inwards > sharp]
-        if not places.size:
+        half = 0.5 * vehicle.width
+        closed = np.where(inwards > sharp, half + INNER_SPARE, ANYWHERE)
+        tight = (road[side] < half + TIGHT) & (inwards > BENT)
+        closed = np.where(tight, np.minimum(closed, road[side]), closed)
+        if not (closed < ANYWHERE).any():
             continue
-        following = np.searchsorted(places, s)
-        ahead = places[np.minimum(following, places.size - 1)] - s
-        room = 0.5 * vehicle.width + INNER_SPARE + EASING * ahead
+        falling = np.minimum.accumulate((closed + EASING * s)[::-1])[::-1]
+        room = np.maximum(falling - EASING * s, half)
         room = np.maximum(room, _swept(np.maximum(-inwards, 0.0), vehicle))
-        out[side] = np.where(following < places.size, room, ANYWHERE)
+        out[side] = np.minimum(room, ANYWHERE)
     return out

@@ -21,6 +21,7 @@ ENDS_TOGETHER = 1.0  # lanes whose ends are nearer than this end together [m]
 TURN = 0.06  # where the path bends more, only the route's own lane is followed [1/m]
 BESIDE = 0.3  # a lane this far from the path is another one [m]
 SPACING = 1.0  # at which bends are looked for [m]
+CROSSING_TIME = 2.0  # in which a change crosses the line [s]
 BASE = 3.0  # over which the bend of a lane is measured, to both sides [m]
 
 
@@ -49,10 +50,15 @@ def lanes_to_follow(scene: Scene) -> Lanes:
     centre = np.array([np.interp(at, lanes.s, row) for row in lanes.centre])
     width = np.array([np.interp(at, lanes.s, row) for row in lanes.width])
     bent = np.abs(path.at(at).curvature) > TURN
-    for row, beside in zip(width, centre, strict=True):
+    # the path may still be on its way to the middle of its lane where it begins to turn
+    nearest = np.where(width > GONE, np.abs(centre), np.inf).argmin(axis=0)
+    for lane, (row, beside) in enumerate(zip(width, centre, strict=True)):
         own = np.interp(at, grid, _bend(path, grid, np.interp(grid, at, beside)))
-        row[bent & (own > TURN) & (np.abs(beside) > BESIDE)] = 0.0
-    return Lanes(at, centre, width, lanes.left_hand)
+        other = (np.abs(beside) > BESIDE) & (nearest != lane)
+        row[bent & (own > TURN) & other] = 0.0
+    held = np.maximum(np.searchsorted(lanes.s, at, side="right") - 1, 0)
+    left, right = lanes.solid_left[:, held], lanes.solid_right[:, held]
+    return Lanes(at, centre, width, lanes.left_hand, left, right)
 
 
 def _bend(path: ReferencePath, grid: FloatArray, offset: FloatArray) -> FloatArray:
@@ -124,8 +130,11 @@ def wish(
         count = abs(best - own)
         room = count * (settings.need_time * speed + settings.need_room)
         neighbour = own + (1 if best > own else -1)
-        left = ends[own] - front
-        if left < room and ends[neighbour] > front:
+        side = neighbour - own
+        place = _last_place(scene, own, side, ends)
+        left = place - front
+        crosses = _may_cross(scene, own, side) or place == ends[own]
+        if left < room and ends[neighbour] > front and crosses:
             why = f"lane {own} ends in {left:.0f} m"
             return LaneWish(neighbour, why, forced=True)
     if not _is_quiet(scene, front, settings):
@@ -134,11 +143,47 @@ def wish(
     worths = np.where(ends - front > 2.0 * settings.quiet, worths, -np.inf)
     worths[own] = max(worths[own], 0.0)
     left_hand = scene.lanes.left_hand
+    worths = _within_lines(scene, worths, own)
     target = wanted_lane(worths, own, settings.gain, left_hand=left_hand)
     if target is None:
         return None
     faster = worths[target] - worths[own]
     return LaneWish(target, f"lane {target} is {faster:.1f} m/s faster", forced=False)
+
+
+def _may_cross(scene: Scene, own: int, side: int) -> bool:
+    """Check whether the line on a side of a lane may be crossed here."""
+    s = scene.ego_frenet.s - scene.vehicle.rear_overhang
+    reach = scene.vehicle.length + CROSSING_TIME * max(scene.ego.speed, 0.0)
+    return scene.lanes.may_change(own, side, s, s + reach)
+
+
+def _last_place(scene: Scene, own: int, side: int, ends: FloatArray) -> float:
+    """Find where a lane that ends may be left for the last time [m].
+
+    Where the line may not be crossed at all before its end, who has to leave it has no
+    choice: that is the end.
+    """
+    lanes, s = scene.lanes, scene.ego_frenet.s
+    solid = (lanes.solid_left if side > 0 else lanes.solid_right)[own]
+    ahead = np.flatnonzero((lanes.s > s) & (lanes.s < ends[own]))
+    if not ahead.size or not solid[ahead].any():
+        return float(ends[own])
+    dashed = ahead[~solid[ahead]]
+    if not dashed.size:
+        return float(ends[own])
+    following = min(int(dashed[-1]) + 1, lanes.s.size - 1)
+    return min(float(lanes.s[following]), float(ends[own]))
+
+
+def _within_lines(scene: Scene, worths: FloatArray, own: int) -> FloatArray:
+    """Leave out the lanes beyond a line that may not be crossed here."""
+    out = worths.copy()
+    if own + 1 < out.size and not _may_cross(scene, own, 1):
+        out[own + 1 :] = -np.inf
+    if own > 0 and not _may_cross(scene, own, -1):
+        out[:own] = -np.inf
+    return out
 
 
 def leads_farthest(ends: FloatArray, own: int) -> int:

@@ -150,3 +150,13 @@ def test_traffic_lights_without_a_program_are_refused(tmp_path):
     file.write_text(shipped[:begin] + shipped[end + len("</tlLogic>") :])
     with pytest.raises(NetworkError, match="has no program"):
         read_net(file)
+
+
+def test_lights_of_a_rail_crossing_need_no_program(tmp_path):
+    link = LINK.replace("/>", ' tl="y" linkIndex="0"/>')
+    file = written(tmp_path, connection=link)
+    with pytest.raises(NetworkError, match="has no program"):
+        read_net(file)
+    crossing = file.read_text().replace('type="priority"', 'type="rail_crossing"')
+    (tmp_path / "rail.net.xml").write_text(crossing)
+    assert read_net(tmp_path / "rail.net.xml").edges["a"].lanes[0].links

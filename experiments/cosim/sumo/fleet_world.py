@@ -265,7 +265,7 @@ class SumoFleetWorld:
         pose = None if ghost is None else ghost.pose
         if pose is None:
             return None
-        half = self._bodies[name].length / 2.0
+        half = pose.length / 2.0
         x = pose.x - half * math.cos(pose.heading)
         y = pose.y - half * math.sin(pose.heading)
         return CartesianState(x, y, pose.heading, 0.0, 0.0, 0.0)

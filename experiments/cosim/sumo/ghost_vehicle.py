@@ -6,7 +6,9 @@ that is over the line. A second vehicle, the ghost, therefore rides abreast of t
 in the centre of the lane that the ego reaches into but is not counted in. When the
 front bumper crosses the line the two lanes change their roles, and so does the ghost.
 It never leaves the ego's edge: oncoming traffic is on another one. Inside junctions it
-works between the parallel lanes of one internal edge.
+works between the parallel lanes of one internal edge. Where the ego swings out to turn
+sharply, its rear is still before the junction when SUMO, which counts along the short
+lane inside, thinks it gone: then the ghost stands there, as long as what is left.
 
 SUMO itself notes, too, that the ego is over a line, but only in the step in which it
 moves the ego from one lane object to another, and with a duration of lane changes it
@@ -19,7 +21,8 @@ dies as soon as a vehicle there asks how far back the ego reaches.
 
 A long body swings out of the lanes of its turn inside a junction, where SUMO would drop
 it from the traffic, to be driven into. `Ghost.update` therefore says where SUMO is to
-have the front bumper: there in the middle of the nearest lane.
+have the front bumper: there in the middle of the nearest lane. So it is behind
+the junction as long as the body reaches into that lane.
 """
 
 import math
@@ -41,6 +44,8 @@ KEEP_ROUTE_EXACT = 3  # moveToXY: exact position, route kept
 NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
 LOOK_AHEAD = 4  # strips in which the ego may turn up next
 INSIDE_JUNCTION = ":"  # how the names of lanes there begin
+REACHES_IN = 0.3  # a body that reaches less into a lane leaves it to others [m]
+SHORTEST = 0.5  # rear that is left before a junction, of which a ghost is made [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +57,7 @@ class GhostPose:
     x: float
     y: float
     heading: float
+    length: float  # of the ghost
 
 
 def ghost_pose(
@@ -83,7 +89,50 @@ def _pose_in(
     if reached is None:
         return None
     lane, station = reached
-    return GhostPose(lane.edge, lane.index, *lane.at(station))
+    return GhostPose(lane.edge, lane.index, *lane.at(station), vehicle.length)
+
+
+def rear_pose(
+    before: Strip, ego: CartesianState, vehicle: Vehicle, own: int | None = None
+) -> GhostPose | None:
+    """Stand in for the rear of a body that is still in a lane before a junction.
+
+    Args:
+        before: Lanes of the road that the ego's front bumper has left.
+        ego: Rear axle.
+        vehicle: The ego's dimensions.
+        own: Lane in which SUMO has the ego, if it is one of these.
+
+    Returns:
+        A pose at the lane's end; None where nothing of the body is there any more.
+    """
+    outline = corners(ego, vehicle)
+    best = None
+    for number, lane in enumerate(before.lanes):
+        if number == own:
+            continue
+        station = _rearmost_in(lane, outline)
+        left = lane.length - station
+        if left >= SHORTEST and (best is None or left > best.length):
+            length = min(left, vehicle.length)
+            place = lane.at(station + length)
+            best = GhostPose(lane.edge, lane.index, *place, length)
+    return best
+
+
+def _rearmost_in(lane: Lane, outline: FloatArray) -> float:
+    """Return the least arc length at which a body is in a lane; inf if it is not [m].
+
+    Args:
+        lane: The lane.
+        outline: Corners of the body, (4, 2) [m].
+    """
+    reach = lane.width / 2.0 - REACHES_IN
+    places = [lane.project(*point) for point in outline.tolist()]
+    if min(l for _, l in places) > reach or max(l for _, l in places) < -reach:
+        return math.inf
+    inside = [s for s, l in places if abs(l) < reach]
+    return max(min(inside or [s for s, _ in places]), 0.0)
 
 
 def lane_of(lanes: Sequence[Lane], x: float, y: float) -> int | None:
@@ -105,23 +154,26 @@ def corners(ego: CartesianState, vehicle: Vehicle) -> FloatArray:
 
 
 def beside_lanes(
-    strips: Sequence[Strip], front: tuple[float, float]
+    strips: Sequence[Strip], front: tuple[float, float], outline: FloatArray
 ) -> tuple[float, float]:
     """Return the point of the nearest lane beside a front bumper that is on none.
 
     Args:
         strips: Where it may be.
         front: Centre of the front bumper [m].
+        outline: Corners of the body, (4, 2) [m].
 
     Returns:
         The point of its centre line [m]; `front` where the lane is no part of a
-        junction: beside a road, SUMO's traffic passes it.
+        junction and nothing of the body is in it: there SUMO's traffic passes it.
     """
     lanes = [lane for strip in strips for lane in strip.lanes]
     lane = min(lanes, key=lambda x: math.dist(front, x.foot(*front)))
     foot = lane.foot(*front)
     at_end = foot in (lane.at(0.0)[:2], lane.at(lane.length)[:2])
-    return foot if at_end or lane.edge.startswith(INSIDE_JUNCTION) else front
+    inside = lane.edge.startswith(INSIDE_JUNCTION)
+    there = _rearmost_in(lane, outline) <= lane.length
+    return foot if at_end or inside or there else front
 
 
 class Ghost:
@@ -161,6 +213,7 @@ class Ghost:
         self._strips = tuple(strips)
         self._strip = 0  # where the ego was last seen
         self._noted = False  # SUMO may think that the ego is over a line
+        self._whole = self._length = float(sumo.vehicletype.getLength(self._type_id))
         self.pose: GhostPose | None = None
 
     def update(
@@ -182,8 +235,12 @@ class Ghost:
         """
         alive = self.pose is not None
         on_lanes = self._locate(front)
-        strip = self._strips[self._strip]
-        self.pose = _pose_in(strip, front, ego, vehicle) if on_lanes else None
+        place = front
+        if on_lanes:
+            self.pose = self._needed(ego, vehicle, front)
+        else:
+            place = beside_lanes(self._ahead(), front, corners(ego, vehicle))
+            self.pose = self._left_behind(ego, vehicle, place)
         if self.pose is not None:
             self._place(self.pose, max(ego.speed, 0.0), alive=alive)
             self._noted = True
@@ -192,7 +249,40 @@ class Ghost:
         # a step later: SUMO has the ego inside its lane too
         if not on_lanes or (self._noted and self.pose is None and not alive):
             self._noted = not _clear_note(self._sumo, self._ego_id)
-        return front if on_lanes else beside_lanes(self._ahead(), front)
+        return place
+
+    def _needed(
+        self, ego: CartesianState, vehicle: Vehicle, front: tuple[float, float]
+    ) -> GhostPose | None:
+        """Decide where the ghost is needed, if it is."""
+        strip = self._strips[self._strip]
+        pose = _pose_in(strip, front, ego, vehicle)
+        if pose is not None:
+            return pose
+        inside, place = strip.lanes[0].project(*front)[0], self._strip
+        while place > 0 and self._strips[place].inside_junction:
+            place -= 1
+            if self._strips[place].inside_junction:
+                inside += self._strips[place].lanes[0].length
+        if place == self._strip or inside < vehicle.length:
+            return None  # on a road, or SUMO itself has the rear before the junction
+        return rear_pose(self._strips[place], ego, vehicle)
+
+    def _left_behind(
+        self, ego: CartesianState, vehicle: Vehicle, place: tuple[float, float]
+    ) -> GhostPose | None:
+        """Decide the same for an ego whose front has swung out of its lanes.
+
+        Args:
+            ego: Rear axle.
+            vehicle: The ego's dimensions.
+            place: Where SUMO is to have the front bumper [m].
+        """
+        last = self._strip
+        while last > 0 and self._strips[last].inside_junction:
+            last -= 1
+        strip = self._strips[last]
+        return rear_pose(strip, ego, vehicle, strip.lane_of(*place, LANE_GAP))
 
     def remove(self) -> None:
         """Take the ghost out of SUMO, where there is one."""
@@ -225,6 +315,10 @@ class Ghost:
             )
             vehicles.setSpeedMode(self.id, NO_CHECKS)
             vehicles.setLaneChangeMode(self.id, 0)
+            self._length = self._whole
+        if pose.length != self._length:
+            self._length = pose.length
+            vehicles.setLength(self.id, pose.length)
         vehicles.setSpeed(self.id, speed)
         vehicles.moveToXY(
             self.id,

@@ -222,6 +222,11 @@ class Strip:
             np.array([lane.width for lane in lanes]),
         )
 
+    @property
+    def inside_junction(self) -> bool:
+        """Whether these are lanes inside a junction."""
+        return self.lanes[0].edge.startswith(":")
+
     def lane_of(self, x: float, y: float, beyond: float = 0.0) -> int | None:
         """Return the lane in which SUMO counts a front bumper; None off the edge.
 

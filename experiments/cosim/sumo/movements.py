@@ -11,6 +11,7 @@ import numpy as np
 
 from experiments.cosim.junctions import ConflictZone, RoadJunction
 from experiments.cosim.signals import CLEARING, STOP
+from experiments.cosim.sumo.crossings import CrossingReader
 from experiments.cosim.sumo.libsumo_api import Libsumo, Point
 from experiments.cosim.sumo.vehicle_reader import PERSON
 from planner.right_of_way.records import Foe
@@ -73,6 +74,7 @@ class MovementReader:
             for zone in junction.zones:
                 pair = (zone.source_edge, zone.target_edge)
                 self._zones.setdefault(pair, []).append((number, zone))
+        self._crossings = CrossingReader(sumo, junctions)
         self._routes: dict[tuple[str, ...], _Route] = {}
         self._of_vehicle: dict[str, tuple[str, _Route]] = {}  # with the route's id
         self._lengths: dict[str, float] = {}
@@ -90,6 +92,9 @@ class MovementReader:
         way = np.full(len(vehicles.ids), NO_WAY)
         stop = np.full(len(vehicles.ids), np.inf)
         for row, name in enumerate(vehicles.ids):
+            if name.startswith(PERSON):  # on foot: no route of edges to drive
+                found += self._crossings.foes(name, near, vehicles, row)
+                continue
             mover = self._mover(name, vehicles, row)
             if mover is None:
                 continue
@@ -102,8 +107,6 @@ class MovementReader:
 
     def _mover(self, name: str, vehicles: RoadUsers, row: int) -> _Mover | None:
         """Read where a vehicle is on its route; None if it does not drive there."""
-        if name.startswith(PERSON):
-            return None  # on foot: no lanes, no route of edges to drive
         api = self._sumo.vehicle
         lane, index = str(api.getLaneID(name)), int(api.getRouteIndex(name))
         if not lane or index < 0:

@@ -467,7 +467,7 @@ class SumoWorld:
         pose = self._ghost.pose if self._ghost is not None else None
         if pose is None:
             return None
-        half = self._vehicle.length / 2.0
+        half = pose.length / 2.0
         x = pose.x - half * math.cos(pose.heading)
         y = pose.y - half * math.sin(pose.heading)
         return CartesianState(x, y, pose.heading, 0.0, 0.0, 0.0)

@@ -55,7 +55,7 @@ def test_an_ego_on_its_path_is_on_its_road_as_planners_see_it(tmp_path):
     assert tried > 1
 
 
-LORRY = Vehicle(length=12.0, width=2.5, wheelbase=8.0, rear_overhang=2.0)
+LORRY = Vehicle(length=16.0, width=2.5, wheelbase=12.0, rear_overhang=2.0)
 
 
 @pytest.mark.parametrize("goal", [pytest.param(None, marks=pytest.mark.slow), 250.0])
@@ -70,7 +70,8 @@ def test_what_cannot_be_driven_beyond_the_goal_is_left_out():
 
 
 def test_beside_a_path_that_swings_out_the_other_lanes_stay_where_they_are():
-    row = _LaneRow(0.0, np.array([-3.2, 0.0, 3.2]), np.full(3, 3.2))
+    free = np.zeros((3, 2), dtype=bool)
+    row = _LaneRow(0.0, np.array([-3.2, 0.0, 3.2]), np.full(3, 3.2), free)
     moved = row.moved(5.0, 0.7, on_path=True)
     assert moved.centre.tolist() == pytest.approx([-2.5, 0.0, 3.9])
     assert row.moved(5.0, 0.1, on_path=False).centre[1] == pytest.approx(0.1)

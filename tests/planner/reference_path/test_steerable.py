@@ -6,7 +6,9 @@ from planner.errors import InvalidInputError
 from planner.reference_path.steerable import (
     CURVATURE_RATE,
     SteeringLimits,
+    _dynamics,
     _integrate,
+    _Iterate,
     body_outline,
     corner_distances,
     depths,
@@ -96,24 +98,29 @@ def check(path, area, guide):
     np.testing.assert_allclose([path.x[-1], path.y[-1]], guide[-1], atol=0.02)
 
 
-def test_motion_by_curvature_and_spacing_agrees_with_differences():
+def test_linearised_dynamics_agree_with_differences():
     rng = np.random.default_rng(3)
-    curvature, spacing, start = rng.uniform(-0.2, 0.2, 30), 0.7, (3.0, -2.0, 0.4)
-    motion = _integrate(curvature, spacing, start)
-    step = 1e-6
-    for k in range(31):
+    n, step = 30, 1e-6
+    curvature, spacing, start = rng.uniform(-0.2, 0.2, n), 0.7, (3.0, -2.0, 0.4)
+    rows = _dynamics(
+        _Iterate(curvature, spacing, _integrate(curvature, spacing, start))
+    )
+    for k in range(n + 1):
         low, high = [
             _integrate(
-                curvature + sign * step * (np.arange(30) == k),
-                spacing + sign * step * (k == 30),
+                curvature + sign * step * (np.arange(n) == k),
+                spacing + sign * step * (k == n),
                 start,
             )
             for sign in (-1.0, 1.0)
         ]
-        for name in ("x", "y", "heading"):
-            difference = (getattr(high, name) - getattr(low, name)) / (2.0 * step)
-            found = getattr(motion, f"{name}_by")[:, k]
-            np.testing.assert_allclose(found, difference, atol=1e-7)
+        change = [
+            (getattr(high, name) - getattr(low, name)) / (2.0 * step)
+            for name in ("x", "y", "heading")
+        ]
+        moved = (np.arange(n) == k).astype(float)
+        unknowns = np.concatenate([*change, moved, [float(k == n), 0.0]])
+        np.testing.assert_allclose(rows @ unknowns, 0.0, atol=1e-7)
 
 
 def test_constant_curvature_integrates_to_a_circle():

@@ -308,3 +308,43 @@ def test_a_change_has_both_lanes_up_to_where_the_old_one_must_be_left(target, or
         assert right[0] + own == pytest.approx(
             -1.5 * WIDTH if others or not target else -WIDTH / 2, abs=0.01
         )
+
+
+def test_the_lane_that_turns_is_kept_where_the_path_is_not_in_its_middle_yet():
+    """A lane left of it ends before the turn, and is left in time."""
+    path = bend(-10.0, 100.0, 0.5 * math.pi)
+    s = np.array([0.0, 90.0, 110.0, 130.0])
+    own = np.array([-0.8, -0.8, -0.4, 0.0])
+    lanes = Lanes(s, np.array([own, own + WIDTH]), np.full((2, 4), WIDTH))
+    scene = replace(scene_on(path, ego_on(path, 60.0, 2.7)), lanes=lanes)
+    ends = lane_ends(lanes_to_follow(scene), 60.0)
+    assert math.isinf(ends[0])
+    assert 80.0 < ends[1] < 110.0
+
+
+def test_a_line_that_may_not_be_crossed_is_not_crossed_for_the_speed():
+    path = straight(500.0)
+    slow = [Car(s=90.0, l=-WIDTH, speed=4.0)]
+    scene = scene_on(path, ego_on(path, 60.0, -WIDTH), slow)
+    plan = proposed().plan(scene, None)
+    assert plan.memory.manoeuvre.target == 1
+    solid = np.zeros((2, 2), dtype=bool)
+    solid[0] = True
+    held = replace(scene, lanes=replace(scene.lanes, solid_left=solid))
+    assert proposed().plan(held, None).memory.manoeuvre.target is None
+
+
+@pytest.mark.parametrize("begin", [120.0, 170.0])
+def test_a_lane_that_ends_is_left_before_its_line_is_solid(begin):
+    s = np.array([0.0, begin, END, END + 0.1])
+    width = np.full((2, 4), WIDTH)
+    width[0, 3] = 0.0
+    centre = np.array([np.full(4, -WIDTH), np.zeros(4)])
+    solid = np.zeros((2, 4), dtype=bool)
+    solid[0, 1:] = True
+    lanes = Lanes(s, centre, width, solid_left=solid)
+    path = straight(500.0)
+    made = replace(scene_on(path, ego_on(path, 20.0, -WIDTH)), lanes=lanes)
+    plans = rollout(made, proposed(), 150)
+    crossed = next(x.ego_frenet.s for x, _ in plans if x.ego_frenet.l > -WIDTH / 2)
+    assert crossed < begin

@@ -12,6 +12,7 @@ from experiments.cosim.sumo.ghost_vehicle import (
     corners,
     ghost_pose,
     lane_of,
+    rear_pose,
 )
 from experiments.cosim.sumo.lanes import Lane, Strip
 from planner.reference_path.frenet import state_on_path
@@ -283,11 +284,30 @@ def test_a_front_that_swings_out_in_a_junction_is_put_on_the_nearest_lane():
         lane(":turn", (20.0, 0.0), (26.0, -6.0)),
         lane("out", (26.0, -6.0), (26.0, -40.0)),
     ]
-    assert beside_lanes(strips, (22.0, 3.0)) == pytest.approx((20.0, 0.0))  # beyond
-    assert beside_lanes(strips, (26.0, 0.0)) == pytest.approx((23.0, -3.0))
-    assert beside_lanes(strips, (29.0, -4.0)) == pytest.approx((26.0, -6.0))  # before
+    far = np.full((4, 2), 500.0)  # nothing of the body is in a lane
+
+    def beside(*front, outline=far):
+        return beside_lanes(strips, front, outline)
+
+    assert beside(22.0, 3.0) == pytest.approx((20.0, 0.0))  # beyond
+    assert beside(26.0, 0.0) == pytest.approx((23.0, -3.0))
+    assert beside(29.0, -4.0) == pytest.approx((26.0, -6.0))  # before
     for beside_a_road in (10.0, 4.0), (30.0, -20.0):
-        assert beside_lanes(strips, beside_a_road) == beside_a_road
+        assert beside(*beside_a_road) == beside_a_road
+    # over the middle of the road behind the junction, the rear still in its lane
+    outline = np.array([(26.5, -10.0), (24.8, -9.0), (28.5, -14.0), (30.2, -15.0)])
+    assert beside(29.3, -14.5, outline=outline) == pytest.approx((26.0, -14.5))
+
+
+def test_the_rear_of_one_that_swings_out_is_still_in_the_lane_before():
+    before = Strip(road(lanes=1))  # its centre line is y = -3.5
+    turned = rear_pose(before, ego(98.0, -3.5, math.pi / 2.0), CAR)
+    assert turned is not None
+    assert (turned.edge, turned.lane) == ("e", 0)
+    assert turned.x == pytest.approx(100.0)
+    assert turned.length == pytest.approx(2.0 + CAR.width / 2.0)
+    assert rear_pose(before, ego(102.0, -3.5), CAR) is None
+    assert rear_pose(before, ego(98.0, 4.0, math.pi / 2.0), CAR) is None
 
 
 @pytest.mark.sumo
