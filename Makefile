@@ -22,7 +22,7 @@ SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collect
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow test-all cov docs lint fmt type imports bench bench-docs bench-peers peers-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type imports bench bench-docs bench-peers peers-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -82,14 +82,13 @@ commonroad-docs: $(CHECKER_STAMP) $(DEV_STAMP) ## Drive CommonRoad scenarios, ch
 
 commonroad-checker: $(CHECKER_STAMP) ## Make .venv-commonroad with the official checker of CommonRoad solutions
 
-test: $(DEV_STAMP) ## Run the tests on all cores, without the slow ones
-	@$(BIN)/python -m pytest -n auto --dist worksteal $(ARGS)
+TESTS := not slow and not bench
+
+test: $(DEV_STAMP) ## Run the tests on all cores, without the slow ones: TESTS="not bench" runs both
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m "$(TESTS)" $(ARGS)
 
 test-slow: $(DEV_STAMP) ## Run only the slow tests: many episodes in SUMO
 	@$(BIN)/python -m pytest -n auto --dist worksteal -m "slow and not bench" $(ARGS)
-
-test-all: $(DEV_STAMP) ## Run both, as CI does: one session, the slow ones first
-	@$(BIN)/python -m pytest -n auto --dist worksteal -m "not bench" $(ARGS)
 
 cov: $(DEV_STAMP) ## Measure which lines and branches the tests reach: ARGS=tests/sumo_nets
 	@$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term --cov-report=html $(ARGS)
@@ -140,7 +139,7 @@ ci: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory lint
 	@$(MAKE) --no-print-directory type
 	@$(BIN)/lint-imports
-	@$(MAKE) --no-print-directory test-all
+	@$(MAKE) --no-print-directory test TESTS="not bench" # in one session, the slow ones first
 
 clean: ## Remove .venv, caches and all results in runs and sweeps; compiled loops stay in ~/.cache/rearview
 	rm -rf $(VENV) $(CHECKER_VENV) runs sweeps build site .coverage .coverage.* htmlcov *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache

@@ -179,19 +179,6 @@ class Lanes:
         """Return (centres, widths) at arc length `s`, (n_lanes,) each [m]."""
         return _lanes_at(float(s), self.s, self.centre, self.width)
 
-
-@compiled
-def _lanes_at(
-    s: float, lanes_s: FloatArray, centre: FloatArray, width: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Read centres and widths at one arc length, (n_lanes,) each."""
-    n = centre.shape[0]
-    here, centres, widths = np.array([s]), np.empty(n), np.empty(n)
-    for lane in range(n):
-        interpolate(here, 0.0, lanes_s, centre[lane], centres[lane : lane + 1])
-        interpolate(here, 0.0, lanes_s, width[lane], widths[lane : lane + 1])
-    return centres, widths
-
     def may_change(self, lane: int, side: int, begin: float, end: float) -> bool:
         """Check whether a lane may be left all the way between two places.
 
@@ -205,6 +192,19 @@ def _lanes_at(
         first = max(int(np.searchsorted(self.s, begin, side="right")) - 1, 0)
         last = max(int(np.searchsorted(self.s, end, side="left")), first + 1)
         return not bool(solid[first:last].any())
+
+
+@compiled
+def _lanes_at(
+    s: float, lanes_s: FloatArray, centre: FloatArray, width: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Read centres and widths at one arc length, (n_lanes,) each."""
+    n = centre.shape[0]
+    here, centres, widths = np.array([s]), np.empty(n), np.empty(n)
+    for lane in range(n):
+        interpolate(here, 0.0, lanes_s, centre[lane], centres[lane : lane + 1])
+        interpolate(here, 0.0, lanes_s, width[lane], widths[lane : lane + 1])
+    return centres, widths
 
 
 @dataclass(frozen=True, slots=True, eq=False)
