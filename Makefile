@@ -91,8 +91,9 @@ test-slow: $(DEV_STAMP) ## Run only the slow tests: many episodes in SUMO
 test-all: $(DEV_STAMP) ## Run both, as CI does: one session, the slow ones first
 	@$(BIN)/python -m pytest -n auto --dist worksteal -m "not bench" $(ARGS)
 
-cov: $(DEV_STAMP) ## Measure which lines and branches the tests reach: ARGS=tests/sumo_nets
+cov: $(DEV_STAMP) ## Measure which lines and branches the tests reach, slow ones aside: ARGS=tests/sumo_nets
 	@$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term --cov-report=html $(ARGS)
+	@echo "what only slow tests reach counts as missed, and compiled functions do not count; with slow tests: make cov ARGS='-m \"not bench\"'"
 
 docs: $(DEV_STAMP) ## Build the documentation into site/index.html; any warning is an error
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
