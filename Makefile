@@ -22,7 +22,7 @@ SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collect
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow test-all cov docs lint fmt type imports bench bench-docs bench-peers peers-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow test-all cov docs lint fmt type contracts imports bench bench-docs bench-peers peers-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -110,8 +110,10 @@ fmt: $(DEV_STAMP) ## Format and mend what can be mended
 type: $(DEV_STAMP) ## Check types
 	@$(BIN)/mypy
 
-imports: $(DEV_STAMP) ## Check which package may import which, sizes of functions, names of classes
+contracts: $(DEV_STAMP)
 	@$(BIN)/lint-imports
+
+imports: contracts ## Check which package may import which, sizes of functions, names of classes
 	@$(BIN)/python -m pytest -q -s -n0 tests/test_structure.py
 
 bench: $(DEV_STAMP) ## Measure speed; prints a table and saves JSON under .benchmarks
@@ -138,9 +140,7 @@ schema: $(DEV_STAMP) ## Write the JSON Schemas of scenario, sweep and search fil
 
 # the tests build the documentation strictly, and look at the shape of the code
 ci: ## Everything that a change must pass
-	@$(MAKE) --no-print-directory lint
-	@$(MAKE) --no-print-directory type
-	@$(BIN)/lint-imports
+	@$(MAKE) --no-print-directory -j2 --output-sync=target lint type contracts
 	@$(MAKE) --no-print-directory test-all
 
 clean: ## Remove .venv, caches and all results in runs and sweeps; compiled loops stay in ~/.cache/rearview

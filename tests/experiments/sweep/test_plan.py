@@ -190,7 +190,10 @@ def test_bad_sweeps_are_one_line(tmp_path, change, message):
     ("text", "message"),
     [
         ("", "holds no keys"),
-        (SWEEP.replace("thesis_straight", "thesis_strait"), "did you mean"),
+        (
+            SWEEP.replace("thesis_straight", "thesis_strait"),
+            "small.yaml:2: scenarios[0]: thesis_strait: no such scenario; did you mean",
+        ),
         (SWEEP.replace("[cruise]", "[]"), "planners: is a list of 0"),
         (SWEEP.replace("[cruise]", "[cruise, cruise]"), "is the second cruise"),
         (
