@@ -152,6 +152,7 @@ def disc_search(tmp_path, **keys) -> str:
     return write_search(tmp_path, "left", reduce=0, keep_traces="none", **keys)
 
 
+@pytest.mark.slow
 def test_a_subset_simulation_estimates_a_probability_for_rate(tmp_path, capsys):
     path = disc_search(tmp_path, method="subset", level_trials=20, budget=20)
     out = tmp_path / "out"
