@@ -22,7 +22,7 @@ SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collect
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type imports bench bench-docs bench-peers peers-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type contracts imports bench bench-docs bench-peers peers-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -90,8 +90,9 @@ test: $(DEV_STAMP) ## Run the tests on all cores, without the slow ones: TESTS="
 test-slow: $(DEV_STAMP) ## Run only the slow tests: many episodes in SUMO
 	@$(BIN)/python -m pytest -n auto --dist worksteal -m "slow and not bench" $(ARGS)
 
-cov: $(DEV_STAMP) ## Measure which lines and branches the tests reach: ARGS=tests/sumo_nets
+cov: $(DEV_STAMP) ## Measure which lines and branches the tests reach, slow ones aside: ARGS=tests/sumo_nets
 	@$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term --cov-report=html $(ARGS)
+	@echo "what only slow tests reach counts as missed, and compiled functions do not count; with slow tests: make cov ARGS='-m \"not bench\"'"
 
 docs: $(DEV_STAMP) ## Build the documentation into site/index.html; any warning is an error
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
@@ -108,8 +109,10 @@ fmt: $(DEV_STAMP) ## Format and mend what can be mended
 type: $(DEV_STAMP) ## Check types
 	@$(BIN)/mypy
 
-imports: $(DEV_STAMP) ## Check which package may import which, sizes of functions, names of classes
+contracts: $(DEV_STAMP)
 	@$(BIN)/lint-imports
+
+imports: contracts ## Check which package may import which, sizes of functions, names of classes
 	@$(BIN)/python -m pytest -q -s -n0 tests/test_structure.py
 
 bench: $(DEV_STAMP) ## Measure speed; prints a table and saves JSON under .benchmarks
@@ -136,9 +139,7 @@ schema: $(DEV_STAMP) ## Write the JSON Schemas of scenario, sweep and search fil
 
 # the tests build the documentation strictly, and look at the shape of the code
 ci: ## Everything that a change must pass
-	@$(MAKE) --no-print-directory lint
-	@$(MAKE) --no-print-directory type
-	@$(BIN)/lint-imports
+	@$(MAKE) --no-print-directory -j2 --output-sync=target lint type contracts
 	@$(MAKE) --no-print-directory test TESTS="not bench" # in one session, the slow ones first
 
 clean: ## Remove .venv, caches and all results in runs and sweeps; compiled loops stay in ~/.cache/rearview

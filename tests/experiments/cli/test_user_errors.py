@@ -33,9 +33,9 @@ def sweep(tmp_path_factory) -> str:
         "schema",
         "run --help",
         "results SWEEP",
-        "results SWEEP --format csv",
-        "results SWEEP --format json",
-        "compare SWEEP --baseline cruise",
+        pytest.param("results SWEEP --format csv", marks=pytest.mark.slow),
+        pytest.param("results SWEEP --format json", marks=pytest.mark.slow),
+        pytest.param("compare SWEEP --baseline cruise", marks=pytest.mark.slow),
         "report SWEEP",
     ],
 )

@@ -43,7 +43,12 @@ def scenarios(planner: str) -> tuple[str, ...]:
     )
 
 
-CASES = [(name, road) for name in PLANNERS for road in scenarios(name)]
+# The planners that give the roads their names; the others are settings of them.
+CASES = [
+    pytest.param(name, road, marks=[] if name in ROADS else [pytest.mark.slow])
+    for name in PLANNERS
+    for road in scenarios(name)
+]
 
 
 @pytest.mark.sumo

@@ -29,7 +29,16 @@ def drive(tmp_path, overrides=(), name="cut_in"):
     return run_episode(load_scenario(name, overrides=overrides), out=tmp_path)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(
+            case,
+            marks=[] if case in ("perfect", "kinematic", "all") else [pytest.mark.slow],
+        )
+        for case in CASES
+    ],
+)
 def test_the_same_seed_gives_the_same_bytes_and_every_cycle_can_be_planned_again(
     case, tmp_path
 ):

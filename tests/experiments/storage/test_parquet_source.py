@@ -42,7 +42,7 @@ ODD_NAMES = (
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Return a sweep whose results are not collected yet."""
-    return write_sweep(tmp_path_factory.mktemp("made") / "sweep", seeds=2)
+    return write_sweep(tmp_path_factory.mktemp("made") / "sweep", seeds=1)
 
 
 @pytest.mark.parametrize("name", ODD_NAMES)
@@ -53,9 +53,9 @@ def test_traces_and_results_in_odd_folders(made, tmp_path, name):
     write_trace(trace, folder)
     assert trace_hash(read_trace(folder)) == trace_hash(trace)
     sweep = shutil.copytree(made, tmp_path / name / "sweep")
-    assert rebuild(sweep) == 16
+    assert rebuild(sweep) == 8
     found = rows(sweep)
-    assert {row["seed"] for row in found} == {0, 1}
+    assert {row["seed"] for row in found} == {0}
     assert {row["scenario"] for row in found} == {"straight", "curved"}
     assert {row["label"] for row in found} == {"cruise", "old"}
 

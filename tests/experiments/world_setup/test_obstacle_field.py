@@ -288,7 +288,9 @@ def test_where_less_would_not_do_either_it_is_said():
     assert tried[-1] == (section.radii_m, 0.0)
 
 
-@pytest.mark.parametrize("road", ROADS)
+@pytest.mark.parametrize(
+    "road", [ROADS[0], *(pytest.param(r, marks=pytest.mark.slow) for r in ROADS[1:])]
+)
 def test_a_truck_gets_its_field_too(road):
     """Its corners swing out: courses that use the whole width leave the road."""
     for seed in range(6):

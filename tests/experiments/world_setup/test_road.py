@@ -58,7 +58,8 @@ def test_an_ego_on_its_path_is_on_its_road_as_planners_see_it(tmp_path):
 LORRY = Vehicle(length=16.0, width=2.5, wheelbase=12.0, rear_overhang=2.0)
 
 
-@pytest.mark.parametrize("goal", [pytest.param(None, marks=pytest.mark.slow), 250.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("goal", [None, 250.0])
 def test_a_turn_that_is_too_narrow_before_the_goal_is_refused(goal):
     with pytest.raises(NetworkError, match="cannot take"):
         sumo_road(network("t_junction"), LORRY, None, goal)

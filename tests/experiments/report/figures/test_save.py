@@ -64,7 +64,11 @@ def panels(figure: Figure) -> dict[str, Axes]:
 
 @pytest.mark.parametrize(
     ("name", "begin"),
-    [("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.PDF", b"%PDF")],
+    [
+        ("a.png", b"\x89PNG"),
+        pytest.param("a.svg", b"<?xml", marks=pytest.mark.slow),
+        pytest.param("a.PDF", b"%PDF", marks=pytest.mark.slow),
+    ],
 )
 def test_format_by_suffix_and_the_same_bytes_again(run, tmp_path, name, begin):
     contents = []

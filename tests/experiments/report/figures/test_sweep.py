@@ -47,7 +47,9 @@ def test_shares_and_medians_are_those_of_the_results(sweep):
     assert any(value == pytest.approx(median) for value in drawn)
 
 
-@pytest.mark.parametrize("name", ["a.pdf", "a.svg"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("a.pdf", marks=pytest.mark.slow), "a.svg"]
+)
 def test_the_same_bytes_again(sweep, tmp_path, name):
     contents = [save_figure(sweep, tmp_path / name).read_bytes() for _ in range(2)]
     assert contents[0] == contents[1]

@@ -95,7 +95,13 @@ def test_a_heat_map_has_the_means_of_its_cells(sweep):
         assert (runs, mean) == (len(own), pytest.approx(np.mean(own)))
 
 
-@pytest.mark.parametrize("kind", list(FigureKind))
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, marks=[] if kind is FigureKind.MEANS else [pytest.mark.slow])
+        for kind in FigureKind
+    ],
+)
 def test_files_are_the_same_again_with_data_beside_them(sweep, tmp_path, kind):
     written = []
     for name in ("a.pdf", "b.pdf"):

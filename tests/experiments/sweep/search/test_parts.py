@@ -351,7 +351,7 @@ BAD = {
     "method: anneal": "allowed: random, sobol, directed, tpe",
     "against: random": "against: is random as the method is",
     "set: {conflict.gap_m: 3.0}": "conflict.gap_m: is in space too",
-    "scenario: cut_out_": "no such scenario",
+    "scenario: cut_out_": "search.yaml:2: scenario: cut_out_: no such scenario; did yo",
     "space: {simulation.duration_s: [0.0, 5.0]}": "search.yaml:4: simulation.duration",
     "space: {traffic.drivers.cooperation: [0.0, 1.0]}": (
         "search.yaml:4: traffic.drivers.cooperation: 0.0: "

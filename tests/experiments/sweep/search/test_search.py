@@ -152,6 +152,7 @@ def disc_search(tmp_path, **keys) -> str:
     return write_search(tmp_path, "left", reduce=0, keep_traces="none", **keys)
 
 
+@pytest.mark.slow
 def test_a_subset_simulation_estimates_a_probability_for_rate(tmp_path, capsys):
     path = disc_search(tmp_path, method="subset", level_trials=20, budget=20)
     out = tmp_path / "out"
@@ -190,13 +191,13 @@ def test_rates_are_of_random_trials_alone(method, code, tmp_path, capsys):
 @pytest.mark.parametrize("stop", [1, 1000])
 def test_trials_that_a_number_of_failures_ended_are_no_sample(stop, tmp_path, capsys):
     keys = {"batch": 1, "stop_after_failures": stop}
-    path = disc_search(tmp_path, method="random", budget=40, **keys)
+    path = disc_search(tmp_path, method="random", budget=12, **keys)
     out = tmp_path / "out"
     allow = ("--allow-planner", "broken_planner")
     rearview(capsys, "search", path, "--workers", "0", "--out", out, *allow)
     result = found(out)
     assert result["failures"] > 0
-    assert (len(result["trials"]) < 40) is (stop == 1)
+    assert (len(result["trials"]) < 12) is (stop == 1)
     code, _, err = rearview(capsys, "rate", out)
     assert code == (2 if stop == 1 else 0)
     if stop == 1:
