@@ -100,7 +100,12 @@ _ONLY_FLOATS = {float}
 
 def with_floats(state: State) -> State:
     """Return a state whose numbers are floats: itself, unless one is not."""
-    values = _NUMBERS_OF[type(state)](state)
+    read = _NUMBERS_OF.get(type(state))
+    values = (
+        tuple(getattr(state, field.name) for field in fields(state))
+        if read is None  # of a class derived from these
+        else read(state)
+    )
     if set(map(type, values)) == _ONLY_FLOATS:
         return state
     if all(isinstance(value, float) for value in values):

@@ -20,6 +20,8 @@ LIBRARIES = (
     "duckdb",
 )
 GIT_PATIENCE = 5.0  # [s]
+# as `git status` writes the commit, and what stands there before the first one
+_COMMIT, _NO_COMMIT = "# branch.oid ", "(initial)"
 
 
 def versions() -> dict[str, str | None]:
@@ -57,11 +59,13 @@ def git_state() -> dict[str, Any] | None:
     """Return commit and whether the tree differs from it; None outside a checkout."""
     if not (ROOT / ".git").exists():
         return None
-    commit = _git("rev-parse", "HEAD")
-    changes = _git("status", "--porcelain", "--untracked-files=no")
-    if commit is None or changes is None:
+    status = _git("status", "--porcelain=v2", "--branch", "--untracked-files=no")
+    lines = [] if status is None else status.splitlines()
+    commits = [line.removeprefix(_COMMIT) for line in lines if line.startswith(_COMMIT)]
+    if not commits or commits[0] == _NO_COMMIT:
         return None
-    return {"commit": commit, "dirty": bool(changes)}
+    changed = any(not line.startswith("#") for line in lines)
+    return {"commit": commits[0], "dirty": changed}
 
 
 def _git(*arguments: str) -> str | None:

@@ -5,7 +5,16 @@ import numpy as np
 import pytest
 
 from planner.errors import InvalidInputError
-from planner.states import CartesianStates, FrenetStates, Trajectory, freeze
+from planner.states import (
+    CartesianState,
+    CartesianStates,
+    FrenetStates,
+    Path,
+    SpeedProfile,
+    Trajectory,
+    freeze,
+    with_floats,
+)
 
 
 def trajectory(heading=None):
@@ -92,3 +101,32 @@ def test_a_trajectory_of_one_table_is_that_of_its_columns():
     rows[0, 3] = rows[0, 2]
     with pytest.raises(InvalidInputError):
         Trajectory.from_rows(rows)
+
+
+@pytest.mark.parametrize(("record", "n"), [(Path, 7), (SpeedProfile, 5)])
+def test_a_record_of_one_table_is_that_of_its_columns(record, n):
+    rows = np.arange(n * 4.0).reshape(n, 4)
+    made, columns = record.from_rows(rows), record(*rows)
+    rows[:] = 7.0  # the table was copied
+    for name in record.__slots__:
+        column = getattr(made, name)
+        np.testing.assert_array_equal(column, getattr(columns, name))
+        assert not column.flags.writeable
+    with pytest.raises(InvalidInputError, match="growing"):
+        record.from_rows(np.zeros((n, 4)))
+
+
+def test_whole_numbers_of_a_state_become_floats():
+    state = CartesianState(1, 2.0, 0.0, 0.0, np.float64(3.0), 0.0)
+    assert type(with_floats(state).x) is float
+    floats = CartesianState(1.0, 2.0, 0.0, 0.0, 3.0, 0.0)
+    assert with_floats(floats) is floats
+
+
+def test_a_class_derived_from_a_state_is_one():
+    class Named(CartesianState):
+        """Of a user."""
+
+    state = with_floats(Named(1, 2, 0, 0, 3, 0))
+    assert type(state) is Named
+    assert state.speed == 3.0
