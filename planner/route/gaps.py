@@ -12,6 +12,7 @@ from planner.scene import Scene
 
 SLOWER = 2.0  # than the vehicle that the ego lets pass [m/s]
 SLOWEST = 2.0  # while looking for a gap [m/s]
+LEAST_AHEAD = 1.2  # that is left to who is ahead there: the ego keeps it anyway [s]
 CALM_GAP = 1.0  # that is left to who is behind, if there is the way for it [s]
 WAY_SHARE = 0.7  # of the lane that is left, to get ahead of one who is behind [-]
 
@@ -23,6 +24,7 @@ class Gap(NamedTuple):
     because_of: int  # the body that is too near, as a row; -1 without one
     is_ahead: bool  # whether that body is ahead of the ego's middle
     lack: float = 0.0  # by which it is too near [m]
+    lane: int = -1
 
 
 def gap_beside(
@@ -58,7 +60,7 @@ def gap_beside(
         return Gap(is_safe=True, because_of=-1, is_ahead=False)
     worst = int(np.argmax(lack))
     ahead, missing = bool(is_ahead[worst]), float(lack[worst])
-    return Gap(is_safe=False, because_of=worst, is_ahead=ahead, lack=missing)
+    return Gap(False, worst, ahead, missing, lane)  # noqa: FBT003
 
 
 def seeking_speed(
@@ -78,10 +80,9 @@ def seeking_speed(
     if gap.is_safe:
         return scene.target_speed
     other = float(bodies.speed[gap.because_of])
-    own = scene.ego.speed
-    time = WAY_SHARE * room / max(own, SLOWEST)
     if not gap.is_ahead and (
-        other < own - SLOWER or (own - other) * time > max(gap.lack, 0.0)
+        other < scene.ego.speed - SLOWER
+        or _gains(scene, bodies, gap.lane, (max(gap.lack, 0.0), other, room))
     ):
         return scene.target_speed
     return min(scene.target_speed, max(other - SLOWER, SLOWEST))
@@ -102,7 +103,33 @@ def grows_calm(scene: Scene, bodies: BodiesAhead, lane: int, room: float) -> boo
     if not behind.any():
         return False
     nearest = int(np.argmin(np.where(behind, rear_gap, np.inf)))
-    own, other = scene.ego.speed, max(float(bodies.speed[nearest]), 0.0)
+    other = max(float(bodies.speed[nearest]), 0.0)
     lack = CALM_GAP * other - float(rear_gap[nearest])
-    time = WAY_SHARE * room / max(own, SLOWEST)
-    return bool(0.0 < lack < (own - other) * time)
+    return lack > 0.0 and _gains(scene, bodies, lane, (lack, other, room))
+
+
+def _gains(
+    scene: Scene, bodies: BodiesAhead, lane: int, need: tuple[float, float, float]
+) -> bool:
+    """Check whether the ego gains so much on one who is behind in a lane, in time.
+
+    Its own lane goes on for long enough, and it does not come too near to whoever is
+    ahead in the other one.
+
+    Args:
+        scene: With lanes.
+        bodies: On the road.
+        lane: The other lane.
+        need: What it has to gain [m], on whom [m/s], and the room in its lane [m].
+    """
+    lack, other, room = need
+    own = scene.ego.speed
+    if own <= other:
+        return False
+    time = lack / (own - other)
+    front = scene.ego_frenet.s + scene.vehicle.front_reach
+    gap = bodies.s - bodies.half_length - front
+    ahead = in_lane(scene, bodies, lane) & np.isfinite(bodies.s) & (gap > 0.0)
+    later = np.where(ahead, gap - np.maximum(own - bodies.speed, 0.0) * time, np.inf)
+    in_time = time * max(own, SLOWEST) < WAY_SHARE * room
+    return bool(in_time and later.min(initial=np.inf) > LEAST_AHEAD * own)

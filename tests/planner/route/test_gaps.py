@@ -53,3 +53,11 @@ def test_the_ego_slows_down_only_for_whom_it_cannot_leave_behind(
 def test_a_change_waits_for_a_gap_that_grows_calm_in_time(ahead, speed, room, waits):
     scene, bodies = beside(ahead, speed)
     assert grows_calm(scene, bodies, 1, room) == waits
+
+
+def test_it_does_not_wait_where_it_would_lose_the_gap_to_who_is_ahead():
+    behind, ahead = Car(88.0, SIDE, 13.0), Car(118.0, SIDE, 12.0)
+    alone = on_lanes(speed=EGO, target_speed=EGO, cars=[behind])
+    both = on_lanes(speed=EGO, target_speed=EGO, cars=[behind, ahead])
+    assert grows_calm(alone, bodies_on_road(alone), 1, 250.0)
+    assert not grows_calm(both, bodies_on_road(both), 1, 250.0)
