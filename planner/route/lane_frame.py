@@ -285,9 +285,28 @@ def _frame(
         offset,
         need,
         inner,
-        replace(lanes, s=_moved(lanes.s, at, s), centre=lanes.centre - there),
+        _moved_lanes(lanes, _moved(lanes.s, at, s), there),
         bounds,
         replace(limits, s=_moved(limits.s, at, s)),
+    )
+
+
+def _moved_lanes(lanes: Lanes, s: FloatArray, offset: FloatArray) -> Lanes:
+    """Move lanes into a frame; of samples that coincide there the first one stays.
+
+    Args:
+        lanes: On the reference path.
+        s: Of their samples in the frame, (n,) [m].
+        offset: Of the frame there, (n,) [m].
+    """
+    kept = np.concatenate([[True], s[1:] > np.maximum.accumulate(s)[:-1]])
+    return Lanes(
+        s[kept],
+        (lanes.centre - offset)[:, kept],
+        lanes.width[:, kept],
+        lanes.left_hand,
+        lanes.solid_left[:, kept],
+        lanes.solid_right[:, kept],
     )
 
 

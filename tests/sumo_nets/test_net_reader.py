@@ -160,3 +160,19 @@ def test_lights_of_a_rail_crossing_need_no_program(tmp_path):
     crossing = file.read_text().replace('type="priority"', 'type="rail_crossing"')
     (tmp_path / "rail.net.xml").write_text(crossing)
     assert read_net(tmp_path / "rail.net.xml").edges["a"].lanes[0].links
+
+
+def test_lines_that_cars_may_not_cross_are_known(tmp_path):
+    file = written(tmp_path)
+    text = file.read_text()
+    lanes = {
+        "": (True, True),
+        ' changeLeft="emergency"': (False, True),
+        ' changeRight="bus emergency"': (True, False),
+        ' changeLeft="passenger bus" changeRight="all"': (True, True),
+    }
+    for number, (lines, expected) in enumerate(lanes.items()):
+        changed = tmp_path / f"{number}.net.xml"
+        changed.write_text(text.replace('id="a_0"', f'id="a_0"{lines}'))
+        lane = read_net(changed).edges["a"].lanes[0]
+        assert (lane.leads_up, lane.leads_down) == expected

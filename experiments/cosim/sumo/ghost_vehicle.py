@@ -45,7 +45,8 @@ NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
 LOOK_AHEAD = 4  # strips in which the ego may turn up next
 INSIDE_JUNCTION = ":"  # how the names of lanes there begin
 REACHES_IN = 0.3  # a body that reaches less into a lane leaves it to others [m]
-SHORTEST = 0.5  # rear that is left before a junction, of which a ghost is made [m]
+SHORTEST = 0.5  # of a ghost that stands for what is left before a junction [m]
+PAST_LINE = 2.5  # so near behind the line a body is in the way of all who cross it [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +105,8 @@ def rear_pose(
         own: Lane in which SUMO has the ego, if it is one of these.
 
     Returns:
-        A pose at the lane's end; None where nothing of the body is there any more.
+        A pose at the lane's end; None where nothing of the body is there any more, or
+        close behind it, where the ways of the lane have not parted yet.
     """
     outline = corners(ego, vehicle)
     best = None
@@ -112,10 +114,10 @@ def rear_pose(
         if number == own:
             continue
         station = _rearmost_in(lane, outline)
-        left = lane.length - station
-        if left >= SHORTEST and (best is None or left > best.length):
-            length = min(left, vehicle.length)
-            place = lane.at(station + length)
+        length = min(max(lane.length - station, SHORTEST), vehicle.length)
+        near = station <= lane.length + PAST_LINE
+        if near and (best is None or length > best.length):
+            place = lane.at(min(station + length, lane.length))
             best = GhostPose(lane.edge, lane.index, *place, length)
     return best
 

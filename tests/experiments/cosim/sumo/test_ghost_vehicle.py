@@ -306,7 +306,9 @@ def test_the_rear_of_one_that_swings_out_is_still_in_the_lane_before():
     assert (turned.edge, turned.lane) == ("e", 0)
     assert turned.x == pytest.approx(100.0)
     assert turned.length == pytest.approx(2.0 + CAR.width / 2.0)
-    assert rear_pose(before, ego(102.0, -3.5), CAR) is None
+    behind = rear_pose(before, ego(102.0, -3.5), CAR)
+    assert (behind.x, behind.length) == pytest.approx((100.0, 0.5))
+    assert rear_pose(before, ego(105.0, -3.5), CAR) is None
     assert rear_pose(before, ego(98.0, 4.0, math.pi / 2.0), CAR) is None
 
 
