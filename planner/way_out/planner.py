@@ -148,9 +148,16 @@ def _go_on(scene: Scene, last: WayOutMemory, way: Way) -> PlanResult | None:
     blocker = _touched(scene, going, bodies)
     stood = 0.0
     if blocker is not None:
-        going = drive_along(scene, way, along, (0.0, PACE), horizon)
         stood = last.stood + scene.step
-        if _touched(scene, going, bodies) is not None or stood > STOOD:
+        hard = 0.5 * scene.vehicle.limits.max_deceleration
+        touches: str | None = blocker
+        for pace in (PACE, hard):
+            if touches is not None:
+                going = drive_along(scene, way, along, (0.0, pace), horizon)
+                touches = _touched(scene, going, bodies)
+        # one that moves stops on its way whatever comes: beside it there is no room
+        stands = scene.ego.speed < STANDING
+        if stands and (touches is not None or stood > STOOD):
             return None
     stats_now = "way out: past what stands, at walking speed"
     memory = WayOutMemory(last.inner, way, stood)

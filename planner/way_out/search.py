@@ -161,7 +161,8 @@ def grown(tree: Tree, here: int, bend: int, body: ArcBody, ground: Ground) -> in
     if turned > TURNED:
         return -1
     at = (places[here, 0], places[here, 1], places[here, 2])
-    ahead = driven(at, body.curvature * (bend - MIDDLE) / MIDDLE, ARC)
+    curvature = body.curvature * (bend - MIDDLE) / MIDDLE
+    ahead = driven(at, curvature, ARC)
     row, s, l = path_place(path, number[here, 2], ahead[0], ahead[1])
     askew = askew_at(path, row, ahead[2])
     inside = path[0, 0] < s < path[-1, 0]
@@ -174,6 +175,9 @@ def grown(tree: Tree, here: int, bend: int, body: ArcBody, ground: Ground) -> in
         return -1
     tree.seen[cell] = True
     gap = gap_to_points(ahead, body, ground.points)
+    if gap >= ground.margin:  # a corner that swings may come nearer on the way
+        between = driven(at, curvature, 0.5 * ARC)
+        gap = min(gap, gap_to_points(between, body, ground.points))
     if gap < ground.margin:
         return -1
     price = ARC * (1.0 + BEND_PRICE * abs(bend - MIDDLE) / MIDDLE)

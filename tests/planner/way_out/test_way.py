@@ -50,7 +50,7 @@ def bodies_on(way: Way, vehicle):
         )
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=60)
 @given(st.floats(-2.0, 2.0), st.floats(0.3, 1.2), st.booleans())
 def test_a_way_keeps_clear_of_what_stands_and_of_the_edges(l, radius, turns):
     path = bend(40.0) if turns else straight()
