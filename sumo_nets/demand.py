@@ -39,6 +39,9 @@ EGO_LANE = "ego_lane"  # a second one there, which departs in the ego's lane
 # Relative shares of the car-following models unless the demand says otherwise. ACC is
 # rare: SUMO's brakes with 6 m/s² and more before red lights, the others seldom do.
 COMMON_MODELS = (("Krauss", 0.4), ("IDM", 0.25), ("EIDM", 0.25), ("ACC", 0.1))
+# EIDM that decides more rarely keeps its acceleration behind a braking leader until
+# only an emergency is left [s]; it has a reaction time of its own.
+SLOWEST_EIDM = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,8 +231,7 @@ def routes_text(
         attributes = kind.attributes()
         if vehicles and not vehicles[0].keep_right:
             attributes["lcKeepRight"] = "0"
-        if reaction > 0.0:
-            attributes["actionStepLength"] = f"{reaction:g}"
+        attributes |= _reaction(kind.model, reaction)
         element = ElementTree.SubElement(root, "vType", attributes)
         for key, value in kind.parameters().items():
             ElementTree.SubElement(element, "param", key=key, value=value)
@@ -249,6 +251,14 @@ def routes_text(
     ElementTree.indent(root, "    ")
     body = ElementTree.tostring(root, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{body}\n'
+
+
+def _reaction(model: str, reaction: float) -> dict[str, str]:
+    """Return the attributes of a vehicle type that make its drivers react late."""
+    if reaction <= 0.0:
+        return {}
+    own = model == "EIDM" and reaction > SLOWEST_EIDM
+    return {"treaction" if own else "actionStepLength": f"{reaction:g}"}
 
 
 def _fed(network: Network, demand: Demand) -> Iterator[tuple[Stream, int | None]]:
