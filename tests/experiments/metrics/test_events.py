@@ -46,6 +46,7 @@ def with_lanes(trace, centres=(-1.75, 1.75), width=3.5):
         "centre_m": np.repeat(np.array(centres), 2),
         "width_m": np.full(2 * n, width),
         "left_hand": np.zeros(2 * n, dtype=np.int64),
+        "solid": np.zeros(2 * n, dtype=np.int64),
     }
     return replace(trace, lanes=lanes)
 
