@@ -22,7 +22,6 @@ from experiments.planners.hints import file_hint
 from experiments.storage.provenance import PACKAGES
 from planner.errors import PlannerError
 from planner.interface import Planner
-from planner.way_out import WayOutPlanner
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +31,6 @@ class RegisteredPlanner:
     factory: str  # module:function
     settings: str | None  # module:frozen dataclass that the factory takes
     purpose: str
-    gets_out: bool = False  # looks for a way out by arcs where it stands for good
 
 
 # What the words of a settings class say before what is allowed.
@@ -48,31 +46,26 @@ PLANNERS: Mapping[str, RegisteredPlanner] = {
         "planner.cruise:proposed",
         _CRUISE_SETTINGS,
         "Frenet sampling with the proposed costs of chapter 4, made for closed loop",
-        gets_out=True,
     ),
     "cruise_conventional": RegisteredPlanner(
         "planner.cruise:conventional",
         _CRUISE_SETTINGS,
         "the same sampling with the conventional costs",
-        gets_out=True,
     ),
     "route": RegisteredPlanner(
         "planner.route:proposed",
         "planner.route:RouteSettings",
         "one driver for a route: cruises, changes lanes where the route asks for it",
-        gets_out=True,
     ),
     "lane_change": RegisteredPlanner(
         "planner.lane_change:proposed",
         "planner.lane_change:LaneChangeSettings",
         "chapter 6 in closed loop: B-spline path, s-T graph, every passing order",
-        gets_out=True,
     ),
     "lane_change_area": RegisteredPlanner(
         "planner.lane_change:area",
         "planner.lane_change:LaneChangeSettings",
         "the same with the passing order chosen by its area, as in the thesis",
-        gets_out=True,
     ),
     "lane_change_thesis": RegisteredPlanner(
         "planner.lane_change:thesis",
@@ -83,25 +76,21 @@ PLANNERS: Mapping[str, RegisteredPlanner] = {
         "planner.lane_change:conventional",
         "planner.lane_change:LaneChangeSettings",
         "the same with the passing order searched on a grid: DP&QP",
-        gets_out=True,
     ),
     "dense": RegisteredPlanner(
         "planner.dense:proposed",
         "planner.dense:DenseSettings",
         "dense obstacles: the sides on which they are passed, one program each",
-        gets_out=True,
     ),
     "dense_adaptive": RegisteredPlanner(
         "planner.dense:adaptive",
         "planner.dense:DenseSettings",
         "dense obstacles by the adaptive lattice of chapter 5",
-        gets_out=True,
     ),
     "dense_uniform": RegisteredPlanner(
         "planner.dense:uniform",
         "planner.dense:DenseSettings",
         "dense obstacles by the conventional, uniform lattice",
-        gets_out=True,
     ),
     "careful_human": RegisteredPlanner(
         f"{_DRIVERS}.braking_planner:careful_human",
@@ -180,12 +169,9 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
         registered = PLANNERS[name]
         factory = _load(registered.factory)
         if registered.settings is not None and settings:
-            checked = _checked(settings, _load(registered.settings))
-            made = _call(name, factory, checked)
-        else:
-            check_factory_settings(name, factory, settings)
-            made = _call(name, factory, **settings)
-        return WayOutPlanner(made) if registered.gets_out else made
+            return _call(name, factory, _checked(settings, _load(registered.settings)))
+        check_factory_settings(name, factory, settings)
+        return _call(name, factory, **settings)
     if ":" not in name:
         known = f"{unknown_name(name, list(PLANNERS))}, module:factory"
         problem = f"no such planner; {file_hint(name) or known}"

@@ -30,14 +30,11 @@ def test_known_planners_can_be_made(name):
 
 def test_settings_reach_the_planner():
     planner = make_planner("cruise", {"margin": 0.4, "weights": {"jerk": 2.0}})
-    assert planner.planner.settings.margin == 0.4
-    assert planner.planner.settings.weights.jerk == 2.0
-    default = make_planner("cruise", {}).planner.settings
-    assert planner.planner.settings.weights.safety == default.weights.safety
-    assert make_planner("cruise", {"times": (1, 2)}).planner.settings.times == (
-        1.0,
-        2.0,
-    )
+    assert planner.settings.margin == 0.4
+    assert planner.settings.weights.jerk == 2.0
+    default = make_planner("cruise", {}).settings
+    assert planner.settings.weights.safety == default.weights.safety
+    assert make_planner("cruise", {"times": (1, 2)}).settings.times == (1.0, 2.0)
 
 
 def test_own_planner_without_registration():
