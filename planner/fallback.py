@@ -19,7 +19,7 @@ from planner.numerics import polynomials
 from planner.reference_path.frenet import frenet_trajectory
 from planner.scene import Scene
 from planner.states import CartesianState, FloatArray, FrenetStates, Trajectory
-from planner.swerve import swerves
+from planner.swerve import has_room_behind, keeps_to_the_road, swerves
 
 SAME_PLACE = 0.05  # the ego may be this far from where the last plan has it [m]
 SAME_SPEED = 0.1  # [m/s]
@@ -441,7 +441,10 @@ def swerving(scene: Scene, horizon: float) -> Iterator[Trajectory]:
     if scene.lanes.centre.shape[0] > 1:
         speeds = _speeds(scene)
         for offset, length in swerves(scene):
-            yield from _motions_to(scene, offset, length, speeds, horizon)
+            free = [one for one in speeds if has_room_behind(scene, offset, one[1])]
+            for way in _motions_to(scene, offset, length, free, horizon):
+                if keeps_to_the_road(scene, way):
+                    yield way
 
 
 def _speeds(scene: Scene) -> list[tuple[float, float]]:

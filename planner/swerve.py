@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from planner.scene import Scene
+from planner.states import BoolArray, FloatArray, Trajectory
 
 SPACING = 0.7  # between the offsets that are tried [m]
 FARTHEST = 4.5  # to either side [m]
@@ -19,8 +20,6 @@ SHARE = 0.8  # of the limits that the mere change of offset takes [-]
 def swerves(scene: Scene) -> Iterator[tuple[float, float]]:
     """Yield (offset, length of the way there) beyond the ego's lane, nearest first [m].
 
-    Only where whoever comes from behind has the room to brake as the ego may have to.
-
     Args:
         scene: Of this cycle.
     """
@@ -30,8 +29,7 @@ def swerves(scene: Scene) -> Iterator[tuple[float, float]]:
         offset, length = ego.l + shift, settling_length(scene, shift)
         left, right = scene.road.at(np.linspace(ego.s, ego.s + length, 5))
         high, low = float(left.min()) - half, float(right.max()) + half
-        inside = low + EDGE_GAP <= offset <= high - EDGE_GAP
-        if inside and has_room_behind(scene, offset):
+        if low + EDGE_GAP <= offset <= high - EDGE_GAP:
             yield offset, length
 
 
@@ -49,27 +47,62 @@ def settling_length(scene: Scene, shift: float) -> float:
     return math.sqrt(PEAK * abs(shift) / bend)
 
 
-def has_room_behind(scene: Scene, offset: float) -> bool:
+def keeps_to_the_road(scene: Scene, way: Trajectory) -> bool:
+    """Check whether the body's corners stay between the road's edges.
+
+    Args:
+        scene: Of this cycle.
+        way: To check; in the Frenet frame.
+    """
+    vehicle, half = scene.vehicle, 0.5 * scene.vehicle.width
+    turned = way.heading - scene.path.at(way.s).heading
+    across, along = np.sin(turned), np.cos(turned)
+    for reach in (vehicle.front_reach, -vehicle.rear_overhang):
+        left, right = scene.road.at(way.s + reach * along)
+        middle, side = way.l + reach * across, half * np.abs(along)
+        if np.any(middle + side > left) or np.any(middle - side < right):
+            return False
+    return True
+
+
+def has_room_behind(scene: Scene, offset: float, braking: float) -> bool:
     """Check the gap to those who come from behind in the new corridor.
 
-    They react, and then brake as hard as the ego may within its limits.
+    They react, and then brake as hard as the ego's limits outside an emergency allow.
+    Who drives in the ego's lane follows it as it is.
 
     Args:
         scene: Of this cycle.
         offset: That the ego moves to [m].
+        braking: Of the ego [m/s²].
     """
     users, ahead = scene.vehicles, scene.vehicles.prediction
     if not users.ids:
         return True
     s, l, ego = ahead.s[:, 0], ahead.l[:, 0], scene.ego_frenet
     rear = ego.s - scene.vehicle.rear_overhang
-    behind = s + 0.5 * users.length < rear
-    apart = 0.5 * (scene.vehicle.width + users.width) + BESIDE_GAP
-    low, high = min(ego.l, offset), max(ego.l, offset)
-    own = np.abs(l - ego.l) < apart  # they follow the ego as it is
-    there = behind & ~own & (l > low - apart) & (l < high + apart)
-    speed = users.speed
-    braking = 2.0 * scene.vehicle.limits.max_deceleration
-    need = REACTION * speed + np.maximum(speed**2 - scene.ego.speed**2, 0.0) / braking
     gap = rear - (s + 0.5 * users.length)
+    apart = 0.5 * (scene.vehicle.width + users.width) + BESIDE_GAP
+    own = (np.abs(l - ego.l) < apart) & in_one_lane(scene, l)
+    low, high = min(ego.l, offset), max(ego.l, offset)
+    there = (gap > 0.0) & ~own & (l > low - apart) & (l < high + apart)
+    theirs = users.speed**2 / (2.0 * scene.vehicle.limits.max_deceleration)
+    ours = scene.ego.speed**2 / (2.0 * braking)
+    need = REACTION * users.speed + np.maximum(theirs - ours, 0.0)
     return bool(np.all(~there | (gap > need)))
+
+
+def in_one_lane(scene: Scene, l: FloatArray) -> BoolArray:
+    """Tell who is in the ego's lane: nearest to its middle.
+
+    Args:
+        scene: Of this cycle.
+        l: Lateral offsets of the vehicles, (n,) [m].
+    """
+    centres, widths = scene.lanes.at(scene.ego_frenet.s)
+    there = centres[widths > 0.0]
+    if there.size == 0:
+        return np.ones(l.shape, dtype=np.bool_)
+    own = np.abs(there - scene.ego_frenet.l).argmin()
+    lanes: BoolArray = np.abs(there[:, None] - l).argmin(axis=0) == own
+    return lanes
