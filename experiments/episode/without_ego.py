@@ -3,7 +3,6 @@
 import json
 import logging
 import math
-from collections import OrderedDict
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,7 +23,6 @@ from experiments.world_setup.world import make_world_without_ego
 
 log = logging.getLogger(__name__)
 
-KEPT: Final = 12  # shared runs: two ways to close a lane, placebos, some to spare
 # Longer than this episode needs: one of another planner may take longer.
 AHEAD: Final = 1.25
 
@@ -34,12 +32,12 @@ class SharedTraffic:
     """Runs without the ego that episodes of several planners have in common.
 
     Which planner drives the ego changes nothing in a run without it. Those of the same
-    scenario and seed are therefore run once, as long as they follow each other.
+    scenario and seed are therefore run once, as long as they follow each other: those
+    of another one take their place.
     """
 
-    _runs: OrderedDict[Hashable, list[TrafficState]] = field(
-        default_factory=OrderedDict
-    )
+    _scenario: str = ""
+    _runs: dict[Hashable, list[TrafficState]] = field(default_factory=dict)
 
     def drive(
         self, scenario: Scenario, world: WithoutEgoWorld, entry_steps: int, n_steps: int
@@ -57,13 +55,15 @@ class SharedTraffic:
         """
         written = scenario.resolved()
         same = {key: value for key, value in written.items() if key != "planner"}
-        key = (json.dumps(same, sort_keys=True), world.traffic, entry_steps)
-        moments = self._runs.pop(key, [])
+        written_as = json.dumps(same, sort_keys=True)
+        if written_as != self._scenario:
+            self._runs.clear()
+            self._scenario = written_as
+        key = (world.traffic, entry_steps)
+        moments = self._runs.get(key, [])
         if len(moments) < n_steps:
             moments = _as_far_as_it_goes(world, entry_steps, n_steps)
-        self._runs[key] = moments
-        while len(self._runs) > KEPT:
-            self._runs.popitem(last=False)
+            self._runs[key] = moments
         return moments[:n_steps]
 
 

@@ -53,7 +53,10 @@ class LaneChangePlanner:
         situation = look(scene, self.settings)
         counts = SearchCounts()
         candidate = _decide(situation, last, self.settings, counts)
-        if candidate is None or _runs_into_something(situation, candidate):
+        if candidate is None or (
+            not self.settings.speed.printed.objective
+            and _runs_into_something(situation, candidate)
+        ):
             result = _fall_back(situation, last, self.settings, counts)
             change = None if last is None else last.change  # it is still wanted
             indicator = _indicator(situation, change, last, self.settings)

@@ -132,8 +132,8 @@ def wish(
         neighbour = own + (1 if best > own else -1)
         side = neighbour - own
         place = _last_place(scene, own, side, ends)
-        left = place - front
-        crosses = _may_cross(scene, own, side) or place == ends[own]
+        left = (ends[own] if place is None else place) - front
+        crosses = place is None or _may_cross(scene, own, side)
         if left < room and ends[neighbour] > front and crosses:
             why = f"lane {own} ends in {left:.0f} m"
             return LaneWish(neighbour, why, forced=True)
@@ -158,22 +158,24 @@ def _may_cross(scene: Scene, own: int, side: int) -> bool:
     return scene.lanes.may_change(own, side, s, s + reach)
 
 
-def _last_place(scene: Scene, own: int, side: int, ends: FloatArray) -> float:
+def _last_place(scene: Scene, own: int, side: int, ends: FloatArray) -> float | None:
     """Find where a lane that ends may be left for the last time [m].
 
-    Where the line may not be crossed at all before its end, who has to leave it has no
-    choice: that is the end.
+    Returns:
+        None where the line may not be crossed anywhere before that end: who has to
+        leave the lane has no choice.
     """
-    lanes, s = scene.lanes, scene.ego_frenet.s
+    lanes = scene.lanes
     solid = (lanes.solid_left if side > 0 else lanes.solid_right)[own]
-    ahead = np.flatnonzero((lanes.s > s) & (lanes.s < ends[own]))
-    if not ahead.size or not solid[ahead].any():
-        return float(ends[own])
+    here = max(int(np.searchsorted(lanes.s, scene.ego_frenet.s, side="right")) - 1, 0)
+    samples = np.arange(lanes.s.size)
+    ahead = samples[(samples >= here) & ((lanes.s < ends[own]) | (samples == here))]
     dashed = ahead[~solid[ahead]]
     if not dashed.size:
+        return None
+    if dashed[-1] == ahead[-1]:
         return float(ends[own])
-    following = min(int(dashed[-1]) + 1, lanes.s.size - 1)
-    return min(float(lanes.s[following]), float(ends[own]))
+    return float(lanes.s[dashed[-1] + 1])
 
 
 def _within_lines(scene: Scene, worths: FloatArray, own: int) -> FloatArray:

@@ -348,3 +348,22 @@ def test_a_lane_that_ends_is_left_before_its_line_is_solid(begin):
     plans = rollout(made, proposed(), 150)
     crossed = next(x.ego_frenet.s for x, _ in plans if x.ego_frenet.l > -WIDTH / 2)
     assert crossed < begin
+
+
+@pytest.mark.parametrize(("dashed", "start"), [(100.0, 20.0), (140.0, 60.0)])
+def test_a_lane_that_ends_is_left_behind_its_solid_line(dashed, start):
+    s = np.array([0.0, dashed, END, END + 0.1])
+    width = np.full((2, 4), WIDTH)
+    width[0, 3] = 0.0
+    centre = np.array([np.full(4, -WIDTH), np.zeros(4)])
+    path = straight(500.0)
+    for behind in (True, False):  # or the line is solid all the way: no choice
+        solid = np.zeros((2, 4), dtype=bool)
+        solid[0, 0] = True
+        solid[0, 1:] = not behind
+        lanes = Lanes(s, centre, width, solid_left=solid)
+        made = replace(scene_on(path, ego_on(path, start, -WIDTH)), lanes=lanes)
+        plans = rollout(made, proposed(), 150)
+        over = [x.ego_frenet.s for x, _ in plans if x.ego_frenet.l > -WIDTH / 2]
+        assert over, "the lane ends"
+        assert over[0] > dashed or not behind
