@@ -65,9 +65,6 @@ def wanted_speed(
 ) -> float:
     """Return the speed to have `ANTICIPATION` later [m/s].
 
-    A lower reference speed is anticipated, a higher one is not: who speeds up before
-    the end of a bend leaves it too fast.
-
     Args:
         at: s [m] and speed [m/s] at step i.
         i: The step.
@@ -75,8 +72,7 @@ def wanted_speed(
         leader: Whom to follow.
     """
     s, v = at
-    asked = min(speed_at(wish, s), speed_at(wish, s + ANTICIPATION * v))
-    wanted = wish.fraction * asked
+    wanted = wish.fraction * speed_at(wish, s + ANTICIPATION * v)
     if leader.s.size > 0:
         k = min(i, leader.s.size - 1)
         lead = leader.speed[k]

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from planner.bodies import bodies_of, leader_of
 from planner.cruise import CruisePlanner, CruiseSettings, thesis_proposed
-from planner.cruise.candidate_motion import S_DOT, S
 from planner.cruise.sampling.lateral import full_grid_size, terminal_offsets
 from planner.cruise.sampling.longitudinal import longitudinal_profiles
 from planner.cruise.sampling.reference_speed import reference_speed
@@ -182,18 +181,3 @@ def test_the_thesis_samples_eleven_times_and_one_speed():
     for p, count in enumerate(made.n_valid):
         assert count == round(made.duration[p] / settings.step) + 1
         assert made.rows[p, 1, count - 1] == pytest.approx(TARGET)
-
-
-@pytest.mark.parametrize("speed", [3.0, 4.0, 5.0])
-def test_a_driver_does_not_speed_up_before_a_bend_is_over(speed):
-    """It did, so that none drove at the speed of the bend: the ego crawled round it."""
-    path = bend(15.0, before=20.0)
-    end = 20.0 + 15.0 * math.pi
-    scene = make_scene(path, ego_on(path, end - 12.0, speed=speed))
-    _, asked = reference_speed(scene, SETTINGS)
-    tracks = profiles(scene)
-    s, v = tracks.rows[-1, S], tracks.rows[-1, S_DOT]  # with all of the speed
-    in_bend = s < end - 1.0
-    assert v.max() > asked[0] + 1.0
-    assert v[in_bend].max() <= asked[0] + 0.1
-    assert v[in_bend].max() > 0.8 * asked[0]
