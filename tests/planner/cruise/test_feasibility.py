@@ -201,4 +201,4 @@ def test_a_long_body_is_in_a_bend_before_its_axle(radius, entry, s, l, error):
     expected = body_excess(path, s, l, error, 3.5, -3.5, LORRY)
     found = excess_along(path, s, l, error, 3.5, -3.5)
     # where the curvature jumps, the circles are not those of one clothoid
-    assert math.isclose(found, expected, abs_tol=0.06 if entry else 0.15)
+    assert math.isclose(found, expected, abs_tol=0.06 if entry else 0.2)
