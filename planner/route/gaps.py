@@ -59,8 +59,13 @@ def gap_beside(
     if not lack.size or lack.max() <= 0.0:
         return Gap(is_safe=True, because_of=-1, is_ahead=False)
     worst = int(np.argmax(lack))
-    ahead, missing = bool(is_ahead[worst]), float(lack[worst])
-    return Gap(False, worst, ahead, missing, lane)  # noqa: FBT003
+    return Gap(
+        is_safe=False,
+        because_of=worst,
+        is_ahead=bool(is_ahead[worst]),
+        lack=float(lack[worst]),
+        lane=lane,
+    )
 
 
 def seeking_speed(
@@ -82,7 +87,7 @@ def seeking_speed(
     other = float(bodies.speed[gap.because_of])
     if not gap.is_ahead and (
         other < scene.ego.speed - SLOWER
-        or _gains(scene, bodies, gap.lane, (max(gap.lack, 0.0), other, room))
+        or _gains(scene, bodies, gap.lane, max(gap.lack, 0.0), other, room)
     ):
         return scene.target_speed
     return min(scene.target_speed, max(other - SLOWER, SLOWEST))
@@ -105,11 +110,16 @@ def grows_calm(scene: Scene, bodies: BodiesAhead, lane: int, room: float) -> boo
     nearest = int(np.argmin(np.where(behind, rear_gap, np.inf)))
     other = max(float(bodies.speed[nearest]), 0.0)
     lack = CALM_GAP * other - float(rear_gap[nearest])
-    return lack > 0.0 and _gains(scene, bodies, lane, (lack, other, room))
+    return lack > 0.0 and _gains(scene, bodies, lane, lack, other, room)
 
 
 def _gains(
-    scene: Scene, bodies: BodiesAhead, lane: int, need: tuple[float, float, float]
+    scene: Scene,
+    bodies: BodiesAhead,
+    lane: int,
+    lack: float,
+    other: float,
+    room: float,
 ) -> bool:
     """Check whether the ego gains so much on one who is behind in a lane, in time.
 
@@ -120,9 +130,10 @@ def _gains(
         scene: With lanes.
         bodies: On the road.
         lane: The other lane.
-        need: What it has to gain [m], on whom [m/s], and the room in its lane [m].
+        lack: What it has to gain [m].
+        other: Speed of the one behind [m/s].
+        room: To the end of the ego's lane [m].
     """
-    lack, other, room = need
     own = scene.ego.speed
     if own <= other:
         return False

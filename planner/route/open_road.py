@@ -5,7 +5,7 @@ import numpy as np
 from planner.lane_change.lane_choice import GONE, BodiesAhead
 from planner.lane_change.surroundings import in_lane
 from planner.scene import Lanes, Scene
-from planner.states import FloatArray
+from planner.states import BoolArray, FloatArray
 
 OBSTACLES_FROM = 100.0  # ahead of the ego, obstacles open the whole road [m]
 PASSED = 10.0  # behind the ego, an obstacle is passed [m]
@@ -80,7 +80,7 @@ def barrier_before(scene: Scene, obstacle: float) -> float:
     return max((x for x in places if rear < x < obstacle), default=-np.inf)
 
 
-def _near(scene: Scene, s: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _near(scene: Scene, s: FloatArray) -> BoolArray:
     """Check which obstacles are near the ego, (n,)."""
     ego = scene.ego_frenet.s
     return (s > ego - PASSED) & (s < ego + OBSTACLES_FROM)
