@@ -6,12 +6,14 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import HealthCheck, example, given, reject, settings
 from hypothesis import strategies as st
 
 from planner import cruise
+from planner.errors import OutsidePathDomainError
 from planner.fallback import SAME_PLACE
 from planner.interface import PlanStatus
+from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, line
 from planner.scene import Obstacles, Prediction
@@ -435,6 +437,10 @@ class Oddity:
             far, none = np.full_like(ahead.s, np.inf), np.zeros_like(ahead.l)
             gone = replace(ahead, s=far, l=none)
             vehicles = replace(vehicles, prediction=gone)
+        try:  # beyond the centre of a bend the ego is nearer to another part, reversed
+            cartesian_to_frenet_one(path, ego, s)
+        except OutsidePathDomainError:
+            reject()
         return make_scene(
             path,
             ego,
