@@ -7,20 +7,39 @@ Sources:
         Research Record 667 (1978), for PET; Cooper, Perrott 1984, for DRAC.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from experiments.metrics.pairs import neighbours
 from experiments.metrics.safety import leader_gaps, time_to_contact
 from experiments.trace.schema import Trace
-from planner.states import FloatArray
+from planner.states import BoolArray, FloatArray
 
 CRITICAL_TTC = 3.0  # below it time is exposed [s]
 LEAST_GAP = 0.1  # a smaller gap counts as this, so that DRAC stays finite [m]
 CELL = 0.5  # of the road, in which encroachment is looked for [m]
 PET_HORIZON = 5.0  # later arrivals are no conflict [s]
-CHUNK = 2000  # footprints at a time, so that memory stays bounded
+CHUNK = 200  # footprints at a time, so that they stay in the processor's cache
 FAR = 2**20  # cells from the path's start, within which all are
+
+
+class _Footprints(NamedTuple):
+    """Where bodies were in the Frenet plane of the ego's path; (n,) each."""
+
+    step: NDArray[np.int64]  # its index
+    s: FloatArray  # of the centre [m]
+    l: FloatArray
+    heading: FloatArray  # relative to the path [rad]
+    length: FloatArray  # [m]
+    width: FloatArray
+
+    def among(self, kept: BoolArray) -> "_Footprints":
+        """Return those marked in `kept`, (n,)."""
+        step, *columns = self
+        return _Footprints(step[kept], *(column[kept] for column in columns))
 
 
 def time_exposed_ttc(trace: Trace) -> float | None:
@@ -78,22 +97,10 @@ def closest_encroachment(trace: Trace) -> tuple[float, int] | None:
 
     The step is that of the later of the two visits of the place.
     """
-    steps, vehicles = trace.steps, trace.vehicles
-    ego_index, ego_cell = _covered(
-        steps["index"],
-        np.ma.filled(steps["centre_s_m"], np.nan),
-        np.ma.filled(steps["centre_l_m"], np.nan),
-        np.ma.filled(steps["heading_error_rad"], np.nan),
-        np.full(len(steps["index"]), float(trace.fact("length_m"))),
-        np.full(len(steps["index"]), float(trace.fact("width_m"))),
-    )
-    index, cell = _covered(
-        vehicles["index"],
-        *(
-            np.ma.filled(vehicles[name], np.nan)
-            for name in ("s_m", "l_m", "heading_error_rad", "length_m", "width_m")
-        ),
-    )
+    around = int(np.ceil(PET_HORIZON / float(trace.fact("step_s"))))
+    ego, others = _footprints(trace)
+    ego_index, ego_cell = _covered(ego)
+    index, cell = _covered(others.among(_near_in_time(ego, others, around)))
     if not ego_cell.size or not cell.size:
         return None
     # one number for (cell, step), so that the nearest visit of the ego is a search
@@ -113,22 +120,63 @@ def closest_encroachment(trace: Trace) -> tuple[float, int] | None:
     return (time, moment) if time <= PET_HORIZON else None
 
 
-def _covered(
-    index: NDArray[np.int64],
-    s: FloatArray,
-    l: FloatArray,
-    heading: FloatArray,
-    length: FloatArray,
-    width: FloatArray,
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _footprints(trace: Trace) -> tuple[_Footprints, _Footprints]:
+    """Return the ego's footprints, in the order of steps, and those of vehicles."""
+    steps, vehicles = trace.steps, trace.vehicles
+    size = [
+        np.full(len(steps["index"]), float(trace.fact(name)))
+        for name in ("length_m", "width_m")
+    ]
+    own = ("centre_s_m", "centre_l_m", "heading_error_rad")
+    names = ("s_m", "l_m", "heading_error_rad", "length_m", "width_m")
+    return (
+        _Footprints(
+            np.ma.getdata(steps["index"]),
+            *(np.ma.filled(steps[name], np.nan) for name in own),
+            *size,
+        ),
+        _Footprints(
+            np.ma.getdata(vehicles["index"]),
+            *(np.ma.filled(vehicles[name], np.nan) for name in names),
+        ),
+    )
+
+
+def _near_in_time(ego: _Footprints, others: _Footprints, around: int) -> BoolArray:
+    """Mark footprints that the ego's may share a cell with within some steps, (n,).
+
+    All others stay clear, with the circle round the body, of the box of the ego's
+    centres from `around` steps before to as many after.
+    """
+    if not ego.step.size:
+        return np.zeros(others.step.size, dtype=np.bool_)
+    own = np.hypot(ego.length[0], ego.width[0])
+    reach = (np.hypot(others.length, others.width) + own) / 2.0
+    row = np.searchsorted(ego.step, others.step).clip(max=ego.step.size - 1)
+    near = np.ones(others.step.size, dtype=np.bool_)
+    for centres, place in ((ego.s, others.s), (ego.l, others.l)):
+        least, most = _extremes(centres, around)
+        near &= (place >= least[row] - reach) & (place <= most[row] + reach)
+    return near
+
+
+def _extremes(values: FloatArray, around: int) -> tuple[FloatArray, FloatArray]:
+    """Return the least and greatest of the values up to `around` rows away, (n,)."""
+    bounds = []
+    for beyond, extreme in ((np.inf, np.min), (-np.inf, np.max)):
+        known = np.where(np.isfinite(values), values, beyond)
+        padded = np.pad(known, around, constant_values=beyond)
+        bounds.append(extreme(sliding_window_view(padded, 2 * around + 1), axis=1))
+    return bounds[0], bounds[1]
+
+
+def _covered(bodies: _Footprints) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the steps and cells of footprints, (n_covered,) each.
 
     Rows without a place in the plane are left out. Cells are numbered by place.
     """
-    framed = np.isfinite(s) & np.isfinite(l) & np.isfinite(heading)
-    index = np.ma.getdata(index)[framed]
-    s, l, heading = s[framed], l[framed], heading[framed]
-    length, width = length[framed], width[framed]
+    framed = np.isfinite(bodies.s) & np.isfinite(bodies.l) & np.isfinite(bodies.heading)
+    index, s, l, heading, length, width = bodies.among(framed)
     if not s.size:
         return np.empty(0, np.int64), np.empty(0, np.int64)
     reach = int(np.ceil(np.hypot(length.max(), width.max()) / 2.0 / CELL)) + 1

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from experiments.metrics import exposure
 from experiments.metrics.exposure import (
     max_drac,
     min_post_encroachment_time,
@@ -83,6 +84,26 @@ def test_no_post_encroachment_without_a_shared_place():
 
 def test_overlap_is_no_time_at_all():
     assert min_post_encroachment_time(drive(1, lambda _: (1.0, 0.0, 0.0, 10.0))) == 0.0
+
+
+@given(
+    start=st.floats(-40.0, 60.0),
+    speed=st.floats(-12.0, 18.0),
+    l=st.floats(-8.0, 8.0),
+    drift=st.floats(-3.0, 3.0),
+    heading=st.floats(-math.pi, math.pi),
+)
+def test_post_encroachment_looks_at_all_that_counts(start, speed, l, drift, heading):
+    def car(k):
+        return (start + speed * STEP * k, l + drift * STEP * k, heading, abs(speed))
+
+    trace = drive(90, car)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            exposure, "_near_in_time", lambda _, cars, __: np.isfinite(cars.s)
+        )
+        every = exposure.closest_encroachment(trace)
+    assert exposure.closest_encroachment(trace) == every
 
 
 def with_obstacle(body, speed=10.0, l=0.0):
