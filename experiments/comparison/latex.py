@@ -8,11 +8,10 @@ from collections.abc import Sequence
 
 from experiments.comparison.compare import Line, named
 from experiments.comparison.location import Interval
-from experiments.metrics.catalogue import METRICS
+from experiments.comparison.mean_digits import mean_digits
 
 SMALL_P = 0.001
 NOTES = r"p{0.25\linewidth}"  # a column of text in several lines
-MORE_DIGITS = 1  # of a mean than of one run
 
 _SIGNS = {
     "\\": r"\textbackslash{}",
@@ -78,7 +77,7 @@ def escaped(text: str) -> str:
 
 def _cells(line: Line) -> tuple[str, ...]:
     """Format planner, runs, value, difference and p of a line."""
-    digits = 1 if line.rate else _digits(line.metric)
+    digits = 1 if line.rate else mean_digits(line.metric)
     scale = 100.0 if line.rate else 1.0
     p = line.p_holm
     return (
@@ -91,14 +90,6 @@ def _cells(line: Line) -> tuple[str, ...]:
     )
 
 
-def _digits(metric: str) -> int:
-    """Return the digits of a mean."""
-    column = metric.partition(", ")[0]
-    return (
-        METRICS[column].digits + MORE_DIGITS if column in METRICS else MORE_DIGITS + 1
-    )
-
-
 def _with_interval(
     interval: Interval | None, scale: float, digits: int, sign: str = ""
 ) -> str:
@@ -106,7 +97,7 @@ def _with_interval(
     if interval is None:
         return ""
     value, low, high = (
-        f"{scale * end:{sign}.{digits}f}".replace("-", "$-$")
+        f"{scale * end:{sign}z.{digits}f}".replace("-", "$-$")
         for end in (interval.value, interval.low, interval.high)
     )
     if not (math.isfinite(interval.low) and math.isfinite(interval.high)):

@@ -9,6 +9,7 @@ from experiments.comparison.compare import Line
 from experiments.comparison.inference import rule_of_three
 from experiments.comparison.latex import as_latex
 from experiments.comparison.location import Interval
+from experiments.comparison.mean_digits import mean_digits
 from experiments.errors import ConfigError, ResultsError
 
 HEADER = (
@@ -155,19 +156,19 @@ EXPORTS: dict[str, Callable[[Sequence[Line]], str]] = {
 
 def _cells(line: Line) -> tuple[str, ...]:
     """Format one line, in the order of `HEADER`."""
-    rate, other = line.rate, line.difference
+    other = line.difference
     return (
         line.metric,
         line.where,
         line.label,
         str(line.runs),
-        _number(line.value.value, rate=rate) if line.value else "",
+        _number(line.value.value, line) if line.value else "",
         _own_interval(line),
         "" if line.difference is None and not line.note else str(line.pairs),
-        _number(other.value, rate=rate) if other else "",
-        _interval(other, rate=rate) if other else "",
+        _number(other.value, line) if other else "",
+        _interval(other, line) if other else "",
         *(
-            _with_interval(one, rate=rate) if one else ""
+            _with_interval(one, line) if one else ""
             for one in (line.placebo, line.ahead)
         ),
         "" if line.effect is None else f"{line.effect:.2f}",
@@ -184,26 +185,29 @@ def _own_interval(line: Line) -> str:
         return ""
     if line.events == 0:
         return f"below {100.0 * rule_of_three(line.runs):.1f} % (rule of three)"
-    return _interval(line.value, rate=line.rate)
+    return _interval(line.value, line)
 
 
-def _with_interval(interval: Interval, *, rate: bool) -> str:
+def _with_interval(interval: Interval, line: Line) -> str:
     """Format a value and its interval in one cell."""
-    return f"{_number(interval.value, rate=rate)} {_interval(interval, rate=rate)}"
+    return f"{_number(interval.value, line)} {_interval(interval, line)}"
 
 
-def _number(value: float, *, rate: bool) -> str:
+def _number(value: float, line: Line) -> str:
     """Format a value, a rate in percent."""
-    return f"{100.0 * value:.1f} %" if rate else f"{value:.4g}"
+    if line.rate:
+        return f"{100.0 * value:z.1f} %"
+    return f"{value:z.{mean_digits(line.metric)}f}"
 
 
-def _interval(interval: Interval, *, rate: bool) -> str:
+def _interval(interval: Interval, line: Line) -> str:
     """Format the ends of an interval."""
     if not interval.known:
         return "unknown"
-    if rate:
-        return f"[{100.0 * interval.low:.1f}, {100.0 * interval.high:.1f}] %"
-    return f"[{interval.low:.4g}, {interval.high:.4g}]"
+    if line.rate:
+        return f"[{100.0 * interval.low:z.1f}, {100.0 * interval.high:z.1f}] %"
+    digits = mean_digits(line.metric)
+    return f"[{interval.low:z.{digits}f}, {interval.high:z.{digits}f}]"
 
 
 def _p(value: float) -> str:

@@ -8,11 +8,21 @@ from experiments.storage.markdown_table import markdown_table
 
 Data = Mapping[str, Any]
 MOST_FIGURES = 40  # of a summary that does not count
+LEAST_SHARE = 0.25  # of a claim's runs, for a summary
 
 
 def headline(claims: Sequence[Data]) -> list[str]:
-    """Return the summary of all claims, in words and one table each."""
-    return [words for claim in claims for words in _headline(claim)]
+    """Return the summary of the claims, in words and one table each.
+
+    Those of which less than `LEAST_SHARE` was run stand in their own sections only;
+    all are shown if none was run so far.
+    """
+    shown = [
+        claim
+        for claim in claims
+        if claim["runs"] >= LEAST_SHARE * claim["runs_of_the_file"]
+    ]
+    return [words for claim in shown or claims for words in _headline(claim)]
 
 
 def _headline(claim: Data) -> Iterator[str]:
