@@ -29,7 +29,8 @@ import numpy as np
 from experiments.errors import ConfigError
 from planner.bodies import bodies_of
 from planner.contact_check import Contact, contacts_of
-from planner.fallback import HARD_GAP, SAME_PLACE, SAME_SPEED, fallback
+from planner.fallback.ladder import HARD_GAP, fallback
+from planner.fallback.last_plan import SAME_PLACE, SAME_SPEED
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.reference_path.path import ReferencePath
 from planner.scene import Scene

@@ -16,7 +16,7 @@ from planner.cruise.feasibility import TOLERANCE, Check
 from planner.cruise.sampling.longitudinal import STANDING, front_limit
 from planner.cruise.selection import Pricing
 from planner.cruise.settings import CruiseSettings
-from planner.fallback import fallback
+from planner.fallback.ladder import fallback
 from planner.interface import Alternative, PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
 from planner.scene_checks import invalid

@@ -16,7 +16,7 @@ from planner.dense.speed import DrivablePath, knot_times, plan_drive
 from planner.dense.turning import Momentum, Turning
 from planner.dense.vehicles_ahead import bound_by_vehicles
 from planner.dense.vehicles_behind import cut_off_by
-from planner.fallback import fallback
+from planner.fallback.ladder import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.path_velocity import trajectory_on
 from planner.reference_path.frenet_lines import line_in_plane

@@ -7,7 +7,7 @@ import numpy as np
 
 from planner.bodies import bodies_of
 from planner.contact_check import Contact, contacts_of
-from planner.fallback import HARD_GAP, ContactCheck, fallback
+from planner.fallback.ladder import HARD_GAP, ContactCheck, fallback
 from planner.interface import Indicator, PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import lane_at, wanted_lane
 from planner.lane_change.phases.candidate import PlanCandidate, SearchCounts

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.bodies import bodies_of
-from planner.fallback import braking_on_arc
+from planner.fallback.braking import braking_on_arc
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.numerics import polynomials
 from planner.reference_path.frenet import frenet_trajectory

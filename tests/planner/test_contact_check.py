@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from planner.bodies import bodies_of
 from planner.contact_check import contacts_of
-from planner.fallback import stopping_trajectory
+from planner.fallback.braking import stopping_trajectory
 from planner.scene import Scene
 from planner.shapes.rectangles import Rectangle, distance
 from planner.states import Trajectory

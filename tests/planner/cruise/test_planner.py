@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from planner import cruise
 from planner.errors import OutsidePathDomainError
-from planner.fallback import SAME_PLACE
+from planner.fallback.last_plan import SAME_PLACE
 from planner.interface import PlanStatus
 from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.reference_path.path import ReferencePath

@@ -4,7 +4,7 @@ import numpy as np
 
 from planner.bodies import bodies_of
 from planner.dense.planner import touched_body
-from planner.fallback import fallback
+from planner.fallback.ladder import fallback
 from planner.interface import PlanStatus
 from planner.reference_path.frenet_lines import line_in_plane
 from planner.states import Trajectory

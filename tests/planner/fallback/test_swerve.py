@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.contact_check import Contact
-from planner.fallback import EASY_GAP, fallback, swerving
+from planner.fallback.evasions import swerving
+from planner.fallback.ladder import EASY_GAP, fallback
+from planner.fallback.swerve import has_room_behind
 from planner.interface import PlanStatus
 from planner.scene import RoadBounds
-from planner.swerve import has_room_behind
 from tests.planner.lane_change.roads import on_lanes
 from tests.planner.scenes import Car
 

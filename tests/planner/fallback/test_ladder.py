@@ -1,50 +1,30 @@
+"""The order of the fallbacks, and what is driven where nothing is free."""
+
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from planner.contact_check import Contact
-from planner.fallback import (
-    EASY_GAP,
+from planner.fallback.braking import (
     EMERGENCY_JERK,
-    HARD_GAP,
     STOP_JERK,
-    Brake,
-    brake_down,
     braking_on_arc,
-    evasions,
-    fallback,
-    shifted_plan,
-    stopping_trajectory,
 )
+from planner.fallback.evasions import evasions
+from planner.fallback.ladder import EASY_GAP, HARD_GAP, fallback
 from planner.interface import PlanStatus
-from planner.states import CartesianState, FrenetState, Trajectory
+from planner.states import FrenetState, Trajectory
+from tests.planner.fallback.last_plans import COLUMNS, plan_along, scene_after
 from tests.planner.lane_change.roads import on_lanes
 from tests.planner.scenes import STEP, bend, ego_on, make_scene, straight, winding
 
 HORIZON = 5.0
-COLUMNS = ("x", "y", "heading", "curvature", "speed", "acceleration", "s", "l")
 
 
 def free(trajectory):
     return None
-
-
-def plan_along(path, s, speed, l=0.0):
-    """An even drive along the path, as a last plan."""
-    t = STEP * np.arange(51)
-    states = [ego_on(path, s + speed * time, l, speed) for time in t]
-    names = ("x", "y", "heading", "curvature", "speed", "acceleration")
-    columns = [np.array([getattr(state, name) for state in states]) for name in names]
-    return Trajectory(t, *columns, s + speed * t, np.full_like(t, l))
-
-
-def scene_after(path, last):
-    """The scene one step after `last` was made, driven perfectly."""
-    return make_scene(path, last.at(STEP), near=float(last.s[1]))
 
 
 def stopping_way(speed, deceleration, jerk):
@@ -181,138 +161,6 @@ def test_where_the_frame_ends_the_ego_brakes_on_its_arc():
     np.testing.assert_array_equal(trajectory.x, expected.x)
 
 
-@pytest.mark.parametrize(
-    ("aside", "faster"), [(0.2, 0.0), (0.0, 0.5), (-0.2, 0.0), (0.0, -0.5)]
-)
-def test_a_plan_that_the_ego_is_not_on_is_not_shifted(aside, faster):
-    path = straight()
-    last = plan_along(path, 50.0, 10.0)
-    ego = ego_on(path, 51.0, aside, 10.0 + faster)
-    assert shifted_plan(make_scene(path, ego), last) is None
-
-
-def test_a_plan_that_is_used_up_is_not_shifted():
-    path = straight()
-    last = plan_along(path, 50.0, 10.0)
-    short = Trajectory(last.t[:2], *(getattr(last, name)[:2] for name in COLUMNS))
-    assert shifted_plan(scene_after(path, last), short) is None
-
-
-@pytest.mark.parametrize("time_step", [0.07, 0.3])
-def test_a_plan_at_other_times_than_the_loop_begins_where_the_ego_is(time_step):
-    path = straight(200.0)
-    fine = plan_along(path, 10.0, 8.0)
-    t = time_step * np.arange(8)
-    columns = [np.interp(t, fine.t, getattr(fine, name)) for name in COLUMNS]
-    last = Trajectory(t, *columns)
-    scene = make_scene(path, last.at(STEP), near=10.0)
-    shifted = shifted_plan(scene, last)
-    later = t[t > STEP] - STEP
-    np.testing.assert_allclose(shifted.t, [0.0, *later], atol=1e-12)
-    assert shifted.t[0] == 0.0
-    np.testing.assert_allclose(shifted.s, 10.0 + 8.0 * (shifted.t + STEP))
-    np.testing.assert_allclose(shifted.x, [scene.ego.x, *last.x[t > STEP]])
-    assert shifted.at(0.0) == last.at(STEP)
-
-
-def test_a_plan_can_be_shifted_again_and_again():
-    path = straight()
-    plan = plan_along(path, 50.0, 10.0)
-    first = plan
-    for k in range(1, 20):
-        plan = shifted_plan(make_scene(path, plan.at(STEP)), plan)
-        np.testing.assert_allclose(plan.x, first.x[k:])
-        assert plan.t[0] == pytest.approx(0.0, abs=1e-12)
-
-
-@given(
-    speed=st.floats(0.5, 20.0),
-    l=st.floats(-3.0, 3.0),
-    offset=st.floats(-3.0, 3.0),
-    error=st.floats(-0.1, 0.1),
-    deceleration=st.sampled_from([4.5, 8.0]),
-)
-def test_a_stop_on_a_straight_brakes_as_it_says(speed, l, offset, error, deceleration):
-    path = straight()
-    scene = make_scene(path, ego_on(path, 50.0, l, speed, error))
-    stop = stopping_trajectory(scene, offset, deceleration, HORIZON)
-    assert stop.t.size == 51
-    assert math.isclose(stop.x[0], scene.ego.x, abs_tol=1e-9)
-    assert math.isclose(stop.y[0], scene.ego.y, abs_tol=1e-9)
-    assert math.isclose(stop.heading[0], scene.ego.heading, abs_tol=1e-9)
-    assert math.isclose(stop.speed[0], speed, abs_tol=1e-9)
-    assert np.all(np.diff(stop.s) >= -1e-12)
-    assert stop.speed[-1] == 0.0
-    slower = -np.diff(stop.speed) / STEP
-    assert slower.max() < 1.25 * deceleration  # the way bends, the share of s is kept
-
-
-@pytest.mark.parametrize("speed", [3.0, 8.0])
-def test_a_stop_in_a_bend_follows_the_road_and_moves_as_it_says(speed):
-    path = winding()
-    scene = make_scene(path, ego_on(path, 40.0, 1.0, speed))
-    stop = stopping_trajectory(scene, 1.0, 4.5, HORIZON)
-    np.testing.assert_allclose(stop.l, 1.0, atol=1e-9)
-    s, l = path.project(stop.x, stop.y)
-    np.testing.assert_allclose(s, stop.s, atol=1e-6)
-    np.testing.assert_allclose(l, stop.l, atol=1e-6)
-    driven = np.hypot(np.diff(stop.x), np.diff(stop.y))
-    mean = 0.5 * (stop.speed[1:] + stop.speed[:-1]) * STEP
-    moving = stop.speed[1:] > 0.0
-    # while the deceleration grows, the mean of the ends is too small by jerk · step³/12
-    np.testing.assert_allclose(driven[moving], mean[moving], rtol=2e-3, atol=9e-4)
-
-
-def test_a_standing_ego_stays_where_it_is():
-    path = straight()
-    scene = make_scene(path, ego_on(path, 50.0, 1.0, 0.0))
-    stop = stopping_trajectory(scene, 0.0, 4.5, HORIZON)
-    np.testing.assert_allclose(stop.x, 50.0)
-    np.testing.assert_allclose(stop.y, 1.0)
-
-
-@given(st.floats(0.0, 20.0), st.floats(-0.2, 0.2), st.floats(1.0, 9.0))
-def test_braking_on_an_arc_in_closed_form(speed, curvature, deceleration):
-    ego = CartesianState(3.0, -2.0, 0.7, curvature, speed, 1.0)
-    stop = braking_on_arc(ego, deceleration, STEP, 25.0)
-    driven, _, _ = brake_down(
-        speed, Brake(1.0, deceleration, EMERGENCY_JERK), np.array([1e3])
-    )
-    driven = float(driven[0])
-    assert math.isclose(stop.s[-1], driven, abs_tol=1e-9)
-    assert math.isclose(stop.heading[-1], 0.7 + curvature * driven, abs_tol=1e-9)
-    if abs(curvature) > 1e-3:
-        heading = 0.7 + curvature * stop.s
-        x = 3.0 + (np.sin(heading) - math.sin(0.7)) / curvature
-        y = -2.0 - (np.cos(heading) - math.cos(0.7)) / curvature
-        np.testing.assert_allclose(stop.x, x, atol=1e-6)
-        np.testing.assert_allclose(stop.y, y, atol=1e-6)
-    slower = -np.diff(stop.speed) / STEP
-    assert slower.max(initial=0.0) <= deceleration + 1e-9
-
-
-@given(
-    speed=st.floats(0.0, 20.0),
-    first=st.floats(-6.0, 3.0),
-    deceleration=st.floats(1.0, 9.0),
-    jerk=st.floats(5.0, 50.0),
-)
-def test_braking_keeps_its_jerk_and_drives_what_its_speed_says(
-    speed, first, deceleration, jerk
-):
-    t = np.arange(0.0, 25.0, 1e-3)
-    way, v, a = brake_down(speed, Brake(first, deceleration, jerk), t)
-    assert np.all(v >= 0.0)
-    assert v[-1] == 0.0
-    assert (
-        np.abs(way - np.concatenate([[0.0], np.cumsum(v[1:] + v[:-1]) * 5e-4])).max()
-        < 1e-2
-    )
-    moving = v[1:] > 0.0
-    assert np.abs(np.diff(a)[moving]).max(initial=0.0) <= jerk * 1e-3 + 1e-9
-    assert a.min() >= min(first, -deceleration) - 1e-9
-
-
 def test_an_ego_that_stands_is_in_no_emergency():
     path = straight()
     scene = make_scene(path, ego_on(path, 50.0, 0.0, 0.05))
@@ -415,25 +263,3 @@ def test_the_end_of_a_last_plan_is_not_the_end_of_the_road():
         scene.ego, scene.vehicle.limits.emergency_deceleration, STEP, HORIZON
     )
     assert closing(driven) <= closing(braking)
-
-
-@given(st.floats(-0.5, 0.5), st.floats(1.0, 30.0))
-def test_evasions_stay_in_the_lane_and_within_the_limits(offset, speed):
-    scene = on_lanes(speed=speed, offset=offset, target_speed=speed)
-    found = list(evasions(scene, HORIZON))
-    limits = scene.vehicle.limits
-    assert len(found) >= 3
-    for way in found:
-        reach = np.abs(way.l + 1.75) + 0.5 * scene.vehicle.width
-        assert reach.max() <= 1.75
-        assert np.abs(way.curvature).max() <= limits.max_curvature
-        lateral = np.abs(way.curvature) * way.speed**2
-        assert lateral.max() <= limits.max_lateral_acceleration + 1e-6
-
-
-def test_speed_is_not_held_towards_a_closed_stop_line():
-    scene = on_lanes(speed=15.0)
-    line = scene.ego_frenet.s + scene.vehicle.front_reach + 20.0
-    stopping = replace(scene, stop_lines=(line,))
-    assert any(way.speed[5] == 15.0 for way in evasions(scene, HORIZON))
-    assert not any(way.speed[5] == 15.0 for way in evasions(stopping, HORIZON))

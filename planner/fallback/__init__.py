@@ -1,0 +1,1 @@
+"""What is driven in a cycle that finds no plan: `ladder.fallback`."""
