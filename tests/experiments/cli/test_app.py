@@ -197,6 +197,7 @@ def test_a_planner_that_breaks_its_contract(road, tmp_path, run_here, how):
     assert "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_a_process_that_just_leaves_is_a_crash(road, tmp_path):
     setting = "planner.settings.leave_at=1"
     out = ("--out", str(tmp_path / "runs"))
