@@ -122,6 +122,7 @@ bench-docs: $(DEV_STAMP) ## Measure speed and write the figures into docs/perfor
 	@mkdir -p .benchmarks
 	@$(BIN)/python -m pytest tests/bench -m bench --benchmark-json=.benchmarks/docs.json $(ARGS)
 	@$(BIN)/python -m tests.bench.performance_page .benchmarks/docs.json
+	@$(BIN)/python -m tests.bench.limits
 
 bench-peers: $(DEV_STAMP) $(CHECKER_STAMP) ## Measure our planners and projection beside those of others, into docs
 	@$(BIN)/python -m tests.bench.peers -o docs/planners/peers.md

@@ -26,10 +26,20 @@ FLOAT = np.dtype(np.float64)  # a type given as such is found sooner than by its
 
 
 def freeze(values: ArrayLike) -> FloatArray:
-    """Copy `values` into a read-only float64 array."""
-    array = np.array(values, dtype=FLOAT)
+    """Copy `values` into a read-only float64 array, row by row.
+
+    Kernels are compiled for each order of the elements that they come across.
+    """
+    array = np.array(values, dtype=FLOAT, order="C")
     array.setflags(write=False)
     return array
+
+
+def read_only(array: FloatArray) -> FloatArray:
+    """Return a read-only view."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def store_floats(record: object) -> None:

@@ -13,6 +13,7 @@ from experiments.errors import ConfigError, ResultsError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import ALL_COLUMNS, METRICS, RATES
 from experiments.metrics.metric import Better
+from experiments.storage import parquet_database
 from experiments.storage.parquet_source import parquet_source
 
 NOW, BEFORE = "now", "before"  # labels of the comparison
@@ -57,7 +58,7 @@ def read_results(file: Path) -> list[Row]:
     if not file.is_file():
         raise ResultsError(f"{file}: cannot be read: No such file")
     try:
-        with duckdb.connect(config={"threads": 1}) as database:
+        with parquet_database.reading() as database:
             relation = database.sql(f"SELECT * FROM {parquet_source(file)}")
             names, values = relation.columns, relation.fetchall()
     except (duckdb.Error, ValueError, RuntimeError) as error:

@@ -19,6 +19,7 @@ from experiments.errors import ConfigError, ResultsError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import ALL_COLUMNS
 from experiments.metrics.row import read_row
+from experiments.storage import parquet_database
 from experiments.storage.parquet_source import (
     parquet_source,
     quoted_name,
@@ -251,7 +252,7 @@ def _write(rows: Sequence[Row], path: Path) -> None:
         f"CAST({quoted_name(name)} AS {kind}) AS {quoted_name(name)}"
         for name, kind in types.items()
     )
-    with duckdb.connect(config={"threads": 1}) as database:
+    with parquet_database.writing() as database:
         database.register("source", table)
         database.execute(
             f"COPY (SELECT {selected} FROM source) TO {quoted_text(str(path))} "
@@ -297,7 +298,7 @@ def _rows_in(path: Path) -> int:
     """Count the rows of a file of results; -1 if it is not one."""
     source = parquet_source(path)
     try:
-        with duckdb.connect() as database:
+        with parquet_database.reading() as database:
             described = database.execute(f"DESCRIBE SELECT * FROM {source}").fetchall()
             found = database.execute(f"SELECT count(*) FROM {source}").fetchone()
     except (duckdb.Error, ValueError):

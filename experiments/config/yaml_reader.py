@@ -7,6 +7,7 @@ repeated key is an error. Every value keeps the line it was written on.
 
 import re
 from dataclasses import dataclass, field
+from functools import lru_cache
 from math import inf, nan
 from pathlib import Path
 from typing import ClassVar
@@ -113,7 +114,7 @@ def parse_document(text: str, name: str) -> Document:
     """Parse YAML text; `name` stands in the messages. Raises ConfigError."""
     _require_small(len(text), name)
     try:
-        root = yaml.compose(text, _CoreLoader)
+        root = _composed(text)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None) or getattr(
             error, "context_mark", None
@@ -130,6 +131,13 @@ def parse_document(text: str, name: str) -> Document:
         return Document(name, _Converter(name, places).convert(root, ()), places)
     except RecursionError as error:
         raise ConfigError(f"{name}: is nested too deeply") from error
+
+
+@lru_cache(maxsize=64)
+def _composed(text: str) -> yaml.Node | None:
+    """Parse text into nodes, which are only read: sweeps read a file for each run."""
+    root: yaml.Node | None = yaml.compose(text, _CoreLoader)
+    return root
 
 
 def _require_small(size: int, name: str) -> None:

@@ -7,13 +7,13 @@ stamps: the same trace gives the same bytes.
 import os
 import re
 from collections.abc import Iterable, Mapping
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from experiments.errors import ResultsError
+from experiments.storage import parquet_database
 from experiments.storage.parquet_source import (
     literal_path,
     parquet_source,
@@ -75,7 +75,7 @@ def write_tables(tables: Iterable[tuple[Table, Mapping[str, Kind], Path]]) -> No
     """
     import duckdb
 
-    with _database(os.getpid()).cursor() as database:  # an error ends the cursor only
+    with parquet_database.writing() as database:
         for table, kinds, path in tables:
             try:
                 _write(database, table, kinds, path)
@@ -120,12 +120,8 @@ def read_tables(folder: Path) -> Trace:
         ResultsError: If a file is missing, damaged or of another schema version, or the
             run has many egos.
     """
-    import duckdb
-
     require_single_ego(folder)
-
-    # a damaged file may end its database, so not in the one that writes
-    with duckdb.connect(config={"threads": 1}) as database:
+    with parquet_database.reading() as database:
         return Trace(
             **{
                 name: _read_or_refuse(database, kinds, folder / file_name(name))
@@ -153,20 +149,10 @@ def read_table(kinds: Mapping[str, Kind], path: Path) -> Table:
     Raises:
         ResultsError: If the file is missing, damaged or of another schema version.
     """
-    import duckdb
-
-    with duckdb.connect(config={"threads": 1}) as database:
+    with parquet_database.reading() as database:
         table = _read_or_refuse(database, kinds, path)
     check_table(path.stem, kinds, table, path)
     return table
-
-
-@cache
-def _database(_process: int) -> "duckdb.DuckDBPyConnection":
-    """Open this process's database, in memory: opening takes as long as a table."""
-    import duckdb
-
-    return duckdb.connect(config={"threads": 1})
 
 
 def _read_or_refuse(

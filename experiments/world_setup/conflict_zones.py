@@ -7,8 +7,8 @@ import shapely
 
 from experiments.cosim.junctions import ConflictZone, CrossingZone, RoadJunction
 from experiments.world_setup.driven_path import DrivenPath
+from planner.reference_path.body_in_area import body_outline, outline_points
 from planner.reference_path.path import ReferencePath
-from planner.reference_path.steerable import body_outline, outline_points
 from planner.right_of_way.records import JunctionAhead, Rule
 from planner.states import FloatArray
 from planner.vehicle import Vehicle

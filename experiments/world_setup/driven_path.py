@@ -15,12 +15,8 @@ from shapely.geometry.base import BaseGeometry
 
 from planner.errors import InvalidInputError
 from planner.reference_path.path import ReferencePath
-from planner.reference_path.steerable import (
-    SHIFTS,
-    SteerablePath,
-    SteeringLimits,
-    steerable_path,
-)
+from planner.reference_path.steerable import SHIFTS, SteerablePath, steerable_path
+from planner.reference_path.steered_motion import SteeringLimits
 from planner.states import BoolArray, FloatArray
 from planner.vehicle import Vehicle
 from sumo_nets.drivable_area import boundary_about

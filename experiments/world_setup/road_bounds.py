@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from experiments.world_setup.driven_path import DrivenPath
+from planner.reference_path.body_in_area import outline_points
 from planner.reference_path.linear_curvature import CURVATURE, RATE, S
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.road_turn import circles_to, turn_of_pieces
-from planner.reference_path.steerable import outline_points
 from planner.scene import RoadBounds
 from planner.states import BoolArray, FloatArray
 from planner.vehicle import Vehicle

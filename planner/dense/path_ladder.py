@@ -242,7 +242,7 @@ def _ended(
     discs = task.cover.discs(gap)
     road = road_along(fine.s, rest.road_columns(), discs.offset)
     index, which = first_nearer(
-        PathGuess(fine.s, fine.l, fine.slope),
+        PathGuess.of(fine.s, fine.l, fine.slope),
         road,
         rest.obstacle_columns(),
         discs,

@@ -28,8 +28,7 @@ CARS = [
 ]
 
 
-@pytest.fixture(scope="module")
-def scene():
+def ten_bodies():
     """Ten bodies on a winding road that is wide enough for all 21 offsets."""
     k = 1.0 / 60.0
     path = ReferencePath.from_segments(
@@ -37,6 +36,11 @@ def scene():
     )
     ego = ego_on(path, 20.0, 0.3, 10.0, 0.01)
     return make_scene(path, ego, DISCS, CARS, bounds=road(path, 7.0, -7.0))
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return ten_bodies()
 
 
 def closed_loop_231():

@@ -1,10 +1,11 @@
 """The figures of the performance page come from one file of benchmarks."""
 
 import json
+import time
 
 import pytest
 
-from tests.bench import performance_page
+from tests.bench import limits, performance_page
 from tests.bench.performance_page import FLEETS, PAGE, RATES, STARTS, TIMES, filled
 
 NAMES = [name for rows in TIMES.values() for _, name, _ in rows]
@@ -55,3 +56,29 @@ def test_a_benchmark_that_is_missing_is_named(without, tmp_path, monkeypatch, ca
     assert (
         capsys.readouterr().err == f"{file}: the file lacks the benchmark {without}\n"
     )
+
+
+def test_each_table_of_limits_has_its_place():
+    page = PAGE.read_text(encoding="utf-8")
+    tables = {name: f"| {name} |\n" for name in limits.TABLES}
+    changed = limits.filled(page, tables)
+    for name, table in tables.items():
+        assert f"<!-- limits: {name} -->\n{table}<!-- end -->" in changed
+    assert limits.filled(page, {}) == page
+
+
+def test_samples_belong_to_the_innermost_part_that_is_named():
+    def inner(until):
+        while time.process_time() < until:
+            pass
+
+    def outer():
+        inner(time.process_time() + 0.3)
+
+    here = f"{__name__}:test_samples"
+    parts = {"outer": (f"{here}", f"{here}.<locals>.outer"), "other": ("nowhere",)}
+    found = limits.sampled(outer, parts)
+    assert found.cpu >= 0.3
+    assert found.share("outer")[0] > 90.0
+    assert found.share("other") == (0.0, 0.0)
+    assert found.share("outer")[1] < 10.0  # all of it is Python of ours

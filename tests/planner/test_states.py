@@ -13,6 +13,7 @@ from planner.states import (
     SpeedProfile,
     Trajectory,
     freeze,
+    read_only,
     with_floats,
 )
 
@@ -130,3 +131,13 @@ def test_a_class_derived_from_a_state_is_one():
     state = with_floats(Named(1, 2, 0, 0, 3, 0))
     assert type(state) is Named
     assert state.speed == 3.0
+
+
+def test_kernels_see_one_order_of_elements_and_one_kind_of_array():
+    """Each other one would be compiled anew."""
+    assert freeze(np.ones((2, 3)).T).flags.c_contiguous
+    mine = np.ones(3)
+    view = read_only(mine)
+    assert not view.flags.writeable
+    assert mine.flags.writeable
+    assert np.shares_memory(view, mine)

@@ -136,7 +136,7 @@ def side_task(
     sharpest = np.full(s.size, settings.max_curvature)
     if turning is not None:
         sharpest = curvature_bounds(s - start[0], *turning, settings.max_curvature)
-    along_road = PathGuess(s, np.zeros(s.size), np.zeros(s.size))
+    along_road = PathGuess.of(s, np.zeros(s.size), np.zeros(s.size))
     margin = _margin(field, cover, settings)
     plane = settings.in_plane
     tube = tube_about(along_road, field, cover, margin, sharpest, plane=plane)
@@ -212,7 +212,7 @@ def _refined(sequence: SideSequence, task: SideTask) -> SideSequence | None:
         margin += max(settings.margin - check.clearance, 0.0)
         inset += max(-check.road_room, 0.0)
         path = sequence.path
-        guess = PathGuess(path.s, path.l, path.slope)
+        guess = PathGuess.of(path.s, path.l, path.slope)
         keep = margin, task.sharpest, inset, settings.in_plane
         tube = tube_about(guess, field, cover, *keep)
         low, high = tube.between(sequence.sides)

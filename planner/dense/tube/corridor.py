@@ -14,7 +14,7 @@ from planner.dense.field import (
 )
 from planner.dense.lattice.edge_check import MIN_STRETCH, RoadAlong
 from planner.numerics.compiled import compiled
-from planner.states import FloatArray, IntArray
+from planner.states import FloatArray, IntArray, read_only
 
 
 class PathGuess(NamedTuple):
@@ -23,6 +23,11 @@ class PathGuess(NamedTuple):
     s: FloatArray  # knots, (n,) [m]
     l: FloatArray  # (n,) [m]
     slope: FloatArray  # (n,)
+
+    @classmethod
+    def of(cls, s: FloatArray, l: FloatArray, slope: FloatArray) -> "PathGuess":
+        """Guess a path, read-only: a kernel is compiled once more for what is not."""
+        return cls(*map(read_only, (s, l, slope)))
 
 
 class Passages(NamedTuple):

@@ -85,7 +85,7 @@ def smooth(
     wanted = l
     for passed in range(1, settings.passes + 1):
         problem = smoothing_problem(
-            field, cover, coarse.start, PathGuess(s, l, slope), wanted, settings
+            field, cover, coarse.start, PathGuess.of(s, l, slope), wanted, settings
         )
         crossed = _crossed(problem)
         if crossed and settings.allowed_slack == 0.0:

@@ -1,5 +1,6 @@
 """The command line as users run it: in a process of its own."""
 
+import errno
 import json
 import os
 import signal
@@ -15,6 +16,7 @@ import pytest
 from experiments.cli import crash_guard
 from experiments.cli.app import app, main
 from experiments.cli.compile_notice import NOTICE
+from experiments.episode import run_folder
 from experiments.metrics.catalogue import TIMING_COLUMNS
 from experiments.trace.files import read_trace
 from experiments.trace.schema import TABLES, trace_hash
@@ -83,6 +85,20 @@ def run_here(monkeypatch, capfd) -> Callable[..., tuple[int, dict[str, object], 
 
 
 @pytest.fixture
+def output_of(capfd) -> Callable[..., str]:
+    """Run a command that succeeds in this process: stdout."""
+
+    def run(*arguments: str) -> str:
+        with pytest.raises(SystemExit) as left:
+            app(arguments)
+        out, err = capfd.readouterr()
+        assert left.value.code == 0, err
+        return out
+
+    return run
+
+
+@pytest.fixture
 def road(tmp_path: Path) -> str:
     path = tmp_path / "empty_road.yaml"
     path.write_text(EMPTY_ROAD)
@@ -94,7 +110,7 @@ def row_of(done: subprocess.CompletedProcess[str]) -> dict[str, object]:
     return json.loads(done.stdout)
 
 
-def test_run_arrives_and_leaves_a_run_folder(road, tmp_path):
+def test_run_arrives_and_leaves_a_run_folder(road, tmp_path, output_of, monkeypatch):
     done = rearview("run", road, *OWN, "--out", str(tmp_path / "runs"))
     assert done.returncode == 0, done.stderr
     assert done.stderr.replace(NOTICE, "") == ""
@@ -112,20 +128,20 @@ def test_run_arrives_and_leaves_a_run_folder(road, tmp_path):
     assert manifest["versions"]["python"].startswith("3.")
     assert manifest["planner_hash"]
     assert time.time() - 120 < datetime.fromisoformat(manifest["ended_at"]).timestamp()
-    newest = rearview("report", folder=tmp_path)
-    assert newest.stdout == f"runs/{folder.name}/report.html\n", newest.stderr
+    monkeypatch.chdir(tmp_path)  # where the newest run is looked for
+    assert output_of("report") == f"runs/{folder.name}/report.html\n"
 
 
-def test_recorded_configuration_makes_the_same_run(road, tmp_path):
-    rows = []
-    config = road
-    for out in ("a", "b"):
-        done = rearview("run", config, *OWN, "--json", "--out", str(tmp_path / out))
-        row = row_of(done)
-        config = str(Path(str(row.pop("run_folder"))) / "config.yaml")
+def test_recorded_configuration_makes_the_same_run(road, tmp_path, run_here):
+    first = row_of(rearview("run", road, *OWN, "--json", "--out", str(tmp_path / "a")))
+    config = str(Path(str(first["run_folder"])) / "config.yaml")
+    _, second, _ = run_here(config, *OWN, "--out", str(tmp_path / "b"))
+    for row in (first, second):
+        del row["run_folder"]
         assert Path(str(row.pop("report"))).is_file()
-        rows.append({k: v for k, v in row.items() if k not in TIMING_COLUMNS})
-    assert rows[0] == rows[1]
+        for name in TIMING_COLUMNS:
+            row.pop(name)
+    assert first == second
     (one,), (other,) = (tmp_path / "a").iterdir(), (tmp_path / "b").iterdir()
     assert one.name == other.name
     files = [file for file in one.glob("*.parquet") if file.name != "timing.parquet"]
@@ -181,6 +197,7 @@ def test_a_planner_that_breaks_its_contract(road, tmp_path, run_here, how):
     assert "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_a_process_that_just_leaves_is_a_crash(road, tmp_path):
     setting = "planner.settings.leave_at=1"
     out = ("--out", str(tmp_path / "runs"))
@@ -194,20 +211,12 @@ def test_a_process_that_just_leaves_is_a_crash(road, tmp_path):
     assert len(list((tmp_path / "runs").iterdir())) == 1
 
 
-def test_a_planner_may_change_the_working_folder(road, tmp_path):
+def test_a_planner_may_change_the_working_folder(road, tmp_path, run_here, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     setting = "planner.settings.move_at=1"
-    done = rearview(
-        "run",
-        road,
-        *OWN,
-        "--set",
-        setting,
-        "--out",
-        "runs",
-        folder=tmp_path,
-        PYTHONPATH=f"{ROOT}{os.pathsep}{HERE}",
-    )
-    assert done.returncode == 0, done.stderr
+    code, _, err = run_here(road, *OWN, "--set", setting, "--out", "runs")
+    assert code == 0, err
+    assert Path.cwd() != tmp_path
     assert len(list((tmp_path / "runs").iterdir())) == 1
 
 
@@ -428,27 +437,14 @@ def test_bad_networks(tmp_path, refusal, file, route, lane, message):
     assert not (tmp_path / "runs").exists()
 
 
-def test_full_disk_is_one_line(road, tmp_path):
-    wrapper = tmp_path / "full.py"
-    wrapper.write_text(
-        "import errno, experiments.episode.run_folder as e\n"
-        "def full(trace, folder):\n"
-        "    raise OSError(errno.ENOSPC, 'No space left on device')\n"
-        "e.write_trace = full\n"
-        "from experiments.cli.app import main\n"
-        "main()\n"
-    )
-    done = subprocess.run(
-        [sys.executable, wrapper, "run", road, *OWN, "--out", str(tmp_path / "runs")],
-        cwd=HERE,
-        env={**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{HERE}"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 2
-    assert "No space left on device" in done.stderr
-    assert done.stderr.count("\n") == 1
+def test_full_disk_is_one_line(road, tmp_path, refusal, monkeypatch):
+    def full(trace: object, folder: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(run_folder, "write_trace", full)
+    monkeypatch.syspath_prepend(str(HERE))
+    line = refusal("run", road, *OWN, "--out", str(tmp_path / "runs"))
+    assert "No space left on device" in line
     assert list((tmp_path / "runs").iterdir()) == []
 
 
@@ -469,9 +465,8 @@ def test_no_display_for_the_window():
         assert "DISPLAY is not set" in done.stderr
 
 
-def test_list_names_everything():
-    done = rearview("list")
-    assert done.returncode == 0
+def test_list_names_everything(output_of):
+    listed = output_of("list")
     for name in (
         "scenarios",
         "networks",
@@ -479,12 +474,11 @@ def test_list_names_everything():
         "u_shaped",
         "cruise_conventional",
     ):
-        assert name in done.stdout
+        assert name in listed
 
 
-def test_schema_is_the_committed_one():
-    done = rearview("schema")
-    assert done.stdout == (
+def test_schema_is_the_committed_one(output_of):
+    assert output_of("schema") == (
         ROOT / "experiments" / "scenarios" / "scenario.schema.json"
     ).read_text(encoding="utf-8")
 

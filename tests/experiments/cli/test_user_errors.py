@@ -29,14 +29,14 @@ def sweep(tmp_path_factory) -> str:
     [
         "--help",
         "--version",
-        "list",
+        pytest.param("list", marks=pytest.mark.slow),
         "schema",
         "run --help",
         "results SWEEP",
         pytest.param("results SWEEP --format csv", marks=pytest.mark.slow),
         pytest.param("results SWEEP --format json", marks=pytest.mark.slow),
         pytest.param("compare SWEEP --baseline cruise", marks=pytest.mark.slow),
-        "report SWEEP",
+        pytest.param("report SWEEP", marks=pytest.mark.slow),
     ],
 )
 def test_nobody_reads_what_is_printed(command, sweep):

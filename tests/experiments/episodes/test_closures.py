@@ -44,7 +44,13 @@ def test_twins_are_stopped_vehicles(tmp_path):
 @pytest.mark.parametrize("closure", ["stopped_vehicle", "disallowed"])
 @pytest.mark.parametrize(
     "planner",
-    ["sumo", pytest.param("sumo_sublane", marks=pytest.mark.slow), "idm_mobil"],
+    [
+        "sumo",
+        *(
+            pytest.param(p, marks=pytest.mark.slow)
+            for p in ("sumo_sublane", "idm_mobil")
+        ),
+    ],
 )
 def test_nobody_changes_before_being_told(closure, planner, tmp_path):
     kind = f"obstacles.closure={closure}"

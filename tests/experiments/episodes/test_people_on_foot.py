@@ -75,7 +75,9 @@ def drive(folder, seed, period=3):
 
 
 @pytest.mark.sumo
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [2, *(pytest.param(k, marks=pytest.mark.slow) for k in (0, 1))]
+)
 def test_people_with_the_right_of_way_are_waited_for(tmp_path, seed):
     road_with_a_crossing(tmp_path, "true")
     outcome = drive(tmp_path, seed)

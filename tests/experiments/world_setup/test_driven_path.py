@@ -80,7 +80,9 @@ def check_routes(net, count):
     "options",
     [
         ("-L1",),
-        ("-L2", "--default-junction-type=traffic_light"),
+        pytest.param(
+            ("-L2", "--default-junction-type=traffic_light"), marks=pytest.mark.slow
+        ),
         pytest.param(("-L2", "--lefthand"), marks=pytest.mark.slow),
         pytest.param(("-L3", "--default.lanewidth=2.8"), marks=pytest.mark.slow),
     ],

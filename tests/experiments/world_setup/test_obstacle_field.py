@@ -248,7 +248,7 @@ def refused(road, seed, overrides):
     ("key", "overrides"),
     [
         ("count", ("count=60", "gap_m=4")),
-        ("count", ("count=[50, 60]", "last_m=200")),
+        pytest.param("count", ("count=[50, 60]", "last_m=200"), marks=pytest.mark.slow),
         ("count", ("gap_m=50",)),
         ("radii_m", ("radii_m=[50]",)),
         ("course_margin_m", ("course_margin_m=3.99", "radii_m=[0.2]")),
@@ -288,9 +288,8 @@ def test_where_less_would_not_do_either_it_is_said():
     assert tried[-1] == (section.radii_m, 0.0)
 
 
-@pytest.mark.parametrize(
-    "road", [ROADS[0], *(pytest.param(r, marks=pytest.mark.slow) for r in ROADS[1:])]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("road", ROADS)
 def test_a_truck_gets_its_field_too(road):
     """Its corners swing out: courses that use the whole width leave the road."""
     for seed in range(6):

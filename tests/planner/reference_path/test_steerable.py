@@ -3,19 +3,21 @@ import pytest
 import shapely
 
 from planner.errors import InvalidInputError
-from planner.reference_path.steerable import (
-    CURVATURE_RATE,
-    SteeringLimits,
-    _dynamics,
-    _integrate,
-    _Iterate,
+from planner.reference_path.body_in_area import (
     body_outline,
     corner_distances,
     depths,
     offsets,
     outline_points,
-    steerable_path,
 )
+from planner.reference_path.steerable import steerable_path
+from planner.reference_path.steered_motion import (
+    CURVATURE_RATE,
+    Iterate,
+    SteeringLimits,
+    integrate,
+)
+from planner.reference_path.steering_program import _dynamics
 from planner.vehicle import Vehicle
 
 CAR = Vehicle()
@@ -102,12 +104,10 @@ def test_linearised_dynamics_agree_with_differences():
     rng = np.random.default_rng(3)
     n, step = 30, 1e-6
     curvature, spacing, start = rng.uniform(-0.2, 0.2, n), 0.7, (3.0, -2.0, 0.4)
-    rows = _dynamics(
-        _Iterate(curvature, spacing, _integrate(curvature, spacing, start))
-    )
+    rows = _dynamics(Iterate(curvature, spacing, integrate(curvature, spacing, start)))
     for k in range(n + 1):
         low, high = [
-            _integrate(
+            integrate(
                 curvature + sign * step * (np.arange(n) == k),
                 spacing + sign * step * (k == n),
                 start,
@@ -124,7 +124,7 @@ def test_linearised_dynamics_agree_with_differences():
 
 
 def test_constant_curvature_integrates_to_a_circle():
-    motion = _integrate(np.full(41, 0.1), 0.5, (0.0, 0.0, 0.0))
+    motion = integrate(np.full(41, 0.1), 0.5, (0.0, 0.0, 0.0))
     s = 0.5 * np.arange(41)
     np.testing.assert_allclose(motion.heading, 0.1 * s, atol=1e-12)
     np.testing.assert_allclose(motion.x, 10.0 * np.sin(0.1 * s), atol=2e-3)
@@ -160,10 +160,10 @@ def test_distance_from_the_guide_agrees_with_shapely():
 
 def test_distance_of_corners_from_the_body_agrees_with_shapely():
     rng = np.random.default_rng(8)
-    motion = _integrate(rng.uniform(-0.2, 0.2, 12), 0.7, (1.0, 2.0, 0.4))
+    motion = integrate(rng.uniform(-0.2, 0.2, 12), 0.7, (1.0, 2.0, 0.4))
     corners = rng.uniform(-3.0, 12.0, (300, 2))
     box = (-1.0, 3.8, 0.95)
-    distance, away_x, away_y = corner_distances(motion, corners, box)
+    distance, away_x, away_y = corner_distances(motion.poses, corners, box)
     body = bodies(motion.x, motion.y, motion.heading)[:, None]
     points = shapely.points(corners)[None]
     expected = shapely.distance(shapely.boundary(body), points)
@@ -171,7 +171,7 @@ def test_distance_of_corners_from_the_body_agrees_with_shapely():
     np.testing.assert_allclose(distance, expected, atol=1e-9)
     for k in range(12):
         moved = corners + 1e-6 * np.column_stack([away_x[k], away_y[k]])
-        after, _, _ = corner_distances(motion, moved, box)
+        after, _, _ = corner_distances(motion.poses, moved, box)
         np.testing.assert_allclose(after[k] - distance[k], 1e-6, atol=1e-9)
 
 

@@ -188,7 +188,7 @@ def test_rates_are_of_random_trials_alone(method, code, tmp_path, capsys):
         assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize("stop", [1, 1000])
+@pytest.mark.parametrize("stop", [1, pytest.param(1000, marks=pytest.mark.slow)])
 def test_trials_that_a_number_of_failures_ended_are_no_sample(stop, tmp_path, capsys):
     keys = {"batch": 1, "stop_after_failures": stop}
     path = disc_search(tmp_path, method="random", budget=12, **keys)

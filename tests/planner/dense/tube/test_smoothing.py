@@ -120,7 +120,7 @@ def test_curvature_bounds_are_on_the_safe_side():
     curvature, none = random.uniform(-0.05, 0.05, 400), np.empty((0, 400))
     road = RoadAlong(curvature, np.zeros(400), none, none, none, none)
     low, high = second_bounds(
-        PathGuess(np.arange(400.0), l, slope), road, np.full(400, 0.2)
+        PathGuess.of(np.arange(400.0), l, slope), road, np.full(400, 0.2)
     )
     for k in range(400):
         for second in (low[k], high[k]):
@@ -188,7 +188,7 @@ def test_own_solver_agrees_with_another():
     s = np.linspace(0.0, 60.0, 121)
     l, slope, _ = coarse.at(s)
     problem = smoothing_problem(
-        field, BODY, STILL, PathGuess(s, l, slope), l, SmoothingSettings()
+        field, BODY, STILL, PathGuess.of(s, l, slope), l, SmoothingSettings()
     )
     own, other = solve(problem), solve(problem, solver="clarabel")
     assert own.objective == pytest.approx(other.objective, rel=1e-6)
