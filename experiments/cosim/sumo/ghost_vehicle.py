@@ -286,6 +286,11 @@ class Ghost:
         strip = self._strips[last]
         return rear_pose(strip, ego, vehicle, strip.lane_of(*place, LANE_GAP))
 
+    def follow(self, route_id: str) -> None:
+        """Give the ghost another route; one that is there is made anew."""
+        self.remove()
+        self._route_id = route_id
+
     def remove(self) -> None:
         """Take the ghost out of SUMO, where there is one."""
         if self.pose is not None:

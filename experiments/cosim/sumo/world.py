@@ -38,6 +38,7 @@ from experiments.cosim.sumo.lanes import Strip, all_lanes, edge_lanes, route_str
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.movements import MovementReader
 from experiments.cosim.sumo.relaxation import Relaxation
+from experiments.cosim.sumo.route_window import RouteWindow
 from experiments.cosim.sumo.settings import (
     EGO_TYPE,
     VIEW_RADIUS,
@@ -75,6 +76,7 @@ class SumoWorld:
         self._vehicle = settings.task.vehicle
         self._sumo: Libsumo | None = None
         self._ghost: Ghost | None = None
+        self._window: RouteWindow | None = None
         self._guard: LaneChangeGuard | None = None
         self._errors: DriverErrors | None = None
         self._relaxation: Relaxation | None = None
@@ -132,7 +134,10 @@ class SumoWorld:
                 ego = self._replace(sumo, settings.taken)
         edge = 0 if settings.taken is not None else entering[0].edge
         with sumo_errors(sumo, "reading the lanes"):
-            strips = [Strip(x) for x in route_strips(sumo, settings.route[edge:])]
+            ahead = settings.route[edge:]
+            window = RouteWindow(sumo, EGO_ID, EGO_ROUTE, ahead)
+            self._window = window if window.is_needed else None
+            strips = [Strip(x) for x in route_strips(sumo, ahead)]
             if settings.ghost:
                 self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, EGO_TYPE, strips)
         if settings.lane_change_guard:
@@ -212,6 +217,8 @@ class SumoWorld:
         *front, angle = frames.front_from_rear_axle(ego, self._vehicle)
         x, y = self._ego_front = (front[0], front[1])
         with sumo_errors(sumo, "moving the ego"):
+            if self._window is not None and self._window.update() and self._ghost:
+                self._ghost.follow(self._window.route_id)
             if self._ghost is not None:
                 x, y = self._ghost.update(ego, self._vehicle, self._ego_front)
             # A negative speed would hand the ego back to SUMO's driver.
