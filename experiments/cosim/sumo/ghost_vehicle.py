@@ -39,7 +39,8 @@ from planner.vehicle import Vehicle
 
 GHOST = "ghost@"  # before the id of the ego in the id of its ghost
 GHOST_TYPE = "type@ghost@"  # before the ego's type in that of its ghost
-NO_LIMIT = 100.0  # [m/s], and as a factor of a lane's limit
+NO_LIMIT = 100.0  # [m/s]
+FASTER = 1.001  # than a ghost is, it may be, against rounding
 KEEP_ROUTE_EXACT = 3  # moveToXY: exact position, route kept
 NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
 LOOK_AHEAD = 4  # strips in which the ego may turn up next
@@ -210,7 +211,6 @@ class Ghost:
             # Drawn again until it is between the bounds of the type (`normc`), a factor
             # about another mean would be drawn for ever.
             sumo.vehicletype.setSpeedDeviation(self._type_id, 0.0)
-            sumo.vehicletype.setSpeedFactor(self._type_id, NO_LIMIT)
             sumo.vehicletype.setMaxSpeed(self._type_id, NO_LIMIT)
         self._strips = tuple(strips)
         self._strip = 0  # where the ego was last seen
@@ -314,6 +314,7 @@ class Ghost:
         """Add the ghost if there is none and move it to its pose."""
         vehicles = self._sumo.vehicle
         if not alive:
+            self._allow(speed, f"{pose.edge}_{pose.lane}")
             vehicles.add(
                 self.id,
                 self._route_id,
@@ -336,6 +337,17 @@ class Ghost:
             frames.angle_from_heading(pose.heading),
             KEEP_ROUTE_EXACT,
         )
+
+    def _allow(self, speed: float, lane: str) -> None:
+        """Let the type depart on a lane with a speed, and not much faster.
+
+        From the greatest factor of all vehicles so far SUMO tells how far behind
+        everybody looks before a change of lanes: with one of 100 a step takes five
+        times as long in a city.
+        """
+        limit = float(self._sumo.lane.getMaxSpeed(lane))
+        factor = max(1.0, FASTER * speed / limit)
+        self._sumo.vehicletype.setSpeedFactor(self._type_id, factor)
 
 
 def _clear_note(sumo: Libsumo, ego_id: str) -> bool:

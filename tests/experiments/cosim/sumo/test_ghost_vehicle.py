@@ -273,6 +273,9 @@ def test_the_ghost_keeps_up_above_every_limit(straight, speed):
         if not inside:
             assert libsumo.vehicle.getLaneID("ghost@ego") == "own_2"
             assert libsumo.vehicle.getSpeed("ghost@ego") == speed
+            # all others look so much farther behind as this factor says
+            factor = libsumo.vehicle.getSpeedFactor("ghost@ego")
+            assert factor == pytest.approx(max(1.0, speed / 13.89), rel=0.01)
 
 
 def test_a_front_that_swings_out_in_a_junction_is_put_on_the_nearest_lane():
