@@ -16,7 +16,9 @@ def test_people_go_first_at_both_crossings():
     road = network("crossing")
     net = read_net(road.net_file)
     lanes = choose_lanes(net, road.route, road.lane)
-    found = [x for passage in passages(net, lanes) if passage for x in passage.crossings]
+    found = [
+        x for passage in passages(net, lanes) if passage for x in passage.crossings
+    ]
     assert [crossing.lane.edge.id for crossing in found] == [":zebra_c0", ":centre_c0"]
     assert all(crossing.goes_first for crossing in found)
 
