@@ -44,6 +44,7 @@ from planner.vehicle import Vehicle
 GHOST = "ghost@"  # before the id of the ego in the id of its ghost
 GHOST_TYPE = "type@ghost@"  # before the ego's type in that of its ghost
 NO_LIMIT = 100.0  # [m/s]
+SLOWEST_LIMIT = 0.1  # of a lane [m/s]
 FASTER = 1.001  # than a ghost is, it may be, against rounding
 KEEP_ROUTE_EXACT = 3  # moveToXY: exact position, route kept
 NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
@@ -383,13 +384,16 @@ class Ghost:
     def _allow(self, speed: float, lane: str) -> None:
         """Let the type depart on a lane with a speed, and not much faster.
 
-        From the greatest factor of all vehicles so far SUMO tells how far behind
-        everybody looks before a change of lanes: with one of 100 a step takes five
-        times as long in a city.
+        SUMO looks at the limit of the route's first edge, too. From the greatest factor
+        of all vehicles so far it tells how far behind everybody looks before a change
+        of lanes: with one of 100 a step takes five times as long in a city.
         """
-        limit = float(self._sumo.lane.getMaxSpeed(lane))
-        factor = max(1.0, FASTER * speed / limit)
-        self._sumo.vehicletype.setSpeedFactor(self._type_id, factor)
+        sumo = self._sumo
+        first = str(sumo.route.getEdges(self._route_id)[0])
+        beside = [f"{first}_{k}" for k in range(sumo.edge.getLaneNumber(first))]
+        limit = min(float(sumo.lane.getMaxSpeed(name)) for name in (lane, *beside))
+        factor = max(1.0, FASTER * speed / max(limit, SLOWEST_LIMIT))
+        sumo.vehicletype.setSpeedFactor(self._type_id, factor)
 
 
 def _clear_note(sumo: Libsumo, ego_id: str) -> bool:

@@ -148,6 +148,7 @@ class EdgeApi(Protocol):
 
 
 class RouteApi(Protocol):
+    def getEdges(self, routeID: str) -> tuple[str, ...]: ...
     def add(self, routeID: str, edges: Sequence[str]) -> None: ...
 
 

@@ -291,6 +291,19 @@ def waiting_ghost(lane_id):
     return Ghost(sumo, "ego", "route", "car", strips), vehicle
 
 
+def test_a_ghost_may_be_faster_than_where_its_route_begins():
+    limits, factors = {"slow_0": 5.0, "in_0": 14.0}, []
+    ghost, _ = waiting_ghost("in_0")
+    sumo = ghost._sumo
+    sumo.route = SimpleNamespace(getEdges=lambda _: ("slow", "in"))
+    sumo.edge = SimpleNamespace(getLaneNumber=lambda _: 1)
+    sumo.lane = SimpleNamespace(getMaxSpeed=limits.__getitem__)
+    sumo.vehicletype.setSpeedFactor = lambda _, factor: factors.append(factor)
+    for speed in (0.0, 4.0, 10.0):
+        ghost._allow(speed, "in_0")
+    assert factors == pytest.approx([1.0, 1.0, 2.002])
+
+
 def test_an_ego_that_waits_at_its_line_is_not_counted_in_the_junction():
     state = ego(39.7 - CAR.front_reach, 0.2)
     front = (39.7, 0.2)
