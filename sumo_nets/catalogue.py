@@ -133,6 +133,7 @@ def networks() -> Mapping[str, Network]:
         _dense_curved(),
         *_crossroads(),
         *_for_many_egos(),
+        _crossing(),
         _lane_drop(),
         _on_ramp(),
         _town(),
@@ -412,6 +413,24 @@ def _junction(
         lane=0,
         streams=tuple(streams),
         description=description,
+    )
+
+
+def _crossing() -> Network:
+    """Describe the street with crossings for people on foot."""
+    ahead, back = ("west_in", "street_in"), ("street_out", "west_out")
+    side, east = ("south_out", "south_in"), ("east_out", "east_in")
+    return Network(
+        name="crossing",
+        net_file=net_path("crossing"),
+        route=(*ahead, side[0]),
+        lane=1,  # lane 0 is the pavement
+        streams=(
+            Stream("own", (Turn((*ahead, east[0]), 1.0), Turn((*ahead, side[0]), 1.0))),
+            Stream("oncoming", (Turn((east[1], *back), 1.0),)),
+            Stream("cross_s", (Turn((side[1], *back), 1.0),)),
+        ),
+        description="zebra crossing of a street, then a right turn over another",
     )
 
 

@@ -235,6 +235,11 @@ def _hindered(trace: Trace) -> int | None:
     return min((right_of_way.hindered(trace) or {}).values(), default=None)
 
 
+def _hindered_person(trace: Trace) -> int | None:
+    """Find the step in which the first person with the right of way stood."""
+    return min((right_of_way.hindered_people(trace) or {}).values(), default=None)
+
+
 def _gave_way(trace: Trace) -> int | None:
     """Find the step in which the ego first stood to give way."""
     return first(right_of_way.gives_way(trace))
@@ -330,6 +335,7 @@ _MOMENTS: Final[Mapping[str, Finder]] = {
     columns.MAX_SPEEDING: _speeding,
     columns.LINE_VIOLATIONS: _passed_line,
     columns.ENCROACHMENTS: _hindered,
+    columns.PEOPLE_HINDERED: _hindered_person,
     columns.GAVE_WAY: _gave_way,
     columns.JUNCTION_PET: _junction_passage,
     columns.MAX_ACCELERATION: _largest("acceleration_mps2"),

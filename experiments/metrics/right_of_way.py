@@ -13,6 +13,7 @@ HARD = 2.0  # a driver with the right of way who brakes harder is hindered [m/sÂ
 REACTION = 1.0  # nobody brakes earlier than after so long for a zone [s]
 STANDING = 0.1  # slower is standing [m/s]
 NEVER = np.inf
+ON_FOOT = "person:"  # how the names of people on foot begin
 
 
 def line_violations(trace: Trace) -> int:
@@ -64,6 +65,35 @@ def hindered(trace: Trace) -> dict[str, int] | None:
         before = float(table["speed_mps"][row]) - acceleration * step
         if acceleration < -HARD - _own_braking(table, row, before):
             found.setdefault(name, k)
+    return found
+
+
+def people_hindered(trace: Trace) -> int | None:
+    """Count the people on foot with the right of way who had to stand for the ego.
+
+    One counts who stands before the ego's way, at a crossing or on it, while the ego
+    drives over the crossing. None without a junction.
+    """
+    found = hindered_people(trace)
+    return None if found is None else len(found)
+
+
+def hindered_people(trace: Trace) -> dict[str, int] | None:
+    """Return the people that `people_hindered` counts, each with the first row."""
+    if not trace.junctions["index"].size:
+        return None
+    table = trace.foes
+    index = table["index"]
+    front, rear = _fronts(trace)[index], _rears(trace)[index]
+    over = (front > table["begin_m"]) & (rear < table["end_m"])
+    first = (table["goes_first"] == 1) & (table["gives_way"] == 0)
+    stands = (table["speed_mps"] < STANDING) & (table["entry_m"] > 0.0)
+    met = over & first & stands & (table["held"] == 0)
+    found: dict[str, int] = {}
+    for row in np.flatnonzero(met).tolist():
+        name = str(table["vehicle"][row])
+        if name.startswith(ON_FOOT):
+            found.setdefault(name, int(index[row]))
     return found
 
 

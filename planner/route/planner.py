@@ -195,6 +195,11 @@ class RoutePlanner:
         lane = manoeuvre.target if changes else manoeuvre.lane
         assert lane is not None  # noqa: S101 - a change has a target
         result = self._along(look, last, manoeuvre, lane, speed)
+        if changes and look.stood >= self.settings.stuck_after and not _gets_on(result):
+            # in a sharp turn nothing but the path itself may fit the body
+            by_path = self._along(look, last, manoeuvre, lane, speed, by_path=True)
+            if _gets_on(by_path):
+                return by_path
         # who has stood, or has no lane left, goes over as far as there is road
         has_to = look.stood >= self.settings.stuck_after or _is_late(look, manoeuvre)
         if (
@@ -214,8 +219,10 @@ class RoutePlanner:
         manoeuvre: LaneManoeuvre,
         lane: int,
         speed: float,
+        *,
+        by_path: bool = False,
     ) -> PlanResult:
-        """Plan along one lane."""
+        """Plan along one lane, or `by_path` along the scene's own path."""
         scene = look.scene
         frame, frames = _frame_of(scene, lane, last)
         origin = manoeuvre.lane if lane != manoeuvre.lane else None
@@ -227,9 +234,11 @@ class RoutePlanner:
         until = look.front + max(OVER_ROOM, OVER_TIME * scene.ego.speed)
         opened = opens_at(scene, look.bodies, frame.lane)
         road = corridor(scene, frame, kind, origin, (until, opened))
-        if opened <= look.front:
+        if opened <= look.front or by_path:
             kind = LaneCorridor.ROAD
-        seen = seen_from(scene, frame, road, tuple(sorted(lines)))
+        seen = None
+        if not by_path:
+            seen = seen_from(scene, frame, road, tuple(sorted(lines)))
         if seen is None:
             frame = reference_frame(scene, lane)
             seen = replace(scene, stop_lines=tuple(sorted(lines)))
@@ -267,7 +276,7 @@ class RoutePlanner:
         way = result.trajectory
         if result.status is not PlanStatus.OK or way is None:
             return None
-        if not dense_drives and way.s[-1] - way.s[0] < LEAST_DRIVEN:
+        if not dense_drives and not _gets_on(result):
             return None
         why = "dense: cruising found no way between the obstacles"
         scene = look.scene
@@ -290,6 +299,14 @@ class RoutePlanner:
         queued = lane >= 0 and queues(scene, look.bodies, lane)
         settings = self.settings
         return look.stood >= (settings.patience if queued else settings.stuck_after)
+
+
+def _gets_on(result: PlanResult) -> bool:
+    """Check whether a plan of the usual kind leads on."""
+    way = result.trajectory
+    if result.status is not PlanStatus.OK or way is None:
+        return False
+    return bool(way.s[-1] - way.s[0] >= LEAST_DRIVEN)
 
 
 def _after_a_crawl(last: RouteMemory) -> RouteMemory:

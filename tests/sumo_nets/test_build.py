@@ -12,6 +12,7 @@ netconvert = pytest.mark.skipif(
 NAMES = [
     "all_way_stop",
     "bottleneck",
+    "crossing",
     "curved",
     "dense",
     "dense_curved",

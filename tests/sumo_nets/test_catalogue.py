@@ -25,6 +25,7 @@ NAMES = sorted(networks())
 KNOWN_LINE = [name for name in NAMES if networks()[name].segments]
 JUNCTIONS = [
     "all_way_stop",
+    "crossing",
     "left_hand",
     "on_ramp",
     "right_before_left",

@@ -23,6 +23,10 @@ A long body swings out of the lanes of its turn inside a junction, where SUMO wo
 it from the traffic, to be driven into. `Ghost.update` therefore says where SUMO is to
 have the front bumper: there in the middle of the nearest lane. So it is behind
 the junction as long as the body reaches into that lane.
+
+Where a lane inside a junction does not begin straight on, or is nearer than the end of
+the ego's lane, SUMO counts an ego that waits at its line in the junction, and everybody
+waits for it. Half a lane's width before its end the lane is the ego's without doubt.
 """
 
 import math
@@ -39,13 +43,17 @@ from planner.vehicle import Vehicle
 
 GHOST = "ghost@"  # before the id of the ego in the id of its ghost
 GHOST_TYPE = "type@ghost@"  # before the ego's type in that of its ghost
-NO_LIMIT = 100.0  # [m/s], and as a factor of a lane's limit
+NO_LIMIT = 100.0  # [m/s]
+SLOWEST_LIMIT = 0.1  # of a lane [m/s]
+FASTER = 1.001  # than a ghost is, it may be, against rounding
 KEEP_ROUTE_EXACT = 3  # moveToXY: exact position, route kept
 NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
 LOOK_AHEAD = 4  # strips in which the ego may turn up next
 INSIDE_JUNCTION = ":"  # how the names of lanes there begin
 REACHES_IN = 0.3  # a body that reaches less into a lane leaves it to others [m]
 SHORTEST = 0.5  # of a ghost that stands for what is left before a junction [m]
+BEFORE_END = 0.1  # farther than half a lane, an ego that waits is put back [m]
+AT_END = 3.0  # an ego at its line is not farther from the end of its lane [m]
 PAST_LINE = 2.5  # so near behind the line a body is in the way of all who cross it [m]
 
 
@@ -210,16 +218,21 @@ class Ghost:
             # Drawn again until it is between the bounds of the type (`normc`), a factor
             # about another mean would be drawn for ever.
             sumo.vehicletype.setSpeedDeviation(self._type_id, 0.0)
-            sumo.vehicletype.setSpeedFactor(self._type_id, NO_LIMIT)
             sumo.vehicletype.setMaxSpeed(self._type_id, NO_LIMIT)
         self._strips = tuple(strips)
         self._strip = 0  # where the ego was last seen
+        self._held = False  # the ego is put on its lane, not into the junction
         self._noted = False  # SUMO may think that the ego is over a line
         self._whole = self._length = float(sumo.vehicletype.getLength(self._type_id))
         self.pose: GhostPose | None = None
 
     def update(
-        self, ego: CartesianState, vehicle: Vehicle, front: tuple[float, float]
+        self,
+        ego: CartesianState,
+        vehicle: Vehicle,
+        front: tuple[float, float],
+        *,
+        before_line: bool = False,
     ) -> tuple[float, float]:
         """Move the ghost to where the ego, about to be moved to `ego`, needs it.
 
@@ -227,6 +240,7 @@ class Ghost:
             ego: Rear axle.
             vehicle: The ego's dimensions.
             front: Centre of its front bumper [m].
+            before_line: Whether it has a line where it may have to wait just ahead.
 
         Returns:
             Where SUMO is to have the front bumper: `front`, or a point on the lanes of
@@ -236,10 +250,15 @@ class Ghost:
             libsumo.TraCIException: If SUMO refuses; the session wraps it.
         """
         alive = self.pose is not None
-        on_lanes = self._locate(front)
         place = front
+        held = self._before_end(front) if before_line else None
+        self._held = held is not None
+        if held is not None:
+            place, on_lanes = held, True
+        else:
+            on_lanes = self._locate(front)
         if on_lanes:
-            self.pose = self._needed(ego, vehicle, front)
+            self.pose = self._needed(ego, vehicle, place)
         else:
             place = beside_lanes(self._ahead(), front, corners(ego, vehicle))
             self.pose = self._left_behind(ego, vehicle, place)
@@ -252,6 +271,30 @@ class Ghost:
         if not on_lanes or (self._noted and self.pose is None and not alive):
             self._noted = not _clear_note(self._sumo, self._ego_id)
         return place
+
+    def _before_end(self, front: tuple[float, float]) -> tuple[float, float] | None:
+        """Return where to put an ego that waits and that SUMO has in the junction.
+
+        Args:
+            front: Centre of its front bumper [m].
+
+        Returns:
+            A point of its lane [m]; None if SUMO does not have it in the junction.
+        """
+        lane_id = str(self._sumo.vehicle.getLaneID(self._ego_id))
+        if not self._held and not lane_id.startswith(INSIDE_JUNCTION):
+            return None
+        last = self._strip
+        while last > 0 and self._strips[last].inside_junction:
+            last -= 1
+        lanes = self._strips[last].lanes
+        lane = min(lanes, key=lambda x: math.dist(front, x.foot(*front)))
+        before = lane.length - lane.width / 2.0 - BEFORE_END
+        station = min(lane.project(*front)[0], before)
+        if math.dist(front, lane.at(lane.length)[:2]) > AT_END or station < 0.0:
+            return None
+        self._strip = last
+        return lane.at(station)[:2]
 
     def _needed(
         self, ego: CartesianState, vehicle: Vehicle, front: tuple[float, float]
@@ -286,6 +329,11 @@ class Ghost:
         strip = self._strips[last]
         return rear_pose(strip, ego, vehicle, strip.lane_of(*place, LANE_GAP))
 
+    def follow(self, route_id: str) -> None:
+        """Give the ghost another route; one that is there is made anew."""
+        self.remove()
+        self._route_id = route_id
+
     def remove(self) -> None:
         """Take the ghost out of SUMO, where there is one."""
         if self.pose is not None:
@@ -309,6 +357,7 @@ class Ghost:
         """Add the ghost if there is none and move it to its pose."""
         vehicles = self._sumo.vehicle
         if not alive:
+            self._allow(speed, f"{pose.edge}_{pose.lane}")
             vehicles.add(
                 self.id,
                 self._route_id,
@@ -331,6 +380,20 @@ class Ghost:
             frames.angle_from_heading(pose.heading),
             KEEP_ROUTE_EXACT,
         )
+
+    def _allow(self, speed: float, lane: str) -> None:
+        """Let the type depart on a lane with a speed, and not much faster.
+
+        SUMO looks at the limit of the route's first edge, too. From the greatest factor
+        of all vehicles so far it tells how far behind everybody looks before a change
+        of lanes: with one of 100 a step takes five times as long in a city.
+        """
+        sumo = self._sumo
+        first = str(sumo.route.getEdges(self._route_id)[0])
+        beside = [f"{first}_{k}" for k in range(sumo.edge.getLaneNumber(first))]
+        limit = min(float(sumo.lane.getMaxSpeed(name)) for name in (lane, *beside))
+        factor = max(1.0, FASTER * speed / max(limit, SLOWEST_LIMIT))
+        sumo.vehicletype.setSpeedFactor(self._type_id, factor)
 
 
 def _clear_note(sumo: Libsumo, ego_id: str) -> bool:

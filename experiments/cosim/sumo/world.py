@@ -38,6 +38,7 @@ from experiments.cosim.sumo.lanes import Strip, all_lanes, edge_lanes, route_str
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.movements import MovementReader
 from experiments.cosim.sumo.relaxation import Relaxation
+from experiments.cosim.sumo.route_window import RouteWindow
 from experiments.cosim.sumo.settings import (
     EGO_TYPE,
     VIEW_RADIUS,
@@ -56,6 +57,7 @@ from planner.ways import Ways
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
 
+LINE_VIEW = 2.0  # a line so near ahead is one that the ego may wait at [m]
 SLOWEST_ENTRY = 1.0  # at which the ego always may enter [m/s]
 PLAN_ID = "rearview.plan"  # of the line drawn in SUMO's window
 PLAN_COLOUR = (213, 94, 0, 255)  # as in all pictures
@@ -75,6 +77,7 @@ class SumoWorld:
         self._vehicle = settings.task.vehicle
         self._sumo: Libsumo | None = None
         self._ghost: Ghost | None = None
+        self._window: RouteWindow | None = None
         self._guard: LaneChangeGuard | None = None
         self._errors: DriverErrors | None = None
         self._relaxation: Relaxation | None = None
@@ -82,6 +85,10 @@ class SumoWorld:
         self._indicator = Indicator.NONE
         self._others: RoadUsers | None = None  # as last observed
         self._ego_front = (math.nan, math.nan)
+        self._front_s = settings.task.start.s + settings.task.vehicle.front_reach
+        lines = [line.s for line in settings.road.stop_lines]
+        lines += [junction.ahead.stop_s for junction in settings.road.junctions]
+        self._lines = np.array(lines)  # where the ego may have to wait [m]
         self._reader: VehicleReader | None = None
         self._movements: MovementReader | None = None
         self._hidden: set[str] = set()  # SUMO's vehicles that are not traffic
@@ -132,7 +139,10 @@ class SumoWorld:
                 ego = self._replace(sumo, settings.taken)
         edge = 0 if settings.taken is not None else entering[0].edge
         with sumo_errors(sumo, "reading the lanes"):
-            strips = [Strip(x) for x in route_strips(sumo, settings.route[edge:])]
+            ahead = settings.route[edge:]
+            window = RouteWindow(sumo, EGO_ID, EGO_ROUTE, ahead)
+            self._window = window if window.is_needed else None
+            strips = [Strip(x) for x in route_strips(sumo, ahead)]
             if settings.ghost:
                 self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, EGO_TYPE, strips)
         if settings.lane_change_guard:
@@ -212,8 +222,13 @@ class SumoWorld:
         *front, angle = frames.front_from_rear_axle(ego, self._vehicle)
         x, y = self._ego_front = (front[0], front[1])
         with sumo_errors(sumo, "moving the ego"):
+            if self._window is not None and self._window.update() and self._ghost:
+                self._ghost.follow(self._window.route_id)
             if self._ghost is not None:
-                x, y = self._ghost.update(ego, self._vehicle, self._ego_front)
+                held = self._is_before_line()
+                x, y = self._ghost.update(
+                    ego, self._vehicle, self._ego_front, before_line=held
+                )
             # A negative speed would hand the ego back to SUMO's driver.
             sumo.vehicle.setSpeed(EGO_ID, max(ego.speed, 0.0))
             sumo.vehicle.moveToXY(EGO_ID, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
@@ -228,6 +243,14 @@ class SumoWorld:
             self._keep_pace()
         self._steps += 1
         return ego
+
+    def _is_before_line(self) -> bool:
+        """Check whether the ego's front is about to reach a line of its road."""
+        if not self._lines.size:
+            return False
+        self._front_s, _ = self.road.path.project_one(*self._ego_front, self._front_s)
+        left = self._lines - self._front_s
+        return bool(np.any((left >= 0.0) & (left < LINE_VIEW)))
 
     def _move_drivers(self, sumo: Libsumo) -> None:
         """Let drivers err, cooperate, and relax after a cut-in, before a step."""

@@ -85,6 +85,17 @@ RULES: Final = (
         kind=CellKind.WHOLE,
     ),
     Metric(
+        column=columns.PEOPLE_HINDERED,
+        label="hindered people on foot",
+        compute=lambda e: right_of_way.people_hindered(e.trace),
+        formula="people on foot with the right of way at a crossing who stand before "
+        "the ego's way while the ego drives over the crossing; null without a junction",
+        unit="",
+        digits=0,
+        better=Better.LOWER,
+        kind=CellKind.WHOLE,
+    ),
+    Metric(
         column=columns.GAVE_WAY,
         label="waited at junctions",
         compute=lambda e: right_of_way.gave_way_time(e.trace),

@@ -107,7 +107,7 @@ def straight(
         if lane_change_duration is not None:
             monkeypatch.setattr(settings, "LANE_CHANGE_DURATION", lane_change_duration)
         if not ghost:
-            monkeypatch.setattr(Ghost, "update", lambda *given: given[-1])
+            monkeypatch.setattr(Ghost, "update", lambda *given, before_line: given[-1])
         world = SumoWorld(settings.SumoSettings(**(given | changes)))
         worlds.append(world)
         return world

@@ -74,6 +74,29 @@ def test_only_those_with_the_right_of_way_are_hindered():
     assert right_of_way.encroachments(braking_foe(-4.5, entry=100.0)) == 0
 
 
+def standing_person(**changes):
+    """Drive over a crossing from 22 to 28 m before which somebody stands."""
+    foe = FOE._replace(
+        vehicle="person:p", begin_s=22.0, end_s=28.0, entry=1.0, to_line=-1.0, speed=0.0
+    )._replace(**changes)
+    return drive(foes=lambda _: [foe])
+
+
+def test_people_with_the_right_of_way_who_have_to_stand_are_hindered():
+    assert right_of_way.people_hindered(drive()) is None
+    assert right_of_way.people_hindered(standing_person()) == 1
+    assert right_of_way.encroachments(standing_person()) == 0
+    for changes in (
+        {"speed": 1.2},
+        {"goes_first": False},
+        {"held": True},
+        {"entry": -0.5},  # on the ego's way already
+        {"vehicle": "car"},
+        {"begin_s": 500.0, "end_s": 506.0},  # the ego does not get there
+    ):
+        assert right_of_way.people_hindered(standing_person(**changes)) == 0
+
+
 def test_waiting_counts_while_the_ego_stands():
     def waits(k):
         return "foe" if k < 10 else None

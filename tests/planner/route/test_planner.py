@@ -1,12 +1,13 @@
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.interface import Indicator, PlanStatus
+from planner.interface import Indicator, PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import bodies_on_road
 from planner.lane_change.phases.memory import Phase
 from planner.reference_path.path import ReferencePath
@@ -367,3 +368,22 @@ def test_a_lane_that_ends_is_left_behind_its_solid_line(dashed, start):
         over = [x.ego_frenet.s for x, _ in plans if x.ego_frenet.l > -WIDTH / 2]
         assert over, "the lane ends"
         assert over[0] > dashed or not behind
+
+
+@pytest.mark.parametrize(("stood", "by_path"), [(0.5, False), (3.0, True)])
+def test_a_change_that_finds_no_way_along_its_lane_follows_the_path(
+    monkeypatch, stood, by_path
+):
+    """In a sharp turn nothing but the path, which was planned for the body, may fit."""
+
+    def along(_self, *_given, by_path=False):
+        way = SimpleNamespace(s=np.array([0.0, 8.0 if by_path else 0.0]))
+        return PlanResult(PlanStatus.OK, way, None, PlanStats(reason=f"{by_path}"))
+
+    planner = proposed()
+    monkeypatch.setattr(type(planner), "_along", along)
+    change = LaneManoeuvre(0, Phase.COMMITTED, 1, "")
+    look = SimpleNamespace(stood=stood, front=0.0, ends=np.array([0.0, 90.0]))
+    monkeypatch.setattr("planner.route.planner._is_late", lambda *_: False)
+    result = planner._drive(look, None, change, 10.0)
+    assert result.stats.reason == f"{by_path}"

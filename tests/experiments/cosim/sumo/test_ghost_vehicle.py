@@ -1,5 +1,6 @@
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 
 from experiments.cosim.collision_monitor import CollisionMonitor
 from experiments.cosim.sumo.ghost_vehicle import (
+    Ghost,
     beside_lanes,
     corners,
     ghost_pose,
@@ -273,6 +275,47 @@ def test_the_ghost_keeps_up_above_every_limit(straight, speed):
         if not inside:
             assert libsumo.vehicle.getLaneID("ghost@ego") == "own_2"
             assert libsumo.vehicle.getSpeed("ghost@ego") == speed
+            # all others look so much farther behind as this factor says
+            factor = libsumo.vehicle.getSpeedFactor("ghost@ego")
+            assert factor == pytest.approx(max(1.0, speed / 13.89), rel=0.01)
+
+
+def waiting_ghost(lane_id):
+    """Ghost of an ego 0.3 m before a junction, which SUMO has in a lane."""
+    before = Lane("in_0", "in", 0, WIDTH, np.array([(0.0, 0.0), (40.0, 0.0)]))
+    inside = Lane(":j_0_0", ":j_0", 0, WIDTH, np.array([(40.0, 0.0), (50.0, 5.0)]))
+    types = SimpleNamespace(getIDList=lambda: ["type@ghost@car"], getLength=lambda _: 5)
+    vehicle = SimpleNamespace(getLaneID=lambda _: lane_id)
+    sumo = SimpleNamespace(vehicletype=types, vehicle=vehicle)
+    strips = [Strip([before]), Strip([inside])]
+    return Ghost(sumo, "ego", "route", "car", strips), vehicle
+
+
+def test_a_ghost_may_be_faster_than_where_its_route_begins():
+    limits, factors = {"slow_0": 5.0, "in_0": 14.0}, []
+    ghost, _ = waiting_ghost("in_0")
+    sumo = ghost._sumo
+    sumo.route = SimpleNamespace(getEdges=lambda _: ("slow", "in"))
+    sumo.edge = SimpleNamespace(getLaneNumber=lambda _: 1)
+    sumo.lane = SimpleNamespace(getMaxSpeed=limits.__getitem__)
+    sumo.vehicletype.setSpeedFactor = lambda _, factor: factors.append(factor)
+    for speed in (0.0, 4.0, 10.0):
+        ghost._allow(speed, "in_0")
+    assert factors == pytest.approx([1.0, 1.0, 2.002])
+
+
+def test_an_ego_that_waits_at_its_line_is_not_counted_in_the_junction():
+    state = ego(39.7 - CAR.front_reach, 0.2)
+    front = (39.7, 0.2)
+    for lane_id, before_line in (("in_0", True), (":j_0_0", False)):
+        ghost, _ = waiting_ghost(lane_id)
+        assert ghost.update(state, CAR, front, before_line=before_line) == front
+    ghost, vehicle = waiting_ghost(":j_0_0")
+    back = pytest.approx((40.0 - WIDTH / 2.0 - 0.1, 0.0))
+    assert ghost.update(state, CAR, front, before_line=True) == back
+    vehicle.getLaneID = lambda _: "in_0"  # stays there as long as it waits
+    assert ghost.update(state, CAR, front, before_line=True) == back
+    assert ghost.update(state, CAR, front) == front
 
 
 def test_a_front_that_swings_out_in_a_junction_is_put_on_the_nearest_lane():
