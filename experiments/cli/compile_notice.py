@@ -4,6 +4,7 @@ What is compiled stays in a cache, function by function: another planner, or a s
 with something new in it, may need loops that none before it needed.
 """
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -23,6 +24,7 @@ from planner.numerics import kernel_cache
 NOTICE = "compiling the inner loops (once, up to a minute) ...\n"
 FEW = 3  # functions that are compiled sooner than further processes start
 MOST_PROCESSES = 4  # each takes 250 MB
+NEW_OBJECTS = 50_000  # after which garbage is looked for, instead of after 700
 
 
 class _Announcer(Listener):  # type: ignore[misc]  # numba has no types
@@ -74,8 +76,7 @@ def compile_all(signatures: Sequence[Signature]) -> None:
     with ProcessPoolExecutor(
         processes,
         mp_context=multiprocessing.get_context("spawn"),
-        initializer=signal.signal,
-        initargs=(signal.SIGINT, signal.SIG_IGN),
+        initializer=_begin_process,
     ) as pool:
         jobs = [pool.submit(compile_one, each) for each in signatures]
         try:
@@ -88,6 +89,12 @@ def compile_all(signatures: Sequence[Signature]) -> None:
             raise
     if sys.stderr.isatty():
         sys.stderr.write("\n")
+
+
+def _begin_process() -> None:
+    """Leave Ctrl-C to the command, and look for garbage seldom, as it does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.set_threshold(NEW_OBJECTS)
 
 
 def _n_processors() -> int:
