@@ -89,23 +89,7 @@ class Cycle:
         offsets = terminal_offsets(
             scene.road, (ego.s, profiles.farthest), limits.half_width, settings
         )
-        over_time = settings.lateral_motion is LateralMotion.TIME
-        lead = led_point(scene.vehicle, settings)
-        scale = 1.0 if lead > 0.0 else body_scale(scene.vehicle)
-        first, second = (
-            (ego.l_dot, ego.l_ddot) if over_time else (ego.l_prime, ego.l_second)
-        )
-        if scene.ego.speed < WHEELS_TURN_FREELY:
-            second = _wheels_turned(first, lead, scene.vehicle)
-        lateral = Lateral(
-            over_time,
-            (ego.l, first, second),
-            offsets,
-            settings.min_manoeuvre_length,
-            settings.min_manoeuvre_speed * scale,
-            settings.step,
-            lead,
-        )
+        lateral, scale = _lateral(scene, settings, offsets)
         table, road = scene.path.table, scene.road
         ground = RoadTables(
             table.knots,
@@ -167,6 +151,31 @@ class Cycle:
     def _with(self, tables: CycleTables) -> "Cycle":
         """Return the same cycle with other tables."""
         return Cycle(self.bodies, tables, self.scale, self.off_road, self.last)
+
+
+def _lateral(
+    scene: Scene, settings: CruiseSettings, offsets: FloatArray
+) -> tuple[Lateral, float]:
+    """Return the lateral samples, and the scale of their lengths."""
+    ego = scene.ego_frenet
+    over_time = settings.lateral_motion is LateralMotion.TIME
+    lead = led_point(scene.vehicle, settings)
+    scale = 1.0 if lead > 0.0 else body_scale(scene.vehicle)
+    first, second = (
+        (ego.l_dot, ego.l_ddot) if over_time else (ego.l_prime, ego.l_second)
+    )
+    if scene.ego.speed < WHEELS_TURN_FREELY:
+        second = _wheels_turned(first, lead, scene.vehicle)
+    lateral = Lateral(
+        over_time,
+        (ego.l, first, second),
+        offsets,
+        settings.min_manoeuvre_length,
+        settings.min_manoeuvre_speed * scale,
+        settings.step,
+        lead,
+    )
+    return lateral, scale
 
 
 def led_point(vehicle: Vehicle, settings: CruiseSettings) -> float:

@@ -56,7 +56,7 @@ from planner.cruise.costs import (
 from planner.cruise.feasibility import (
     CandidateLimits,
     Check,
-    LateralMotion,
+    OffsetMotion,
     lateral_at,
     lateral_motion,
     lateral_quintic,
@@ -381,8 +381,8 @@ def _price_motion(
 class Onward(NamedTuple):
     """How the offset of a profile goes on after its end, until it is reached."""
 
-    back: LateralMotion  # to the same offset
-    unit: LateralMotion  # of a change of 1 m
+    back: OffsetMotion  # to the same offset
+    unit: OffsetMotion  # of a change of 1 m
 
 
 @inlined
@@ -397,8 +397,8 @@ def _onward(p: int, rows: FloatArray, tracks: Tracks, lateral: Lateral) -> Onwar
     unit = lateral_motion((0.0, 0.0, 0.0), 1.0, length, lead)
     if lateral.over_time:
         still = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        back = LateralMotion(still, -1.0, here, 0.0, 0.0, 0.0)
-        unit = LateralMotion(still, -1.0, 1.0, 0.0, 0.0, 0.0)
+        back = OffsetMotion(still, -1.0, here, 0.0, 0.0, 0.0)
+        unit = OffsetMotion(still, -1.0, 1.0, 0.0, 0.0, 0.0)
     return Onward(back, unit)
 
 

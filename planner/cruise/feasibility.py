@@ -106,7 +106,7 @@ def lateral_over_distance(
     return l, slope, bend, jerk
 
 
-class LateralMotion(NamedTuple):
+class OffsetMotion(NamedTuple):
     """A motion to an offset, as a function of what is driven or of time.
 
     Within its length it is a quintic, and beyond it the offset; where a point ahead of
@@ -124,7 +124,7 @@ class LateralMotion(NamedTuple):
 @inlined
 def lateral_at(
     over_time: bool,  # noqa: FBT001 - a constant of the cycle, hoisted by the compiler
-    motion: LateralMotion,
+    motion: OffsetMotion,
     done: float,
     s_dot: float,
     s_ddot: float,
@@ -158,7 +158,7 @@ def lateral_at(
 @inlined
 def lateral_motion(
     start: tuple[float, float, float], offset: float, length: float, lead: float
-) -> LateralMotion:
+) -> OffsetMotion:
     """Solve for the motion from `start` to (offset, 0, 0); [Thesis] eq. 4.1-4.5.
 
     A led point ahead of the axle is where the axle is to get: its offset is l + lead l'
@@ -173,7 +173,7 @@ def lateral_motion(
     """
     if lead == 0.0:
         quintic = lateral_quintic(start, offset, length)
-        return LateralMotion(quintic, length, offset, 0.0, 0.0, 0.0)
+        return OffsetMotion(quintic, length, offset, 0.0, 0.0, 0.0)
     here, slope = start[0] + lead * start[1], start[1] + lead * start[2]
     away, rise = here - offset, length * slope
     # of the quartic through these, flat where it ends
@@ -191,7 +191,7 @@ def lateral_motion(
     )
     trailing = end + fading * np.exp(-length / lead) - offset
     axle = (c0, c1, c2, c3, c4, c5)
-    return LateralMotion(axle, length, offset, lead, fading, trailing)
+    return OffsetMotion(axle, length, offset, lead, fading, trailing)
 
 
 @inlined
