@@ -22,7 +22,7 @@ SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collect
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type contracts imports bench bench-docs bench-peers peers-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type contracts imports bench bench-docs bench-peers peers-docs comfort-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -72,6 +72,11 @@ perception: $(USER_STAMP) ## Drive the sweep perception, or go on, and write tab
 peers-docs: $(DEV_STAMP) ## Drive the sweep peers, or go on, and put its table into docs: ARGS="--limit 500"
 	@$(BIN)/rearview sweep peers --yes $(ARGS)
 	@$(BIN)/python -m experiments.evidence.peers sweeps/peers -o docs/peers.md
+
+comfort-docs: $(DEV_STAMP) ## Drive the sweeps of comfort, or go on, and put their table into docs: ARGS="--limit 100"
+	@$(BIN)/rearview sweep comfort_cruise $(ARGS)
+	@$(BIN)/rearview sweep comfort_dense $(ARGS)
+	@$(BIN)/python -m experiments.evidence.comfort sweeps/comfort_cruise sweeps/comfort_dense -o docs/comfort.md
 
 r157-docs: r157 ## The same, and put document and pictures into docs
 	@cp runs/r157/r157.md docs/

@@ -47,6 +47,7 @@ def conventional(settings: CruiseSettings | None = None) -> CruisePlanner:
         replace(
             base,
             edge_offsets=False,  # the convolution needs offsets one step apart
+            lead_long_bodies=False,  # fewer of its lorries arrive with it
             safety_term=SafetyTerm.BINARY_CONVOLUTION,
             convolution_sigma=2.0,
             weights=replace(base.weights, jerk=0.4, safety=0.3, offset=0.0),

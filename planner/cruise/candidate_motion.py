@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.cruise.feasibility import lateral_at, lateral_quintic
+from planner.cruise.feasibility import lateral_at, lateral_motion
 from planner.numerics.compiled import inlined
 from planner.numerics.interpolation import interpolate
 from planner.reference_path.frenet import cartesian_rates
@@ -52,6 +52,7 @@ class Lateral(NamedTuple):
     min_length: float  # of a motion over distance [m]
     min_speed: float  # at which it takes its duration [m/s]
     step: float  # between points [s]
+    lead: float  # of the point that is led, ahead of the axle; 0: the axle [m]
 
 
 class RoadTables(NamedTuple):
@@ -135,8 +136,8 @@ def fill_basis(
     rows, over_time = tracks.rows, lateral.over_time
     length = lateral_length(rows, p, tracks.duration[p], lateral)
     here = lateral.start[0]
-    back = lateral_quintic(lateral.start, here, length)
-    unit = lateral_quintic((0.0, 0.0, 0.0), 1.0, length)
+    back = lateral_motion(lateral.start, here, length, lateral.lead)
+    unit = lateral_motion((0.0, 0.0, 0.0), 1.0, length, lateral.lead)
     s0 = rows[p, S, 0]
     for i in range(count):
         s_dot, s_ddot, s_dddot = (
@@ -145,16 +146,12 @@ def fill_basis(
             rows[p, S_DDDOT, i],
         )
         done = lateral.step * i if over_time else rows[p, S, i] - s0
-        l, slope, bend, jerk = lateral_at(
-            over_time, back, length, here, done, s_dot, s_ddot, s_dddot
-        )
+        l, slope, bend, jerk = lateral_at(over_time, back, done, s_dot, s_ddot, s_dddot)
         basis[L, i] = l
         basis[SLOPE, i] = slope
         basis[BEND, i] = bend
         basis[L_JERK, i] = jerk
-        l, slope, bend, jerk = lateral_at(
-            over_time, unit, length, 1.0, done, s_dot, s_ddot, s_dddot
-        )
+        l, slope, bend, jerk = lateral_at(over_time, unit, done, s_dot, s_ddot, s_dddot)
         basis[UNIT_L, i] = l
         basis[UNIT_SLOPE, i] = slope
         basis[UNIT_BEND, i] = bend
@@ -176,12 +173,12 @@ def candidate_motion(
     copy_profile(tracks, p, rows)
     sample_road(rows, 0, count, road)
     length = lateral_length(tracks.rows, p, tracks.duration[p], lateral)
-    c = lateral_quintic(lateral.start, offset, length)
+    motion = lateral_motion(lateral.start, offset, length, lateral.lead)
     for i in range(count):
         s_dot, s_ddot = rows[0, S_DOT, i], rows[0, S_DDOT, i]
         done = lateral.step * i if lateral.over_time else rows[0, S, i] - rows[0, S, 0]
         l, slope, bend, _ = lateral_at(
-            lateral.over_time, c, length, offset, done, s_dot, s_ddot, 0.0
+            lateral.over_time, motion, done, s_dot, s_ddot, 0.0
         )
         cos_e, sin_e, curvature, speed, acceleration = cartesian_rates(
             l, rows[0, KAPPA, i], rows[0, KAPPA_RATE, i], s_dot, s_ddot, slope, bend

@@ -44,8 +44,9 @@ from planner.reference_path.road_turn import (
 from planner.scene import OFF_ROAD_TOLERANCE, Scene
 from planner.shapes.disc_clearance import segment_to_rectangle
 from planner.states import CartesianState, FloatArray, Trajectory
-from planner.vehicle import body_scale
+from planner.vehicle import Vehicle, body_scale
 
+LONG = 1.5  # times as long as a car, a body is led by its front [-]
 QUEUE_GAP = 1.0  # from the line behind a waiting vehicle to its rear [m]
 DISC_EXCESS = 0.3  # by which the discs may reach beyond the sides of a long body [m]
 NO_DISCS = np.zeros(0)  # not frozen, as others: one type, one kernel
@@ -55,6 +56,7 @@ TOUCH_TOLERANCE = 1e-6
 # A vehicle that stands can turn its wheels before it starts: its motions need not
 # begin with the curvature that it stopped with, which may leave none within the limits.
 WHEELS_TURN_FREELY = 0.02  # [m/s]
+START_SHARE = 0.8  # of the largest curvature, to which wheels are turned there [-]
 # The road's turn is taken that much farther than the body gets [m].
 BEHIND, BEYOND = 1.0, 40.0
 
@@ -65,7 +67,7 @@ class Cycle:
 
     bodies: Bodies
     tables: CycleTables
-    scale: float  # of lengths, against those of a car [-]
+    scale: float  # of lateral motions, against those of a car [-]
     off_road: int  # candidates left out because the road is narrower than the grid
     last: Trajectory | None
 
@@ -87,20 +89,7 @@ class Cycle:
         offsets = terminal_offsets(
             scene.road, (ego.s, profiles.farthest), limits.half_width, settings
         )
-        over_time = settings.lateral_motion is LateralMotion.TIME
-        first, second = (
-            (ego.l_dot, ego.l_ddot) if over_time else (ego.l_prime, ego.l_second)
-        )
-        if scene.ego.speed < WHEELS_TURN_FREELY:
-            second = 0.0
-        lateral = Lateral(
-            over_time,
-            (ego.l, first, second),
-            offsets,
-            settings.min_manoeuvre_length,
-            settings.min_manoeuvre_speed * body_scale(scene.vehicle),
-            settings.step,
-        )
+        lateral, scale = _lateral(scene, settings, offsets)
         table, road = scene.path.table, scene.road
         ground = RoadTables(
             table.knots,
@@ -125,7 +114,7 @@ class Cycle:
                 profiles.speed_term,
                 lane_term(scene, offsets),
             ),
-            body_scale(scene.vehicle),
+            scale,
             profiles.speed_term.size * max(full_grid_size(settings) - offsets.size, 0),
             last,
         )
@@ -162,6 +151,60 @@ class Cycle:
     def _with(self, tables: CycleTables) -> "Cycle":
         """Return the same cycle with other tables."""
         return Cycle(self.bodies, tables, self.scale, self.off_road, self.last)
+
+
+def _lateral(
+    scene: Scene, settings: CruiseSettings, offsets: FloatArray
+) -> tuple[Lateral, float]:
+    """Return the lateral samples, and the scale of their lengths."""
+    ego = scene.ego_frenet
+    over_time = settings.lateral_motion is LateralMotion.TIME
+    lead = led_point(scene.vehicle, settings)
+    scale = 1.0 if lead > 0.0 else body_scale(scene.vehicle)
+    first, second = (
+        (ego.l_dot, ego.l_ddot) if over_time else (ego.l_prime, ego.l_second)
+    )
+    if scene.ego.speed < WHEELS_TURN_FREELY:
+        second = _wheels_turned(first, lead, scene.vehicle)
+    lateral = Lateral(
+        over_time,
+        (ego.l, first, second),
+        offsets,
+        settings.min_manoeuvre_length,
+        settings.min_manoeuvre_speed * scale,
+        settings.step,
+        lead,
+    )
+    return lateral, scale
+
+
+def led_point(vehicle: Vehicle, settings: CruiseSettings) -> float:
+    """Return how far ahead of its axle a body is led [m]; 0 at the axle itself.
+
+    The front of a long body goes farther to the side than its axle while it turns, over
+    the road's edge beside what it goes round. It is led by its front axle, as its
+    driver leads it, and the rear axle comes after.
+    """
+    over_distance = settings.lateral_motion is LateralMotion.DISTANCE
+    leads = settings.lead_long_bodies and over_distance and settings.cover_discs > 1
+    return vehicle.wheelbase if leads and body_scale(vehicle) > LONG else 0.0
+
+
+def turning_scale(vehicle: Vehicle, settings: CruiseSettings) -> float:
+    """Return how much more room than a car a body needs to steer round what stands."""
+    scale = body_scale(vehicle)
+    return math.sqrt(scale) if led_point(vehicle, settings) > 0.0 else scale
+
+
+def _wheels_turned(slope: float, lead: float, vehicle: Vehicle) -> float:
+    """Return l'' of an ego that stands: its wheels are turned before it moves off.
+
+    Straight ahead, or so that the led point goes along the road from there on.
+    """
+    if lead == 0.0:
+        return 0.0
+    most = START_SHARE * vehicle.limits.max_curvature
+    return min(max(-slope / lead, -most), most)
 
 
 def _behind_queue(scene: Scene, bodies: Bodies, leader: Leader) -> Scene:
@@ -368,8 +411,8 @@ def _surroundings(
     )
     turn_gap = _turn_gaps(
         table,
-        settings.obstacle_gap * body_scale(vehicle),
-        settings.standstill_gap * body_scale(vehicle),
+        settings.obstacle_gap * turning_scale(vehicle, settings),
+        settings.standstill_gap * turning_scale(vehicle, settings),
         (scene.ego_frenet.s, max(scene.stop_lines, default=-np.inf)),
     )
     rules = FollowingRules(

@@ -14,7 +14,7 @@ from planner.cruise.candidate_motion import (
     lateral_length,
 )
 from planner.cruise.cycle import Cycle
-from planner.cruise.feasibility import Check, lateral_at, lateral_quintic
+from planner.cruise.feasibility import Check, lateral_at, lateral_motion
 from planner.interface import KEPT, Alternative
 from planner.numerics.compiled import compiled, inlined
 from planner.reference_path.linear_curvature import point_at
@@ -129,7 +129,7 @@ def _fill_points(
     )
     rows, last = tracks.rows, int(tracks.n_valid[p]) - 1
     length = lateral_length(rows, p, tracks.duration[p], lateral)
-    c = lateral_quintic(lateral.start, offset, length)
+    motion = lateral_motion(lateral.start, offset, length, lateral.lead)
     n = (last + every - 1) // every + 1
     for k in range(n):
         i = min(k * every, last)
@@ -137,9 +137,7 @@ def _fill_points(
         done = lateral.step * i if lateral.over_time else s - rows[p, S, 0]
         l, _, _, _ = lateral_at(
             lateral.over_time,
-            c,
-            length,
-            offset,
+            motion,
             done,
             rows[p, S_DOT, i],
             rows[p, S_DDOT, i],

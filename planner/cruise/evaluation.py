@@ -56,7 +56,9 @@ from planner.cruise.costs import (
 from planner.cruise.feasibility import (
     CandidateLimits,
     Check,
-    lateral_over_distance,
+    OffsetMotion,
+    lateral_at,
+    lateral_motion,
     lateral_quintic,
     squared_jerk,
 )
@@ -379,10 +381,8 @@ def _price_motion(
 class Onward(NamedTuple):
     """How the offset of a profile goes on after its end, until it is reached."""
 
-    back: tuple[float, float, float, float, float, float]  # quintic to the same offset
-    unit: tuple[float, float, float, float, float, float]  # of a change of 1 m
-    length: float  # after which the offset is reached [m]
-    here: float  # offset that `back` leads to [m]
+    back: OffsetMotion  # to the same offset
+    unit: OffsetMotion  # of a change of 1 m
 
 
 @inlined
@@ -391,14 +391,15 @@ def _onward(p: int, rows: FloatArray, tracks: Tracks, lateral: Lateral) -> Onwar
 
     A motion over time is taken to stay where it ends.
     """
-    here = lateral.start[0]
+    here, lead = lateral.start[0], lateral.lead
     length = lateral_length(rows, 0, tracks.duration[p], lateral)
-    return Onward(
-        lateral_quintic(lateral.start, here, length),
-        lateral_quintic((0.0, 0.0, 0.0), 1.0, length),
-        0.0 if lateral.over_time else length,
-        here,
-    )
+    back = lateral_motion(lateral.start, here, length, lead)
+    unit = lateral_motion((0.0, 0.0, 0.0), 1.0, length, lead)
+    if lateral.over_time:
+        still = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        back = OffsetMotion(still, -1.0, here, 0.0, 0.0, 0.0)
+        unit = OffsetMotion(still, -1.0, 1.0, 0.0, 0.0, 0.0)
+    return Onward(back, unit)
 
 
 @inlined
@@ -502,10 +503,8 @@ def _price_dead_end(
         lack: Share of the room that is missing.
     """
     q, done = point
-    l, slope, unit, unit_slope = onward.here, 0.0, 1.0, 0.0
-    if done <= onward.length:
-        l, slope, _, _ = lateral_over_distance(onward.back, done, 0.0, 0.0, 0.0)
-        unit, unit_slope, _, _ = lateral_over_distance(onward.unit, done, 0.0, 0.0, 0.0)
+    l, slope, _, _ = lateral_at(False, onward.back, done, 0.0, 0.0, 0.0)  # noqa: FBT003
+    unit, unit_slope, _, _ = lateral_at(False, onward.unit, done, 0.0, 0.0, 0.0)  # noqa: FBT003
     apart = beside - l - q * slope
     moved = unit + q * unit_slope
     for o in range(delta_l.size):

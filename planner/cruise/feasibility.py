@@ -8,6 +8,8 @@ import numpy as np
 from planner.numerics.compiled import inlined
 from planner.numerics.polynomials import quintic_coefficients
 
+Quintic = tuple[float, float, float, float, float, float]  # lowest order first
+
 MIN_STRETCH = 0.05  # 1 - kappa_r l; below it the Frenet frame is not usable
 MIN_SPEED = 0.1  # below it l(t) gives no direction [m/s]
 TOLERANCE = 1e-6
@@ -67,7 +69,7 @@ class RoadBody(NamedTuple):
 
 @inlined
 def lateral_over_time(
-    c: tuple[float, float, float, float, float, float],
+    c: Quintic,
     t: float,
     s_dot: float,
     s_ddot: float,
@@ -86,7 +88,7 @@ def lateral_over_time(
 
 @inlined
 def lateral_over_distance(
-    c: tuple[float, float, float, float, float, float],
+    c: Quintic,
     driven: float,
     s_dot: float,
     s_ddot: float,
@@ -104,35 +106,104 @@ def lateral_over_distance(
     return l, slope, bend, jerk
 
 
+class OffsetMotion(NamedTuple):
+    """A motion to an offset, as a function of what is driven or of time.
+
+    Within its length it is a quintic, and beyond it the offset; where a point ahead of
+    the axle is led, the axle comes after it like a trailer, which adds what fades.
+    """
+
+    quintic: Quintic
+    length: float  # after which the led point is at the offset [s] or [m]
+    offset: float  # [m]
+    lead: float  # of the led point ahead of the rear axle; 0: the axle itself [m]
+    fading: float  # part of the axle's offset that fades from the start on [m]
+    trailing: float  # how far the axle is from the offset after the length [m]
+
+
 @inlined
 def lateral_at(
     over_time: bool,  # noqa: FBT001 - a constant of the cycle, hoisted by the compiler
-    c: tuple[float, float, float, float, float, float],
-    length: float,
-    offset: float,
+    motion: OffsetMotion,
     done: float,
     s_dot: float,
     s_ddot: float,
     s_dddot: float,
 ) -> tuple[float, float, float, float]:
-    """Return (l, l', l'', d³l/dt³) after `done` s or m; straight on after `length`."""
-    if done > length + 1e-9:
-        return offset, 0.0, 0.0, 0.0
+    """Return (l, l', l'', d³l/dt³) after `done` s or m."""
     if over_time:
-        return lateral_over_time(c, done, s_dot, s_ddot)
-    return lateral_over_distance(c, done, s_dot, s_ddot, s_dddot)
+        if done > motion.length + 1e-9:
+            return motion.offset, 0.0, 0.0, 0.0
+        return lateral_over_time(motion.quintic, done, s_dot, s_ddot)
+    if motion.lead == 0.0:
+        if done > motion.length + 1e-9:
+            return motion.offset, 0.0, 0.0, 0.0
+        return lateral_over_distance(motion.quintic, done, s_dot, s_ddot, s_dddot)
+    l, slope, bend, jerk, fades, since = motion.offset, 0.0, 0.0, 0.0, 0.0, 0.0
+    if done > motion.length:
+        fades, since = motion.trailing, done - motion.length
+    else:
+        l, slope, bend, jerk = lateral_over_distance(
+            motion.quintic, done, s_dot, s_ddot, s_dddot
+        )
+        fades, since = motion.fading, done
+    rate = -1.0 / motion.lead
+    less = fades * np.exp(rate * since)
+    falls = less * rate
+    bends = falls * rate
+    changes = (bends * rate * s_dot * s_dot + 3.0 * bends * s_ddot) * s_dot
+    return l + less, slope + falls, bend + bends, jerk + changes + falls * s_dddot
+
+
+@inlined
+def lateral_motion(
+    start: tuple[float, float, float], offset: float, length: float, lead: float
+) -> OffsetMotion:
+    """Solve for the motion from `start` to (offset, 0, 0); [Thesis] eq. 4.1-4.5.
+
+    A led point ahead of the axle is where the axle is to get: its offset is l + lead l'
+    = q, a quartic, so that a plan made anew on the way is the same one. The axle
+    follows with the polynomial that solves it and a part that fades.
+
+    Args:
+        start: l and its first two derivatives.
+        offset: To get to [m].
+        length: Of the quintic [s] or [m].
+        lead: Of the led point ahead of the axle, over distance only; 0 without one [m].
+    """
+    if lead == 0.0:
+        quintic = lateral_quintic(start, offset, length)
+        return OffsetMotion(quintic, length, offset, 0.0, 0.0, 0.0)
+    here, slope = start[0] + lead * start[1], start[1] + lead * start[2]
+    away, rise = here - offset, length * slope
+    # of the quartic through these, flat where it ends
+    second = (6.0 * (4.0 * away + rise) - 12.0 * (rise + 3.0 * away)) / length**2
+    q = quintic_coefficients(here, slope, second, offset, 0.0, 0.0, length)
+    c5 = q[5]
+    c4 = q[4] - 5.0 * lead * c5
+    c3 = q[3] - 4.0 * lead * c4
+    c2 = q[2] - 3.0 * lead * c3
+    c1 = q[1] - 2.0 * lead * c2
+    c0 = q[0] - lead * c1
+    fading = start[0] - c0
+    end = c0 + length * (
+        c1 + length * (c2 + length * (c3 + length * (c4 + length * c5)))
+    )
+    trailing = end + fading * np.exp(-length / lead) - offset
+    axle = (c0, c1, c2, c3, c4, c5)
+    return OffsetMotion(axle, length, offset, lead, fading, trailing)
 
 
 @inlined
 def lateral_quintic(
     start: tuple[float, float, float], offset: float, length: float
-) -> tuple[float, float, float, float, float, float]:
+) -> Quintic:
     """Solve for the quintic from `start` to (offset, 0, 0); [Thesis] eq. 4.1-4.5."""
     return quintic_coefficients(start[0], start[1], start[2], offset, 0.0, 0.0, length)
 
 
 @inlined
-def squared_jerk(c: tuple[float, float, float, float, float, float], T: float) -> float:
+def squared_jerk(c: Quintic, T: float) -> float:
     """Integrate the squared third derivative over 0 ... T; [Thesis] eq. 4.15."""
     a, b, d = 6.0 * c[3], 24.0 * c[4], 60.0 * c[5]
     return T * (

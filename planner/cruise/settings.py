@@ -113,11 +113,12 @@ class CruiseSettings:
     creep_speeds: tuple[float, ...] = (1.0, 2.0)  # to get out of a jam [m/s]
     stop_times: tuple[float, ...] = (2.0, 3.0, 4.5, 6.0, 8.0)  # [s]
     follow_times: tuple[float, ...] = (2.0, 3.5, 5.0)  # [s]
-    drive_fractions: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0)  # see `sampling`
+    drive_fractions: tuple[float, ...] = (0.25, 0.5, 0.75, 0.9, 1.0)  # see `sampling`
     drive_times: tuple[float, ...] = (4.0,)  # of their lateral motions [s]
     horizon: float = 5.0  # [s]; 0 ends each candidate with its manoeuvre
     step: float = 0.1  # between trajectory points [s]
 
+    lead_long_bodies: bool = True  # by their front axle, with `cover_discs: 3`
     cover_discs: int = 3  # 3 cover the rectangle, 1 is the thesis' disc at the axle
     single_disc_radius: float = 1.0  # r_car of Table 4.1, used by one disc [m]
     margin: float = 0.3  # clearance that every candidate keeps [m]

@@ -10,6 +10,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from planner import cruise
 from planner.bodies import bodies_of, leader_of
@@ -92,6 +93,50 @@ def taylor(polynomial, jet):
     return out
 
 
+def led_by(settings, scene):
+    """How far ahead of its axle a body is led: long ones by their front axle."""
+    long = body_scale(scene.vehicle) > 1.5 and settings.cover_discs > 1
+    over_time = settings.lateral_motion is LateralMotion.TIME
+    led = settings.lead_long_bodies and long and not over_time
+    return scene.vehicle.wheelbase if led else 0.0
+
+
+def trailing(start, offset, length, lead, done):
+    """Offset and three derivatives of an axle that follows a led point, (4, n).
+
+    The led point is on the quartic q from where it is, flat where it ends; the axle
+    follows by dl/ds = (q - l) / lead, which is integrated numerically.
+    """
+    l, slope, bent = start
+    rows = [[1, 0, 0, 0, 0], [0, 1, 0, 0, 0], [1, 1, 1, 1, 1]]
+    rows += [[0, 1, 2, 3, 4], [0, 0, 2, 6, 12]]
+    values = [l + lead * slope, (slope + lead * bent) * length, offset, 0.0, 0.0]
+    p = np.polynomial.Polynomial(np.linalg.solve(np.array(rows, float), values))
+
+    def led(d, order):
+        within = p.deriv(order)(d / length) / length**order if order else p(d / length)
+        return np.where(d <= length, within, 0.0 if order else offset)
+
+    axle, begin, now = np.full(done.size, l), 0.0, l
+    for end in (length, max(length, done[-1]) + 1.0):
+        found = solve_ivp(
+            lambda d, l: (led(d, 0) - l) / lead,
+            (begin, end),
+            [now],
+            method="DOP853",
+            dense_output=True,
+            rtol=1e-12,
+            atol=1e-13,
+        )
+        here = (done > begin) & (done <= end)
+        if here.any():
+            axle[here] = found.sol(done[here])[0]
+        begin, now = end, found.y[0, -1]
+    first = (led(done, 0) - axle) / lead
+    second = (led(done, 1) - first) / lead
+    return np.stack([axle, first, second, (led(done, 2) - second) / lead])
+
+
 def lateral(settings, scene, motion, duration, offset):
     """(l, l', l'', d³l/dt³) of every step, and the polynomial over its length."""
     ego, over_time = scene.ego_frenet, settings.lateral_motion is LateralMotion.TIME
@@ -103,11 +148,18 @@ def lateral(settings, scene, motion, duration, offset):
         end = min(round(duration / settings.step), s.size - 1)
         slow = max(
             settings.min_manoeuvre_length,
-            settings.min_manoeuvre_speed * duration * body_scale(scene.vehicle),
+            settings.min_manoeuvre_speed
+            * duration
+            * (1.0 if led_by(settings, scene) else body_scale(scene.vehicle)),
         )
         done, length = s - s[0], max(s[end] - s[0], slow)
         start = (ego.l, ego.l_prime, ego.l_second)
     p = quintic(start, offset, length)
+    lead = led_by(settings, scene)
+    if lead > 0.0:
+        l, first, second, third = trailing(start, offset, length, lead, done)
+        jerk = third * s_dot**3 + 3.0 * second * s_dot * s_ddot + first * s_dddot
+        return np.stack([l, first, second, jerk]), p, length
     u = done / length
     l, first, second = p(u), p.deriv(1)(u) / length, p.deriv(2)(u) / length**2
     if over_time:
@@ -392,6 +444,12 @@ class SlowPlanner:
     def _onward(self, polynomial, length, offset, done):
         """Offset and slope of the motion, driven on beyond the plan."""
         over_time = self.settings.lateral_motion is LateralMotion.TIME
+        ego, lead = self.scene.ego_frenet, led_by(self.settings, self.scene)
+        if lead > 0.0:
+            start = (ego.l, ego.l_prime, ego.l_second)
+            places = np.array([0.0, max(done, 1e-6)])
+            l, slope, _, _ = trailing(start, offset, length, lead, places)
+            return l[1], slope[1]
         if over_time or done > length + 1e-9:
             return offset, 0.0
         u = done / length
@@ -427,7 +485,9 @@ class SlowPlanner:
             if beyond <= 0.0 or not self._comes_to(b, s, onward):
                 continue
             gap = max(beyond - half_length - radius - vehicle.front_reach, 0.0)
-            room = settings.obstacle_gap * body_scale(vehicle)
+            scale = body_scale(vehicle)
+            scale = math.sqrt(scale) if led_by(settings, self.scene) else scale
+            room = settings.obstacle_gap * scale
             worst = max(worst, 1.0 - gap / (room + stopping))
         return worst
 

@@ -10,6 +10,7 @@ from planner.cruise.feasibility import (
     RoadBend,
     RoadBody,
     lateral_at,
+    lateral_motion,
     lateral_over_distance,
     lateral_over_time,
     lateral_quintic,
@@ -100,11 +101,62 @@ def test_motion_over_distance_against_finite_differences(start, end, v, a, j):
 
 @pytest.mark.parametrize("over_time", [True, False])
 def test_after_its_length_the_motion_goes_straight_on(over_time):
-    c = lateral_quintic((1.0, 0.2, 0.0), -2.0, 4.0)
-    at_end = lateral_at(over_time, c, 4.0, -2.0, 4.0, 10.0, 0.0, 0.0)
+    way = lateral_motion((1.0, 0.2, 0.0), -2.0, 4.0, 0.0)
+    at_end = lateral_at(over_time, way, 4.0, 10.0, 0.0, 0.0)
     np.testing.assert_allclose(at_end[:3], (-2.0, 0.0, 0.0), atol=1e-12)
-    after = lateral_at(over_time, c, 4.0, -2.0, 4.1, 10.0, 1.0, 1.0)
+    after = lateral_at(over_time, way, 4.1, 10.0, 1.0, 1.0)
     assert after == (-2.0, 0.0, 0.0, 0.0)
+
+
+def along(way, done, *rates):
+    over_time = False
+    return lateral_at(over_time, way, done, *(rates or (0.0, 0.0, 0.0)))
+
+
+def led_offset(way, done, lead):
+    l, slope, _, _ = along(way, done)
+    return l + lead * slope
+
+
+@given(gentle, offset, st.floats(5.0, 30.0), st.floats(2.0, 9.0))
+def test_an_axle_follows_the_point_that_is_led(start, end, length, lead):
+    way = lateral_motion(start, end, length, lead)
+    np.testing.assert_allclose(along(way, 0.0)[:3], start, atol=1e-9)
+    # the led point is on a quartic that ends flat at the offset, and stays there
+    for done in (length, length + 0.5, 2.0 * length):
+        assert led_offset(way, done, lead) == pytest.approx(end, abs=1e-8)
+    places = np.linspace(0.0, 1.0, 6)
+    part = [led_offset(way, share * length, lead) for share in places]
+    quartic = np.polynomial.Polynomial.fit(places[:5], part[:5], 4)
+    assert quartic(1.0) == pytest.approx(part[5], abs=1e-7)
+    before, after = (along(way, length + d, 8.0, 0.5, 0.1) for d in (-1e-9, 1e-9))
+    np.testing.assert_allclose(before, after, atol=1e-4)
+    far = along(way, length + 40.0 * lead)
+    np.testing.assert_allclose(far, (end, 0.0, 0.0, 0.0), atol=1e-9)
+
+
+@given(gentle, offset, st.floats(0.05, 0.9))
+def test_a_led_motion_that_is_planned_anew_on_its_way_is_the_same(start, end, share):
+    length, lead = 20.0, 6.5
+    way = lateral_motion(start, end, length, lead)
+    here = along(way, share * length)[:3]
+    anew = lateral_motion(here, end, (1.0 - share) * length, lead)
+    for done in (0.95 * length, 1.5 * length):
+        new = along(anew, done - share * length)
+        np.testing.assert_allclose(new[:3], along(way, done)[:3], atol=1e-8)
+
+
+def test_the_derivatives_of_a_led_motion_against_finite_differences():
+    way = lateral_motion((0.3, 0.1, 0.01), -2.5, 18.0, 6.5)
+    v, a, j, t = 6.0, 0.7, -0.3, 1.2
+    s, s_dot, s_ddot, s_dddot = speeding(t, v, a, j)
+    _, slope, second, jerk = along(way, s, s_dot, s_ddot, s_dddot)
+    l_dot, l_ddot, l_dddot = differences(
+        lambda at: along(way, speeding(at, v, a, j)[0])[0], t, 0.01
+    )
+    assert slope * s_dot == pytest.approx(l_dot, abs=1e-6)
+    assert second * s_dot**2 + slope * s_ddot == pytest.approx(l_ddot, abs=1e-5)
+    assert jerk == pytest.approx(l_dddot, abs=1e-3)
 
 
 @given(offset, rate, bend, offset, length)
