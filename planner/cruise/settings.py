@@ -113,7 +113,7 @@ class CruiseSettings:
     creep_speeds: tuple[float, ...] = (1.0, 2.0)  # to get out of a jam [m/s]
     stop_times: tuple[float, ...] = (2.0, 3.0, 4.5, 6.0, 8.0)  # [s]
     follow_times: tuple[float, ...] = (2.0, 3.5, 5.0)  # [s]
-    drive_fractions: tuple[float, ...] = (0.25, 0.5, 0.75, 0.9, 1.0)  # see `sampling`
+    drive_fractions: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0)  # see `sampling`
     drive_times: tuple[float, ...] = (4.0,)  # of their lateral motions [s]
     horizon: float = 5.0  # [s]; 0 ends each candidate with its manoeuvre
     step: float = 0.1  # between trajectory points [s]

@@ -195,7 +195,7 @@ class RoutePlanner:
         lane = manoeuvre.target if changes else manoeuvre.lane
         assert lane is not None  # noqa: S101 - a change has a target
         result = self._along(look, last, manoeuvre, lane, speed)
-        if changes and look.stood >= self.settings.stuck_after and not _gets_on(result):
+        if self._has_no_way(look, manoeuvre) and not _gets_on(result):
             # in a sharp turn nothing but the path itself may fit the body
             by_path = self._along(look, last, manoeuvre, lane, speed, by_path=True)
             if _gets_on(by_path):
@@ -291,6 +291,22 @@ class RoutePlanner:
         )
         stats = replace(result.stats, explanation=why)
         return replace(result, memory=memory, stats=stats)
+
+    def _has_no_way(self, look: _Look, manoeuvre: LaneManoeuvre) -> bool:
+        """Check whether the ego stands at its lane's end for want of a way over.
+
+        Neither in a queue nor before a closed line.
+        """
+        scene, target = look.scene, manoeuvre.target
+        changes = manoeuvre.phase in (Phase.CHANGE, Phase.COMMITTED)
+        if not changes or target is None or look.stood < self.settings.stuck_after:
+            return False
+        front = look.front
+        held = any(front - 1.0 < x < front + OVER_ROOM for x in scene.stop_lines)
+        lanes = (manoeuvre.lane, target)
+        queued = any(queues(scene, look.bodies, lane) for lane in lanes)
+        ends = look.ends[manoeuvre.lane] - front < OVER_ROOM + LEAST_DRIVEN
+        return bool(ends) and not held and not queued
 
     def _is_stuck(self, look: _Look) -> bool:
         """Check whether the ego stands before obstacles, not in a queue."""
