@@ -234,7 +234,7 @@ class RoutePlanner:
         until = look.front + max(OVER_ROOM, OVER_TIME * scene.ego.speed)
         opened = opens_at(scene, look.bodies, frame.lane)
         road = corridor(scene, frame, kind, origin, (until, opened))
-        if opened <= look.front or by_path:
+        if opened <= look.front:
             kind = LaneCorridor.ROAD
         seen = None
         if not by_path:
@@ -247,7 +247,9 @@ class RoutePlanner:
         if last is not None:
             before = CruiseMemory(in_frame(frame, last.trajectory))
         result = self._cruise.plan(seen, before)
-        return _told(look, result, manoeuvre, frame, frames, kind)
+        how = "round what stands" if kind is LaneCorridor.ROAD else ""
+        how = "along the planned path" if by_path else how
+        return _told(look, result, manoeuvre, frame, frames, how)
 
     def _without_lanes(self, look: _Look, last: RouteMemory | None) -> PlanResult:
         """Let `cruise` drive where nothing is marked."""
@@ -454,7 +456,7 @@ def _told(
     manoeuvre: LaneManoeuvre,
     frame: LaneFrame,
     frames: dict[tuple[int, bool], LaneFrame],
-    kind: LaneCorridor,
+    how: str,
 ) -> PlanResult:
     """Put a plan back onto the reference path, and say why it is this one."""
     if result.trajectory is None:
@@ -473,8 +475,8 @@ def _told(
     if manoeuvre.phase is Phase.SEEK:
         beside = f", {manoeuvre.beside} is there" if manoeuvre.beside else ""
         words.append("no way over yet" + beside)
-    if kind is LaneCorridor.ROAD:
-        words.append("round what stands")
+    if how:
+        words.append(how)
     stats = replace(result.stats, explanation=", ".join(words))
     if look.stood > 0.0 and manoeuvre.beside and stats.blocker is None:
         stats = replace(stats, blocker=manoeuvre.beside)  # it waits for a gap

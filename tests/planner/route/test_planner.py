@@ -1,13 +1,12 @@
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.interface import Indicator, PlanResult, PlanStats, PlanStatus
+from planner.interface import Indicator, PlanStatus
 from planner.lane_change.lane_choice import bodies_on_road
 from planner.lane_change.phases.memory import Phase
 from planner.reference_path.path import ReferencePath
@@ -370,20 +369,44 @@ def test_a_lane_that_ends_is_left_behind_its_solid_line(dashed, start):
         assert over[0] > dashed or not behind
 
 
-@pytest.mark.parametrize(("stood", "by_path"), [(0.5, False), (3.0, True)])
-def test_a_change_that_finds_no_way_along_its_lane_follows_the_path(
-    monkeypatch, stood, by_path
+@pytest.mark.parametrize(
+    ("changed", "follows"),
+    [
+        ({}, True),
+        ({"stood": 0.5}, False),
+        ({"before": 60.0}, False),  # far from the lane's end
+        ({"queue": -WIDTH}, False),
+        ({"queue": 0.0}, False),
+        ({"line": 8.0}, False),  # a closed one
+    ],
+)
+def test_a_change_without_a_way_follows_the_path_at_its_lane_s_end_only(
+    changed, follows
 ):
-    """In a sharp turn nothing but the path, which was planned for the body, may fit."""
+    """Not out of a queue, and not towards a closed line."""
+    case = {"stood": 3.0, "before": 13.0, "queue": None, "line": None, **changed}
+    path, planner = straight(500.0), proposed()
+    front = END - case["before"]
+    cars = []
+    if case["queue"] is not None:
+        cars = [Car(front + 5.0, case["queue"], speed=0.0)]
+    ego = ego_on(path, front - Vehicle().front_reach, -WIDTH, speed=0.0)
+    scene = scene_on(path, ego, cars, end=END)
+    if case["line"] is not None:
+        scene = replace(scene, stop_lines=(front + case["line"],))
+    before = memory_of(planner.plan(scene, None), Phase.CHANGE)
+    look = planner._look(scene, replace(before, stood=case["stood"]))
+    assert planner._has_no_way(look, before.manoeuvre) is follows
 
-    def along(_self, *_given, by_path=False):
-        way = SimpleNamespace(s=np.array([0.0, 8.0 if by_path else 0.0]))
-        return PlanResult(PlanStatus.OK, way, None, PlanStats(reason=f"{by_path}"))
 
-    planner = proposed()
-    monkeypatch.setattr(type(planner), "_along", along)
-    change = LaneManoeuvre(0, Phase.COMMITTED, 1, "")
-    look = SimpleNamespace(stood=stood, front=0.0, ends=np.array([0.0, 90.0]))
-    monkeypatch.setattr("planner.route.planner._is_late", lambda *_: False)
-    result = planner._drive(look, None, change, 10.0)
-    assert result.stats.reason == f"{by_path}"
+def test_the_path_itself_is_driven_along_towards_the_next_lane():
+    path, planner = straight(500.0), proposed()
+    ego = ego_on(path, END - 13.0 - Vehicle().front_reach, -WIDTH, speed=0.0)
+    scene = scene_on(path, ego, end=END)
+    before = memory_of(planner.plan(scene, None), Phase.CHANGE)
+    look = planner._look(scene, before)
+    plan = planner._along(look, before, before.manoeuvre, 1, 10.0, by_path=True)
+    assert plan.status is PlanStatus.OK
+    assert "along the planned path" in plan.stats.explanation
+    assert plan.trajectory.s[-1] - plan.trajectory.s[0] > 3.0
+    assert plan.trajectory.l[-1] > -WIDTH + 0.3  # towards the path
