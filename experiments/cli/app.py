@@ -5,7 +5,6 @@ internal error, 130 Ctrl-C. Heavy modules are imported where they are needed, so
 `--help` is immediate.
 """
 
-import gc
 import inspect
 import io
 import json
@@ -39,6 +38,7 @@ from experiments.cli import (
     thesis_command,
     tube_command,
 )
+from experiments.cli.garbage import look_for_garbage_less_often
 from experiments.cli.scenario_options import (
     AllowPlanner,
     Overrides,
@@ -68,8 +68,6 @@ if TYPE_CHECKING:
 # typer bundles click and exports only some of its exceptions
 _UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 
-NEW_OBJECTS = 50_000  # after which garbage is looked for, instead of after 700
-
 app = typer.Typer(
     help="Run trajectory planners in closed loop with SUMO traffic.",
     no_args_is_help=True,
@@ -81,7 +79,7 @@ app = typer.Typer(
 def main() -> None:
     """Run the command line; report usage errors in one line."""
     # What is imported makes no garbage: looking for it takes a tenth of the start.
-    gc.set_threshold(NEW_OBJECTS, *gc.get_threshold()[1:])
+    look_for_garbage_less_often()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # ASCII terminals cannot show ³

@@ -4,7 +4,6 @@ What is compiled stays in a cache, function by function: another planner, or a s
 with something new in it, may need loops that none before it needed.
 """
 
-import gc
 import multiprocessing
 import os
 import signal
@@ -16,6 +15,7 @@ from contextlib import contextmanager
 
 from numba.core.event import Event, Listener, install_listener
 
+from experiments.cli.garbage import look_for_garbage_less_often
 from experiments.cli.kernel_list import Signature, compile_one, family_of, missing
 from experiments.cli.shown_log import shown_log
 from experiments.storage.provenance import PACKAGES
@@ -24,7 +24,6 @@ from planner.numerics import kernel_cache
 NOTICE = "compiling the inner loops (once, up to a minute) ...\n"
 FEW = 3  # functions that are compiled sooner than further processes start
 MOST_PROCESSES = 4  # each takes 250 MB
-NEW_OBJECTS = 50_000  # after which garbage is looked for, instead of after 700
 
 
 class _Announcer(Listener):  # type: ignore[misc]  # numba has no types
@@ -94,7 +93,7 @@ def compile_all(signatures: Sequence[Signature]) -> None:
 def _begin_process() -> None:
     """Leave Ctrl-C to the command, and look for garbage seldom, as it does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    gc.set_threshold(NEW_OBJECTS)
+    look_for_garbage_less_often()
 
 
 def _n_processors() -> int:

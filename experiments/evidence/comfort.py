@@ -66,7 +66,8 @@ Written by `python -m experiments.evidence.comfort` (`make comfort-docs`) from f
 runs of the sweeps `comfort_cruise` and `comfort_dense`; nothing is typed in by hand.
 Shares of the time are means over the runs, each run counting once, with their 95 %
 interval by Student's t, cut off at 100 %; shares of runs have Wilson's interval. Jerks
-are means over half a second. An emergency is a cycle of emergency braking.
+are means over half a second. An emergency is a cycle of emergency braking. All shares
+are of the runs that drove: an ego that found no room to enter has no comfort.
 """
 
 
@@ -100,8 +101,9 @@ def _chapter(found: Sequence[Row], label: str) -> Iterator[str]:
     """Write the table of one planner: a column for each limit, a row for each road."""
     names = [*(words for words, _ in TIMES), *(limit.words for limit in LIMITS)]
     yield f"## `{label}`\n"
-    yield f"| road | density | runs | arrived | collided | {' | '.join(names)} |"
-    yield f"|---|---|---|---|---|{'---|' * len(names)}"
+    counts = ("road", "density", "runs", "drove", "arrived", "collided")
+    yield f"| {' | '.join([*counts, *names])} |"
+    yield "|" + "---|" * (len(counts) + len(names))
     places = {(str(row[columns.SCENARIO]), _density(row)) for row in found}
     for road, density in sorted(places):
         here = [
@@ -124,9 +126,11 @@ def _line(road: str, density: str, here: Sequence[Row]) -> str:
     """Write one row of a table."""
     arrived = sum(bool(row[columns.ARRIVED]) for row in here)
     collided = sum((row[columns.COLLISIONS] or 0) > 0 for row in here)
-    cells = [road, density, str(len(here)), str(arrived), str(collided)]
-    cells += [_time_share(here, column) for _, column in TIMES]
-    cells += [_run_share(here, limit) for limit in LIMITS]
+    driven = [row for row in here if row[columns.MAX_LATERAL_ACCELERATION] is not None]
+    counts = (len(here), len(driven), arrived, collided)
+    cells = [road, density, *map(str, counts)]
+    cells += [_time_share(driven, column) for _, column in TIMES]
+    cells += [_run_share(driven, limit) for limit in LIMITS]
     return f"| {' | '.join(cells)} |"
 
 

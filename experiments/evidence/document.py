@@ -11,7 +11,8 @@ INTRODUCTION = """# Results
 
 What was measured, and how far it can be trusted. `make results` writes this file; every
 number in it stands in `results.json` beside it, with all that the tables leave out, and
-nothing is typed in by hand. What the thesis claims, and what holds, has
+nothing is typed in by hand. The summary at the top leaves out sweeps of which less than
+a quarter was driven. What the thesis claims, and what holds, has
 [its own page](thesis.md); times are in [Performance](performance.md)."""
 
 READING = """## How to read the tables

@@ -3,6 +3,7 @@
 Opening one takes as long as reading all tables of a run.
 """
 
+import atexit
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -45,6 +46,13 @@ def _for_writing(_process: int) -> "duckdb.DuckDBPyConnection":
 def _for_reading(_process: int) -> "duckdb.DuckDBPyConnection":
     """Open this process's database for reading."""
     return _opened()
+
+
+@atexit.register
+def _close() -> None:
+    """Close them before the interpreter ends, where the library would complain."""
+    for kept in (_for_writing, _for_reading):
+        kept.cache_clear()
 
 
 def _opened() -> "duckdb.DuckDBPyConnection":

@@ -165,7 +165,8 @@ def _lateral(
         (ego.l_dot, ego.l_ddot) if over_time else (ego.l_prime, ego.l_second)
     )
     if scene.ego.speed < WHEELS_TURN_FREELY:
-        second = _wheels_turned(first, lead, scene.vehicle)
+        road = float(scene.path.at(np.array([ego.s])).curvature[0])
+        second = _wheels_turned(first, lead, scene.vehicle, road)
     lateral = Lateral(
         over_time,
         (ego.l, first, second),
@@ -196,15 +197,17 @@ def turning_scale(vehicle: Vehicle, settings: CruiseSettings) -> float:
     return math.sqrt(scale) if led_point(vehicle, settings) > 0.0 else scale
 
 
-def _wheels_turned(slope: float, lead: float, vehicle: Vehicle) -> float:
+def _wheels_turned(slope: float, lead: float, vehicle: Vehicle, road: float) -> float:
     """Return l'' of an ego that stands: its wheels are turned before it moves off.
 
-    Straight ahead, or so that the led point goes along the road from there on.
+    Along the road, or so that the led point goes along it from there on, as far as the
+    wheels turn beside the curvature of the `road` [1/m].
     """
     if lead == 0.0:
         return 0.0
     most = START_SHARE * vehicle.limits.max_curvature
-    return min(max(-slope / lead, -most), most)
+    low, high = min(-most - road, 0.0), max(most - road, 0.0)
+    return min(max(-slope / lead, low), high)
 
 
 def _behind_queue(scene: Scene, bodies: Bodies, leader: Leader) -> Scene:

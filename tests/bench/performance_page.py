@@ -21,7 +21,7 @@ TIMES: Mapping[str, tuple[Row, ...]] = {
     "cruise": (
         ("231 candidates x 51 points", "test_plan_lazily[closed_loop_231]", ""),
         ("the same, every candidate judged", "test_plan[closed_loop_231]", ""),
-        ("default settings, 567 candidates", "test_plan_lazily[proposed]", ""),
+        ("default settings", "test_plan_lazily[proposed]", ""),
         ("the same, every candidate judged", "test_plan[proposed]", ""),
         (
             "prediction of 30 vehicles x 51 points",

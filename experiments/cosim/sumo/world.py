@@ -58,6 +58,7 @@ from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
 
 LINE_VIEW = 2.0  # a line so near ahead is one that the ego may wait at [m]
+OVER_LINE = 0.35  # a bumper this far beyond a line still counts as waiting at it [m]
 SLOWEST_ENTRY = 1.0  # at which the ego always may enter [m/s]
 PLAN_ID = "rearview.plan"  # of the line drawn in SUMO's window
 PLAN_COLOUR = (213, 94, 0, 255)  # as in all pictures
@@ -85,7 +86,7 @@ class SumoWorld:
         self._indicator = Indicator.NONE
         self._others: RoadUsers | None = None  # as last observed
         self._ego_front = (math.nan, math.nan)
-        self._front_s = settings.task.start.s + settings.task.vehicle.front_reach
+        self._front_s: float | None = None  # along the path, once it is known
         lines = [line.s for line in settings.road.stop_lines]
         lines += [junction.ahead.stop_s for junction in settings.road.junctions]
         self._lines = np.array(lines)  # where the ego may have to wait [m]
@@ -245,12 +246,15 @@ class SumoWorld:
         return ego
 
     def _is_before_line(self) -> bool:
-        """Check whether the ego's front is about to reach a line of its road."""
+        """Check whether the ego's front is about to reach a line of its road, or at it.
+
+        Moving or not: SUMO has it in the junction when its front is over the line.
+        """
         if not self._lines.size:
             return False
         self._front_s, _ = self.road.path.project_one(*self._ego_front, self._front_s)
         left = self._lines - self._front_s
-        return bool(np.any((left >= 0.0) & (left < LINE_VIEW)))
+        return bool(np.any((left >= -OVER_LINE) & (left < LINE_VIEW)))
 
     def _move_drivers(self, sumo: Libsumo) -> None:
         """Let drivers err, cooperate, and relax after a cut-in, before a step."""

@@ -89,7 +89,8 @@ RULES: Final = (
         label="hindered people on foot",
         compute=lambda e: right_of_way.people_hindered(e.trace),
         formula="people on foot with the right of way at a crossing who stand before "
-        "the ego's way while the ego drives over the crossing; null without a junction",
+        "the ego's way while the ego is over the crossing, standing there or not, "
+        "whoever else they stand for; null without a junction",
         unit="",
         digits=0,
         better=Better.LOWER,

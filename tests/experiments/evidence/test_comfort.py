@@ -41,16 +41,16 @@ def test_shares_are_those_of_the_rows():
     assert "8 runs, seeds 0 to 3." in text
     assert "development seeds, 0 to 999, on which planners are tuned" in text
     road = cells(text, "`curved`", "light")
-    assert road[2:5] == ["4", "4", "1"]
-    assert road[5] == "99.0 % [97.2, 100.0]"  # 1 %, deviation 1.15 %, t of 3
-    assert road[6] == "100.0 % [100.0, 100.0]"
-    assert [cell.split(" [")[0] for cell in road[7:]] == [
+    assert road[2:6] == ["4", "4", "4", "1"]
+    assert road[6] == "99.0 % [97.2, 100.0]"  # 1 %, deviation 1.15 %, t of 3
+    assert road[7] == "100.0 % [100.0, 100.0]"
+    assert [cell.split(" [")[0] for cell in road[8:]] == [
         "75.0 %",
         "75.0 %",
         "100.0 %",
         "75.0 %",
     ]
-    assert cells(text, "all", "")[2:5] == ["8", "8", "1"]
+    assert cells(text, "all", "")[2:6] == ["8", "8", "8", "1"]
     straight = cells(text, "`straight`", "light")
     assert straight[-1] == "100.0 % [51.0, 100.0]"  # Wilson, four of four
 
@@ -60,7 +60,7 @@ def test_planners_have_tables_of_their_own_and_missing_values_count_nowhere():
     text = document([run("straight", 5000), alone])
     assert text.index("## `cruise`") < text.index("## `dense`")
     assert "development seeds" not in text
-    assert cells(text, "`dense`", "-")[5:9] == [
+    assert cells(text, "`dense`", "-")[6:10] == [
         "100.00 %",
         "100.00 %",
         "100.0 % [20.7, 100.0]",
@@ -73,3 +73,16 @@ def test_nothing_to_write_is_one_line(tmp_path, capsys):
         document([])
     assert main([str(tmp_path), "-o", str(tmp_path / "comfort.md")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_an_ego_that_never_drove_has_no_part_in_the_shares():
+    waits = run(
+        "curved",
+        1,
+        arrived=False,
+        max_abs_lateral_acceleration_mps2=None,
+        lateral_discomfort_share=None,
+    )
+    road = cells(document([run("curved", 0, emergency_cycles=1), waits]), "`curved`")
+    assert road[2:5] == ["2", "1", "1"]
+    assert road[-1].startswith("0.0 %")

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from experiments.cosim.sumo.vehicle_reader import PERSON
+from experiments.cosim.sumo.world import OVER_LINE
 from experiments.metrics import right_of_way
 from experiments.trace.schema import TABLES, column
 from planner.right_of_way.records import Foe, JunctionAhead, Rule
@@ -140,3 +142,9 @@ def test_columns_of_the_table_are_the_fields_of_the_record():
     for name, field in zip(list(table)[1:], Foe._fields, strict=True):
         assert name.startswith(field.removesuffix("_s"))
     assert column([1, 0], table["held"]).tolist() == [1, 0]
+
+
+def test_the_simulator_and_the_metrics_mean_the_same():
+    """Metrics load nothing that drives, so these stand in both."""
+    assert right_of_way.ON_FOOT == PERSON
+    assert right_of_way.OVERSHOOT == OVER_LINE

@@ -67,8 +67,9 @@ def test_closed_fields_have_none(road, seed):
     check_closed(road, seed)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("road", ROADS)
+@pytest.mark.parametrize(
+    "road", [ROADS[0], *(pytest.param(r, marks=pytest.mark.slow) for r in ROADS[1:])]
+)
 def test_many_passable_fields(road, request):
     for seed in range(request.config.getoption("--seeds")):
         check_passable(road, seed)

@@ -4,9 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from planner.cruise.cycle import _allowed_excess, _thresholds
+from planner.cruise.cycle import _allowed_excess, _thresholds, _wheels_turned
 from planner.shapes.disc_clearance import gaps_to
+from planner.vehicle import Vehicle, VehicleLimits
 
 DISCS, RADIUS, MARGIN = (-0.2, 1.4, 3.0), 1.2, 0.3
 
@@ -61,3 +64,13 @@ def test_plans_use_the_margin_to_the_roads_edge_and_never_more(start):
 
 def test_a_body_over_the_edge_may_swing_its_tail_out_on_its_way_back():
     assert _allowed_excess(0.3, 0.1) == pytest.approx(0.4, abs=1e-5)
+
+
+@given(st.floats(-0.5, 0.5), st.floats(-0.15, 0.15))
+def test_wheels_turned_at_a_stand_keep_within_what_they_can(slope, road):
+    limits = VehicleLimits(max_curvature=0.15)
+    lorry = Vehicle(length=12.0, wheelbase=6.0, rear_overhang=3.0, limits=limits)
+    second = _wheels_turned(slope, lorry.wheelbase, lorry, road)
+    assert abs(road + second) <= max(0.15, abs(road)) + 1e-12
+    assert second * slope <= 0.0  # towards the road, or along it
+    assert _wheels_turned(slope, 0.0, lorry, road) == 0.0
