@@ -17,7 +17,6 @@ gc.disable()
 
 
 def pytest_collection_finish():
-    gc.freeze()
     gc.set_threshold(50_000)
     gc.enable()
 
