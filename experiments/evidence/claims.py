@@ -51,7 +51,15 @@ def claim_data(published: PublishedSweep, folder: Path) -> Data:
         "runs": len(found),
         "runs_of_the_file": published.asked_runs,
         "code": code_of(folder),
-        "statuses": dict(Counter(str(row[columns.STATUS]) for row in found)),
+        "statuses": _statuses(found),
+        "outcomes": {
+            label: dict(
+                Counter(
+                    str(row[columns.STATUS]) for row in found if row[LABEL] == label
+                )
+            )
+            for label in dict.fromkeys(str(row[LABEL]) for row in found)
+        },
         "level": LEVEL,
         "tests": sum(line.p_holm is not None for line in lines),
         "findings": [
@@ -67,6 +75,11 @@ def claim_data(published: PublishedSweep, folder: Path) -> Data:
         ],
         "lines": [_plain(line) for line in lines],
     }
+
+
+def _statuses(found: Sequence[Row]) -> dict[str, int]:
+    """Count how runs ended."""
+    return dict(Counter(str(row[columns.STATUS]) for row in found))
 
 
 def _asked_for(found: Sequence[Row], sweep: Sweep) -> list[Row]:

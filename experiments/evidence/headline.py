@@ -1,6 +1,7 @@
 """The summary of the published sweeps: counts of a large claim, else its figures."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import starmap
 from typing import Any
 
 from experiments.comparison.compare import named
@@ -41,11 +42,20 @@ def _headline(claim: Data) -> Iterator[str]:
         f"**{claim['name']}**, {claim['runs']} of {claim['runs_of_the_file']} runs, "
         f"seeds {seeds['first']} to {seeds['last']}: {what}{claim['tests']} tests):"
     )
+    if "outcomes" in claim:  # what was written before has none
+        yield "; ".join(starmap(_outcome, claim["outcomes"].items())) + "."
     if counted:
         yield _counts(claim) if claim["findings"] else "Nothing could be tested."
     else:
         titles = [table["title"] for table in claim["tables"]]
         yield markdown_table(["where", "planner", *titles], rows)
+
+
+def _outcome(planner: str, statuses: Mapping[str, int]) -> str:
+    """Say how the runs of a planner ended, the most frequent first."""
+    ends = sorted(statuses.items(), key=lambda end: -end[1])
+    words = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in ends)
+    return f"`{planner}`: {words}"
 
 
 def _counts(claim: Data) -> str:
