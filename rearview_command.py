@@ -11,7 +11,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
 PACKAGES = ("experiments", "planner", "sumo_nets")
-BAD_INPUT = 2  # exit status
+BAD_INPUT, INTERRUPTED = 2, 130  # exit statuses
 
 
 def main() -> None:
@@ -21,10 +21,11 @@ def main() -> None:
         sys.stderr.write(f"rearview: {problem}\n")
         sys.exit(BAD_INPUT)
     gc.disable()  # while the command line is imported, which sets how often it works
-    from experiments.cli.app import main as run
-
+    try:
+        from experiments.cli.app import main as run
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
     gc.enable()
-
     run()
 
 

@@ -390,9 +390,7 @@ class SumoWorld:
         settings, ego = self._settings, entering[0]
         if ego.speed is not None:
             # The scenario decides how fast the ego enters, not the lane's limit.
-            limit = float(sumo.lane.getMaxSpeed(ego.lane.id))
-            factor = max(1.0, 1.001 * ego.speed / limit)
-            sumo.vehicletype.setSpeedFactor(EGO_TYPE, factor)
+            self._allow(sumo, ego.speed, ego.lane.id)
         fastest = float(sumo.vehicletype.getMaxSpeed(EGO_TYPE))
         if ego.speed is None:
             most = min(fastest, max(entry_speed(settings), SLOWEST_ENTRY))
@@ -430,6 +428,12 @@ class SumoWorld:
             sumo.gui.trackVehicle("View #0", EGO_ID)
             sumo.gui.setZoom("View #0", 1200)
 
+    @staticmethod
+    def _allow(sumo: Libsumo, speed: float, lane: str) -> None:
+        """Let the ego enter a lane with this speed, whatever the lane's limit [m/s]."""
+        factor = max(1.0, 1.001 * speed / float(sumo.lane.getMaxSpeed(lane)))
+        sumo.vehicletype.setSpeedFactor(EGO_TYPE, factor)
+
     def _replace(self, sumo: Libsumo, name: str) -> CartesianState:
         """Wait for a vehicle of the demand and put the ego in its place.
 
@@ -447,7 +451,9 @@ class SumoWorld:
                 f'the vehicle "{name}" did not depart within '
                 f"{settings.entry_patience:g} s of its time: its road is full"
             )
-        speed = float(sumo.vehicle.getSpeed(name))
+        fastest = float(sumo.vehicletype.getMaxSpeed(EGO_TYPE))
+        speed = min(float(sumo.vehicle.getSpeed(name)), fastest)
+        self._allow(sumo, speed, str(sumo.vehicle.getLaneID(name)))
         x, y = sumo.vehicle.getPosition(name)
         angle = float(sumo.vehicle.getAngle(name))
         sumo.vehicle.remove(name)
