@@ -1,5 +1,7 @@
 """Episodes in a town whose traffic comes from SUMO's own files."""
 
+import re
+
 import pytest
 import yaml
 
@@ -60,6 +62,25 @@ def test_ego_takes_the_place_of_a_vehicle(town, tmp_path):
     assert outcome.ending.status == "arrived"
     assert f"v{DRIVEN}" not in seen
     assert seen
+
+
+def test_a_vehicle_that_speeds_can_be_taken_over(town, tmp_path):
+    """SUMO refuses departures above what the ego may drive on the lane."""
+    folder = town[0]
+    text = (folder / "town.rou.xml").read_text()
+    speeding = f'id="v{DRIVEN}" departSpeed="16" type="car"'
+    fast = re.sub(f'id="v{DRIVEN}" type="[a-z]+"', speeding, text)
+    fast = fast.replace('<vType id="car"', '<vType id="car" speedFactor="1.5"')
+    (folder / "fast.rou.xml").write_text(fast)
+    assert fast.count('departSpeed="16"') == fast.count("speedFactor") == 1
+    traffic = {"route_files": ["fast.rou.xml"], "additional_files": ["stops.add.xml"]}
+    scenario = load(town, {"vehicle": f"v{DRIVEN}"}, traffic)
+    speeds = []
+    outcome = run_episode(
+        scenario, out=tmp_path, on_step=lambda record: speeds.append(record.ego.speed)
+    )
+    assert outcome.ending.status != "simulator_failed"
+    assert speeds[0] > 15.0
 
 
 def test_sumos_driver_is_free_to_drive_in_a_vehicles_place(town, tmp_path):
