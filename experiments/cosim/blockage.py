@@ -102,14 +102,26 @@ class BlockageDetector:
         )
 
     def standing(
-        self, place: FrenetState, traffic: TrafficState, stats: PlanStats
+        self,
+        place: FrenetState,
+        traffic: TrafficState,
+        stats: PlanStats,
+        gives_way_to: str | None = None,
     ) -> str | None:
-        """Say since when the ego stands, and why; None if it moves."""
+        """Say since when the ego stands, and why; None if it moves.
+
+        Args:
+            place: Of the ego.
+            traffic: All other vehicles.
+            stats: Of the last plan.
+            gives_way_to: For whom its line is closed now, which is why it stands.
+        """
         if self._since is None:
             return None
-        return f"stands since t = {self._since:.1f} s: " + self._why(
-            place, traffic, stats
-        )
+        why = f"gives way to {gives_way_to}"
+        if gives_way_to is None:
+            why = self._why(place, traffic, stats)
+        return f"stands since t = {self._since:.1f} s: {why}"
 
     def _forget(self) -> None:
         """Start again with an ego that moves."""

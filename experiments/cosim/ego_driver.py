@@ -264,7 +264,7 @@ class EgoDriver:
         if ending is not None:
             return ending
         if record.time >= self._options.duration - TIME_TOLERANCE:
-            stands = self._blockage.standing(frenet, record.traffic, self._stats)
+            stands = self._standing(record, frenet)
             region = self._task.region
             words = (
                 f"s = {frenet.s:.1f} m of {self._task.goal:.1f} m {time}"
@@ -293,6 +293,12 @@ class EgoDriver:
         )
         return None if reason is None else Ending(EpisodeStatus.BLOCKED, reason)
 
+    def _standing(self, record: StepRecord, frenet: FrenetState) -> str | None:
+        """Say since when the ego stands, and why; None if it moves."""
+        return self._blockage.standing(
+            frenet, record.traffic, self._stats, record.gives_way_to
+        )
+
     def _goal_ending(
         self, record: StepRecord, frenet: FrenetState, time: str
     ) -> Ending | None:
@@ -305,7 +311,7 @@ class EgoDriver:
         missed = region.why_missed(frenet.s, record.ego, record.time)
         if missed is None:
             return None
-        stands = self._blockage.standing(frenet, record.traffic, self._stats)
+        stands = self._standing(record, frenet)
         words = missed if stands is None else f"{missed}, {stands}"
         return Ending(EpisodeStatus.TIMEOUT, words)
 

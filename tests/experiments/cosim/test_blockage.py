@@ -234,3 +234,12 @@ def test_an_ego_that_stands_when_the_time_is_up_says_since_when():
         said = detector.standing(place, traffic(time), NAMED)
         expected = "stands since t = 1.0 s: every way ahead is taken"
         assert said == (None if speed else expected)
+
+
+def test_an_ego_that_gives_way_when_the_time_is_up_says_for_whom():
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none(), BOUNDS)
+    ego, place = CartesianState(*(0.0,) * 6), FrenetState(*(0.0,) * 8)
+    detector.update(place, ego, traffic(0.0), (), PlanStats())
+    stats = PlanStats(removed={"road": 3})
+    said = detector.standing(place, traffic(1.0), stats, "foe.3")
+    assert said == "stands since t = 0.0 s: gives way to foe.3"
