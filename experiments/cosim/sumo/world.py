@@ -58,6 +58,7 @@ from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
 
 LINE_VIEW = 2.0  # a line so near ahead is one that the ego may wait at [m]
+STANDING = 0.1  # slower is standing [m/s]
 OVER_LINE = 0.35  # a bumper this far beyond a line still counts as waiting at it [m]
 SLOWEST_ENTRY = 1.0  # at which the ego always may enter [m/s]
 PLAN_ID = "rearview.plan"  # of the line drawn in SUMO's window
@@ -226,7 +227,7 @@ class SumoWorld:
             if self._window is not None and self._window.update() and self._ghost:
                 self._ghost.follow(self._window.route_id)
             if self._ghost is not None:
-                held = self._is_before_line()
+                held = self._is_before_line(ego.speed)
                 x, y = self._ghost.update(
                     ego, self._vehicle, self._ego_front, before_line=held
                 )
@@ -245,16 +246,18 @@ class SumoWorld:
         self._steps += 1
         return ego
 
-    def _is_before_line(self) -> bool:
-        """Check whether the ego's front is about to reach a line of its road, or at it.
+    def _is_before_line(self, speed: float) -> bool:
+        """Check whether the ego's front is before a line of its road, or stands at it.
 
-        Moving or not: SUMO has it in the junction when its front is over the line.
+        One that stands a little over a line still waits there; one that drives over it
+        is in the junction.
         """
         if not self._lines.size:
             return False
         self._front_s, _ = self.road.path.project_one(*self._ego_front, self._front_s)
         left = self._lines - self._front_s
-        return bool(np.any((left >= -OVER_LINE) & (left < LINE_VIEW)))
+        over = OVER_LINE if speed < STANDING else 0.0
+        return bool(np.any((left >= -over) & (left < LINE_VIEW)))
 
     def _move_drivers(self, sumo: Libsumo) -> None:
         """Let drivers err, cooperate, and relax after a cut-in, before a step."""
