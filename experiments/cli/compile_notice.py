@@ -91,7 +91,7 @@ def compile_all(signatures: Sequence[Signature]) -> None:
 
 
 def _begin_process() -> None:
-    """Leave Ctrl-C to the command, and look for garbage seldom, as it does."""
+    """Leave Ctrl-C to the command, and look for garbage as seldom as it does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     look_for_garbage_less_often()
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter, thread_time
 from types import TracebackType
 
-from experiments.cosim.blockage import BlockageDetector
+from experiments.cosim.blockage import WAITING_ROOM, BlockageDetector
 from experiments.cosim.collision_monitor import StepCheck
 from experiments.cosim.execution import PlanExecution, PlanTiming
 from experiments.cosim.perception.perceive import Perception, reckoned
@@ -295,8 +295,14 @@ class EgoDriver:
 
     def _standing(self, record: StepRecord, frenet: FrenetState) -> str | None:
         """Say since when the ego stands, and why; None if it moves."""
+        front = frenet.s + self._task.vehicle.front_reach
+        at_line = any(0.0 <= x - front <= WAITING_ROOM for x in record.stop_lines)
+        waits = at_line and self._stats.blocker is None
         return self._blockage.standing(
-            frenet, record.traffic, self._stats, record.gives_way_to
+            frenet,
+            record.traffic,
+            self._stats,
+            record.gives_way_to if waits else None,
         )
 
     def _goal_ending(

@@ -4,19 +4,17 @@
 the sweeps `comfort_cruise` and `comfort_dense`, or of parts of them, and runs nothing.
 """
 
-import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from scipy import stats
 
 from experiments.comparison.inference import wilson
-from experiments.comparison.results import Row, rows
+from experiments.comparison.results import Row
 from experiments.errors import ConfigError
-from experiments.evidence.document_command import write_document
+from experiments.evidence.document_command import write_from_sweeps
 from experiments.evidence.first_look import first_look
 from experiments.metrics import columns
 from experiments.metrics.comfort import COMFORTABLE_BRAKING, COMFORTABLE_SIDEWAYS
@@ -162,14 +160,8 @@ def _percent(value: float, low: float, high: float) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the document; see `write_document`."""
-    parser = argparse.ArgumentParser(prog="comfort", description=__doc__)
-    parser.add_argument("folders", nargs="+", type=Path, help="of finished sweeps")
-    return write_document(
-        parser,
-        lambda options: document([r for one in options.folders for r in rows(one)]),
-        arguments,
-    )
+    """Write the document; see `write_from_sweeps`."""
+    return write_from_sweeps("comfort", __doc__, document, arguments)
 
 
 if __name__ == "__main__":

@@ -4,19 +4,17 @@
 sweep `peers`, or of parts of it, and runs nothing.
 """
 
-import argparse
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
 
 from experiments.comparison.compare import Line, Question, compare
-from experiments.comparison.results import Row, rows
+from experiments.comparison.results import Row
 from experiments.config.sweep_file import load_sweep
 from experiments.cosim.records import EpisodeStatus
 from experiments.errors import ConfigError
 from experiments.evidence.differences import difference_words
-from experiments.evidence.document_command import write_document
+from experiments.evidence.document_command import write_from_sweeps
 from experiments.evidence.first_look import first_look
 from experiments.metrics import columns
 from experiments.metrics.catalogue import METRICS
@@ -168,14 +166,8 @@ def _value(line: Line | None, name: str) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the document; see `write_document`."""
-    parser = argparse.ArgumentParser(prog="peers", description=__doc__)
-    parser.add_argument("folders", nargs="+", type=Path, help="of finished sweeps")
-    return write_document(
-        parser,
-        lambda options: document([r for one in options.folders for r in rows(one)]),
-        arguments,
-    )
+    """Write the document; see `write_from_sweeps`."""
+    return write_from_sweeps("peers", __doc__, document, arguments)
 
 
 if __name__ == "__main__":

@@ -69,10 +69,10 @@ def hindered(trace: Trace) -> dict[str, int] | None:
 
 
 def people_hindered(trace: Trace) -> int | None:
-    """Count the people on foot with the right of way who had to stand for the ego.
+    """Count the people on foot with the right of way who stand before the ego's way.
 
-    One counts who stands before the ego's way, at a crossing or on it, while the ego
-    drives over the crossing. None without a junction.
+    At a crossing or on it, while the ego is over the crossing, whoever else they stand
+    for. None without a junction.
     """
     found = hindered_people(trace)
     return None if found is None else len(found)

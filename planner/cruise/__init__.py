@@ -1,7 +1,8 @@
 """Cruising with obstacles of different size; [Thesis] ch. 4.
 
 The proposed and the conventional method [100] are one planner with different cost
-sets, each in its closed-loop form and in the printed one (*thesis mode*).
+sets, each in its closed-loop form and in the printed one (*thesis mode*). In closed
+loop only the proposed one leads long bodies by their front axle.
 """
 
 from dataclasses import replace
@@ -47,7 +48,7 @@ def conventional(settings: CruiseSettings | None = None) -> CruisePlanner:
         replace(
             base,
             edge_offsets=False,  # the convolution needs offsets one step apart
-            lead_long_bodies=False,  # fewer of its lorries arrive with it
+            lead_long_bodies=False,  # four of nine lorries that arrive would not
             safety_term=SafetyTerm.BINARY_CONVOLUTION,
             convolution_sigma=2.0,
             weights=replace(base.weights, jerk=0.4, safety=0.3, offset=0.0),

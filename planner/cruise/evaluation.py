@@ -503,8 +503,9 @@ def _price_dead_end(
         lack: Share of the room that is missing.
     """
     q, done = point
-    l, slope, _, _ = lateral_at(False, onward.back, done, 0.0, 0.0, 0.0)  # noqa: FBT003
-    unit, unit_slope, _, _ = lateral_at(False, onward.unit, done, 0.0, 0.0, 0.0)  # noqa: FBT003
+    in_time = False  # motions over time have ended here, see `_onward`
+    l, slope, _, _ = lateral_at(in_time, onward.back, done, 0.0, 0.0, 0.0)
+    unit, unit_slope, _, _ = lateral_at(in_time, onward.unit, done, 0.0, 0.0, 0.0)
     apart = beside - l - q * slope
     moved = unit + q * unit_slope
     for o in range(delta_l.size):

@@ -109,11 +109,13 @@ def lateral_over_distance(
 class OffsetMotion(NamedTuple):
     """A motion to an offset, as a function of what is driven or of time.
 
-    Within its length it is a quintic, and beyond it the offset; where a point ahead of
-    the axle is led, the axle comes after it like a trailer, which adds what fades.
+    Within its length it is a polynomial, a quintic, and beyond it the offset. Where a
+    point ahead of the axle is led along a quartic, the axle follows it as a trailer
+    does: along a quartic and a part that fades exponentially, which is all that is left
+    beyond the length.
     """
 
-    quintic: Quintic
+    polynomial: Quintic
     length: float  # after which the led point is at the offset [s] or [m]
     offset: float  # [m]
     lead: float  # of the led point ahead of the rear axle; 0: the axle itself [m]
@@ -134,17 +136,17 @@ def lateral_at(
     if over_time:
         if done > motion.length + 1e-9:
             return motion.offset, 0.0, 0.0, 0.0
-        return lateral_over_time(motion.quintic, done, s_dot, s_ddot)
+        return lateral_over_time(motion.polynomial, done, s_dot, s_ddot)
     if motion.lead == 0.0:
         if done > motion.length + 1e-9:
             return motion.offset, 0.0, 0.0, 0.0
-        return lateral_over_distance(motion.quintic, done, s_dot, s_ddot, s_dddot)
+        return lateral_over_distance(motion.polynomial, done, s_dot, s_ddot, s_dddot)
     l, slope, bend, jerk, fades, since = motion.offset, 0.0, 0.0, 0.0, 0.0, 0.0
     if done > motion.length:
         fades, since = motion.trailing, done - motion.length
     else:
         l, slope, bend, jerk = lateral_over_distance(
-            motion.quintic, done, s_dot, s_ddot, s_dddot
+            motion.polynomial, done, s_dot, s_ddot, s_dddot
         )
         fades, since = motion.fading, done
     rate = -1.0 / motion.lead
@@ -161,14 +163,14 @@ def lateral_motion(
 ) -> OffsetMotion:
     """Solve for the motion from `start` to (offset, 0, 0); [Thesis] eq. 4.1-4.5.
 
-    A led point ahead of the axle is where the axle is to get: its offset is l + lead l'
-    = q, a quartic, so that a plan made anew on the way is the same one. The axle
-    follows with the polynomial that solves it and a part that fades.
+    A led point, `lead` ahead of the axle, moves to the offset along a quartic
+    q = l + lead l', so that a plan made anew on the way is the same one. The axle's l
+    solves this equation: a quartic again, and a part that fades.
 
     Args:
         start: l and its first two derivatives.
         offset: To get to [m].
-        length: Of the quintic [s] or [m].
+        length: After which the offset is reached [s] or [m].
         lead: Of the led point ahead of the axle, over distance only; 0 without one [m].
     """
     if lead == 0.0:
