@@ -36,6 +36,7 @@ from experiments.cosim.records import (
     TrafficState,
 )
 from experiments.cosim.road import EgoTask, Road
+from experiments.cosim.waiting_lines import is_before_line
 from experiments.errors import ExperimentError, SimulationError
 from planner.interface import Planner, PlanResult
 from planner.reference_path.frenet import state_on_path
@@ -241,7 +242,7 @@ class FleetLoop:
         n_steps = round(self._options.duration / self._world.step)
         last = ended or index >= n_steps
         if not last:
-            self._world.advance(moves)
+            self._world.advance(moves, self._waiting(moment))
         leavings = [*moment.gone, *failures]
         self._let_go(leavings)
         spent = moment.cpu_s + thread_time() - started
@@ -335,6 +336,19 @@ class FleetLoop:
         steps.sort(key=lambda step: step.id)
         leavings.sort(key=lambda leaving: leaving.id)
         return tuple(steps), moves, leavings
+
+    def _waiting(self, moment: FleetMoment) -> frozenset[str]:
+        """Return the egos that are before a line of their road after this step."""
+        egos, step = [seen.ego for seen in moment.egos], self._world.step
+        return frozenset(
+            ego.id
+            for ego in egos
+            if is_before_line(
+                ego.way.road,
+                ego.s + ego.way.task.vehicle.front_reach + ego.state.speed * step,
+                ego.state.speed,
+            )
+        )
 
     def _in_order(self) -> list[FleetEgo]:
         """Return the egos in the order in which they plan, which means nothing."""

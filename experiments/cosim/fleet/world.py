@@ -1,6 +1,6 @@
 """Interface of a world with many egos to their loop."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Protocol
 
 from experiments.cosim.fleet.records import EnteredVehicle, FleetSnapshot
@@ -64,8 +64,15 @@ class FleetWorld(Protocol):
         """Return the centre of an ego's ghost."""
         ...
 
-    def advance(self, egos: Mapping[str, CartesianState]) -> None:
-        """Put all egos where they go, and move all others one step on."""
+    def advance(
+        self, egos: Mapping[str, CartesianState], waiting: Set[str] = frozenset()
+    ) -> None:
+        """Put all egos where they go, and move all others one step on.
+
+        Args:
+            egos: Rear axles by id.
+            waiting: Those that are before a line of their road.
+        """
         ...
 
     def close(self) -> None:

@@ -24,6 +24,7 @@ from experiments.cosim.sumo.lane_change_guard import (
 from experiments.cosim.sumo.lanes import Strip, route_strips
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.movements import MovementReader
+from experiments.cosim.sumo.route_window import RouteWindow
 from experiments.cosim.sumo.settings import FleetSettings, command_line
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
 from experiments.cosim.sumo.world import ready_libsumo, sumo_errors
@@ -53,6 +54,7 @@ class SumoFleetWorld:
         self._guard: LaneChangeGuard | None = None
         self._hidden: set[str] = set()  # the ghosts
         self._ghosts: dict[str, Ghost] = {}
+        self._windows: dict[str, RouteWindow] = {}  # of egos that need one
         self._bodies: dict[str, Vehicle] = {}  # of the egos
         self._users: RoadUsers | None = None  # as last observed
         # of a route its name for ghosts, and its lanes
@@ -142,13 +144,16 @@ class SumoFleetWorld:
             SimulationError: If SUMO fails.
         """
         sumo = self._running()
-        api = sumo.vehicle
+        api, window = sumo.vehicle, self._windows.get(name)
         with sumo_errors(sumo, f"reading the vehicle {name}"):
+            route, edge = tuple(api.getRoute(name)), int(api.getRouteIndex(name))
+            if window is not None:  # SUMO knows a part of it
+                route, edge = window.left(), 0
             return EnteredVehicle(
                 name,
                 str(api.getTypeID(name)),
-                tuple(api.getRoute(name)),
-                int(api.getRouteIndex(name)),
+                route,
+                edge,
                 int(api.getLaneIndex(name)),
                 float(api.getLength(name)),
                 float(api.getWidth(name)),
@@ -174,20 +179,14 @@ class SumoFleetWorld:
         with sumo_errors(sumo, f"taking over {name}"):
             api.setSpeedMode(name, NO_CHECKS)
             api.setLaneChangeMode(name, 0)
+            passed = int(api.getRouteIndex(name))
+            ahead = tuple(api.getRoute(name))[passed:]
+            route, strips = self._way(sumo, ahead)
+            window = RouteWindow(sumo, name, route, ahead, passed)
+            if window.is_needed:
+                self._windows[name] = window
             if self._settings.ghost:
-                edges = tuple(api.getRoute(name))[int(api.getRouteIndex(name)) :]
-                if edges not in self._ways:
-                    strips = [Strip(x) for x in route_strips(sumo, edges)]
-                    route = f"{GHOST_ROUTE}{len(self._ways)}"
-                    sumo.route.add(route, edges)  # that of a vehicle is its own
-                    self._ways[edges] = route, strips
-                ghost = Ghost(
-                    sumo,
-                    name,
-                    self._ways[edges][0],
-                    str(api.getTypeID(name)),
-                    self._ways[edges][1],
-                )
+                ghost = Ghost(sumo, name, route, str(api.getTypeID(name)), strips)
                 self._ghosts[name] = ghost
                 self._hidden.add(ghost.id)
             x, y = api.getPosition(name)
@@ -196,14 +195,26 @@ class SumoFleetWorld:
         x, y, heading = frames.rear_axle_from_front(x, y, angle, body)
         return CartesianState(x, y, heading, 0.0, speed, 0.0)
 
+    def _way(self, sumo: Libsumo, edges: tuple[str, ...]) -> tuple[str, list[Strip]]:
+        """Return a route's name for ghosts, and its lanes."""
+        if edges not in self._ways:
+            strips = [Strip(x) for x in route_strips(sumo, edges)]
+            route = f"{GHOST_ROUTE}{len(self._ways)}"
+            sumo.route.add(route, edges)  # that of a vehicle is its own
+            self._ways[edges] = route, strips
+        return self._ways[edges]
+
     def hand_back(self, name: str) -> None:
-        """Give a vehicle back to SUMO's driver.
+        """Give a vehicle back to SUMO's driver, with the whole of its way.
 
         Raises:
             SimulationError: If SUMO fails.
         """
         sumo = self._running()
         with sumo_errors(sumo, f"handing {name} back"):
+            window = self._windows.get(name)
+            if window is not None:
+                sumo.vehicle.setRoute(name, list(window.left()))
             self._forget(name)
             sumo.vehicle.setSpeedMode(name, OWN_CHECKS)
             sumo.vehicle.setLaneChangeMode(name, OWN_LANE_CHANGES)
@@ -229,6 +240,7 @@ class SumoFleetWorld:
     def _forget(self, name: str) -> None:
         """Remove the ghost of a vehicle that is no ego any more."""
         del self._bodies[name]
+        self._windows.pop(name, None)
         ghost = self._ghosts.pop(name, None)
         if ghost is not None:
             ghost.remove()
@@ -270,11 +282,14 @@ class SumoFleetWorld:
         y = pose.y - half * math.sin(pose.heading)
         return CartesianState(x, y, pose.heading, 0.0, 0.0, 0.0)
 
-    def advance(self, egos: Mapping[str, CartesianState]) -> None:
+    def advance(
+        self, egos: Mapping[str, CartesianState], waiting: Set[str] = frozenset()
+    ) -> None:
         """Put all egos where they go, and let SUMO move all others one step on.
 
         Args:
             egos: Rear axles by id, of all that were taken over.
+            waiting: Those that are before a line of their road.
 
         Raises:
             SimulationError: If SUMO fails or a state is not finite.
@@ -287,9 +302,12 @@ class SumoFleetWorld:
                 if not all(map(math.isfinite, (ego.x, ego.y, ego.heading, ego.speed))):
                     raise SimulationError(f"{name} cannot be moved to {ego}")
                 x, y, angle = frames.front_from_rear_axle(ego, body)
-                ghost = self._ghosts.get(name)
+                ghost, window = self._ghosts.get(name), self._windows.get(name)
+                if window is not None and window.update() and ghost is not None:
+                    ghost.follow(window.route_id)
                 if ghost is not None:
-                    x, y = ghost.update(ego, body, (x, y))
+                    held = name in waiting
+                    x, y = ghost.update(ego, body, (x, y), before_line=held)
                 # a negative speed would hand the ego back to SUMO's driver
                 api.setSpeed(name, max(ego.speed, 0.0))
                 api.moveToXY(name, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
@@ -315,6 +333,7 @@ class SumoFleetWorld:
         """End the simulation; allowed at any time and more than once."""
         sumo, self._sumo = self._sumo, None
         self._ghosts.clear()
+        self._windows.clear()
         self._junctions.clear()
         if sumo is not None and sumo.isLoaded():
             with sumo_errors(sumo, "closing"):

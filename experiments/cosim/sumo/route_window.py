@@ -38,10 +38,16 @@ class RouteWindow:
         vehicle: The vehicle.
         route_id: SUMO's name of its whole route.
         route: The edges of it that are still to be driven.
+        passed: How many edges SUMO knows before these.
     """
 
     def __init__(
-        self, sumo: Libsumo, vehicle: str, route_id: str, route: Sequence[str]
+        self,
+        sumo: Libsumo,
+        vehicle: str,
+        route_id: str,
+        route: Sequence[str],
+        passed: int = 0,
     ) -> None:
         self._sumo = sumo
         self._vehicle = vehicle
@@ -49,7 +55,7 @@ class RouteWindow:
         api = sumo.edge
         junctions = [(api.getFromJunction(x), api.getToJunction(x)) for x in route]
         self._ends = window_ends(junctions)
-        self._begin = 0  # of what SUMO knows
+        self._begin = -passed  # of what SUMO knows
         self._end = len(self._route)
         self.route_id = route_id  # SUMO's name for what a ghost is to know
 
@@ -57,6 +63,11 @@ class RouteWindow:
     def is_needed(self) -> bool:
         """Whether the whole route passes a junction twice."""
         return any(end < len(self._route) for end in self._ends)
+
+    def left(self) -> tuple[str, ...]:
+        """Return the edges still to be driven, the present one included."""
+        index = self._begin + int(self._sumo.vehicle.getRouteIndex(self._vehicle))
+        return self._route[max(index, 0) :]
 
     def update(self) -> bool:
         """Tell SUMO another part where the vehicle has reached one.
@@ -80,5 +91,7 @@ class RouteWindow:
         self._sumo.vehicle.setRoute(self._vehicle, list(self._route[index:end]))
         name = f"{self.route_id.partition('#')[0]}#{index}"
         # what a ghost knows begins an edge before: the ego's rear may still be there
-        self._sumo.route.add(name, list(self._route[before:end]))
+        # others on the same route may have told it
+        if name not in self._sumo.route.getIDList():
+            self._sumo.route.add(name, list(self._route[before:end]))
         self._begin, self._end, self.route_id = index, end, name

@@ -47,6 +47,7 @@ from experiments.cosim.sumo.settings import (
 )
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
+from experiments.cosim.waiting_lines import is_before_line
 from experiments.errors import EntryError, SimulationError
 from planner.interface import Indicator
 from planner.reference_path.frenet import state_on_path
@@ -57,9 +58,6 @@ from planner.ways import Ways
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
 
-LINE_VIEW = 2.0  # a line so near ahead is one that the ego may wait at [m]
-STANDING = 0.1  # slower is standing [m/s]
-OVER_LINE = 0.35  # a bumper this far beyond a line still counts as waiting at it [m]
 SLOWEST_ENTRY = 1.0  # at which the ego always may enter [m/s]
 PLAN_ID = "rearview.plan"  # of the line drawn in SUMO's window
 PLAN_COLOUR = (213, 94, 0, 255)  # as in all pictures
@@ -88,9 +86,6 @@ class SumoWorld:
         self._others: RoadUsers | None = None  # as last observed
         self._ego_front = (math.nan, math.nan)
         self._front_s: float | None = None  # along the path, once it is known
-        lines = [line.s for line in settings.road.stop_lines]
-        lines += [junction.ahead.stop_s for junction in settings.road.junctions]
-        self._lines = np.array(lines)  # where the ego may have to wait [m]
         self._reader: VehicleReader | None = None
         self._movements: MovementReader | None = None
         self._hidden: set[str] = set()  # SUMO's vehicles that are not traffic
@@ -247,17 +242,12 @@ class SumoWorld:
         return ego
 
     def _is_before_line(self, speed: float) -> bool:
-        """Check whether the ego's front is before a line of its road, or stands at it.
-
-        One that stands a little over a line still waits there; one that drives over it
-        is in the junction.
-        """
-        if not self._lines.size:
+        """Check whether the ego is before a line of its road, or stands at it."""
+        road = self.road
+        if not (road.stop_lines or road.junctions):
             return False
-        self._front_s, _ = self.road.path.project_one(*self._ego_front, self._front_s)
-        left = self._lines - self._front_s
-        over = OVER_LINE if speed < STANDING else 0.0
-        return bool(np.any((left >= -over) & (left < LINE_VIEW)))
+        self._front_s, _ = road.path.project_one(*self._ego_front, self._front_s)
+        return is_before_line(road, self._front_s, speed)
 
     def _move_drivers(self, sumo: Libsumo) -> None:
         """Let drivers err, cooperate, and relax after a cut-in, before a step."""

@@ -7,6 +7,9 @@ import rearview
 
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.fleet.loop import FleetLoop
+from experiments.cosim.sumo.fleet_world import SumoFleetWorld
+from experiments.cosim.sumo.lanes import route_strips
+from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.episode.drive import run_scenario
 from experiments.episode.fleet_preview import preview_fleet
 from experiments.episode.run_folder import Outcome
@@ -16,6 +19,7 @@ from experiments.metrics.row import read_row
 from experiments.report.run_reader import read_run
 from experiments.trace.files import read_table, read_trace
 from experiments.trace.fleet import FLEET_TABLES
+from tests.sumo_nets.generated import generate
 
 pytestmark = pytest.mark.sumo
 SHORT = ("simulation.warmup_s=12", "simulation.duration_s=4")
@@ -180,3 +184,44 @@ def test_detectors_have_to_be_on_the_network(tmp_path):
         with pytest.raises(ConfigError, match=r"measurement\.detectors") as caught:
             run_scenario(load_scenario(str(file)), out=tmp_path / "runs")
         assert words in str(caught.value)
+
+
+LOOP = "A1B1 B1B2 B2A2 A2A1 A1A0 A0B0 B0B1 B1C1"  # over B1 twice
+
+
+def _loop(folder: Path) -> Path:
+    """Write a scenario in which the ego's route crosses itself."""
+    net = generate(folder, "--grid", "--grid.number=3", "--grid.length=80", "-L2")
+    (folder / "one.rou.xml").write_text(
+        f'<routes><vType id="car"/><route id="loop" edges="{LOOP}"/>'
+        '<vehicle id="one" type="car" route="loop" depart="1"/></routes>'
+    )
+    file = folder / "loop.yaml"
+    file.write_text(
+        f"name: loop\nnetwork: {{file: {net.name}}}\n"
+        "traffic: {route_files: [one.rou.xml]}\n"
+        "egos: {of: one, count: 1, planner: route}\n"
+        "simulation: {warmup_s: 0, duration_s: 90}\n"
+    )
+    return file
+
+
+def test_an_ego_keeps_to_its_pass_where_its_route_crosses_itself(tmp_path, monkeypatch):
+    expected, driven = [], []
+    advance = SumoFleetWorld.advance
+
+    def note(world, egos, waiting):
+        sumo = load_libsumo()
+        if not expected:
+            expected.extend(x[0].edge for x in route_strips(sumo, LOOP.split()))
+        edge = sumo.vehicle.getLaneID("one").rpartition("_")[0] if egos else ""
+        if edge and driven[-1:] != [edge]:
+            driven.append(edge)
+        advance(world, egos, waiting)
+
+    monkeypatch.setattr(SumoFleetWorld, "advance", note)
+    outcome = run_scenario(load_scenario(str(_loop(tmp_path))), out=tmp_path / "runs")
+    assert outcome.ending.status == "arrived"
+    assert outcome.row["egos_failed"] == 0
+    assert driven == expected[: len(driven)]
+    assert "B1C1" in driven

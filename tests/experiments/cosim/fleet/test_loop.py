@@ -109,7 +109,7 @@ class OfOne:
     def ghost(self, name: str) -> None:
         return None
 
-    def advance(self, egos: Mapping[str, CartesianState]) -> None:
+    def advance(self, egos: Mapping[str, CartesianState], _waiting) -> None:
         self._ego = self._world.advance(egos.get("ego", self._ego))
 
     def close(self) -> None:
@@ -259,7 +259,7 @@ class Egos:
     def ghost(self, name: str) -> None:
         return None
 
-    def advance(self, egos: Mapping[str, CartesianState]) -> None:
+    def advance(self, egos: Mapping[str, CartesianState], _waiting) -> None:
         self.states |= egos
         self._time += self.step
 
