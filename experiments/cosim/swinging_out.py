@@ -12,7 +12,7 @@ from planner.states import FloatArray
 from planner.ways import NO_WAY, Ways, nearest_on
 
 MEETS = 1.3  # from the middle of another's way to what the ego takes of its lane [m]
-AHEAD = 80.0  # on its way, others are looked at [m]
+AHEAD = 150.0  # on its way, others are looked at [m]
 SPACING = 0.5  # of the places that are looked at [m]
 FASTEST = 1.2  # times its speed, another may come [-]
 STANDS = 0.3  # a slower one does not use its lane now [m/s]

@@ -107,6 +107,11 @@ def reference_frame(scene: Scene, lane: int) -> LaneFrame:
     return _frame(scene, lane, scene.path, (at, at, np.zeros(at.size)))
 
 
+def without_inner_sides(frame: LaneFrame) -> LaneFrame:
+    """Return a frame whose corridor goes to the lane's edges in sharp bends, too."""
+    return replace(frame, inner=np.full_like(frame.inner, ANYWHERE))
+
+
 def coincides(scene: Scene, lane: int) -> bool:
     """Check whether the reference path is the middle of a lane about the ego."""
     s = scene.ego_frenet.s

@@ -26,6 +26,7 @@ from planner.route.lane_frame import (
     on_reference,
     reference_frame,
     seen_from,
+    without_inner_sides,
 )
 from planner.route.lane_need import (
     lane_ends,
@@ -200,6 +201,10 @@ class RoutePlanner:
             by_path = self._along(look, last, manoeuvre, lane, speed, by_path=True)
             if _gets_on(by_path):
                 return by_path
+        if look.scene.ego.speed < CRAWLING and not _gets_on(result):
+            # whoever has stopped at the inner side of a bend has to get out of it
+            eased = self._along(look, last, manoeuvre, lane, speed, eased=True)
+            result = eased if _gets_on(eased) else result
         # who has stood, or has no lane left, goes over as far as there is road
         has_to = look.stood >= self.settings.stuck_after or _is_late(look, manoeuvre)
         if (
@@ -221,8 +226,12 @@ class RoutePlanner:
         speed: float,
         *,
         by_path: bool = False,
+        eased: bool = False,
     ) -> PlanResult:
-        """Plan along one lane, or `by_path` along the scene's own path."""
+        """Plan along one lane, or `by_path` along the scene's own path.
+
+        With `eased` the inner side of bends is open.
+        """
         scene = look.scene
         frame, frames = _frame_of(scene, lane, last)
         origin = manoeuvre.lane if lane != manoeuvre.lane else None
@@ -233,7 +242,8 @@ class RoutePlanner:
         lines = (*scene.stop_lines, *_lane_end(look, lane, room))
         until = look.front + max(OVER_ROOM, OVER_TIME * scene.ego.speed)
         opened = opens_at(scene, look.bodies, frame.lane)
-        road = corridor(scene, frame, kind, origin, (until, opened))
+        within = without_inner_sides(frame) if eased else frame
+        road = corridor(scene, within, kind, origin, (until, opened))
         if opened <= look.front:
             kind = LaneCorridor.ROAD
         seen = None
