@@ -1,8 +1,6 @@
 """The junctions on the ego's road: where it meets the movements of others."""
 
-from dataclasses import dataclass, field
-
-import numpy as np
+from dataclasses import dataclass
 
 from planner.right_of_way.records import JunctionAhead
 from planner.states import FloatArray
@@ -50,16 +48,21 @@ class CrossingZone:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RoadJunction:
-    """A junction on the ego's road, or a bend where it swings out of its lanes.
+class Swing:
+    """A stretch on which the ego's body is over lanes of others."""
 
-    `swings_over` are places of other lanes that its body takes there, (n, 2).
-    """
+    begin_s: float  # where the ego's front leaves its lanes [m]
+    end_s: float  # where its rear axle is back [m]
+    places: FloatArray  # of other lanes that it takes, (n, 2) [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadJunction:
+    """A junction on the ego's road, or a bend where it swings out of its lanes."""
 
     ahead: JunctionAhead
     zones: tuple[ConflictZone, ...]
     signal: str  # the ego's traffic light, "" without one
     signal_link: int
-    swing_begin: float = 0.0  # where the ego's front leaves its lanes, if it does [m]
-    swings_over: FloatArray = field(default_factory=lambda: np.empty((0, 2)))  # [m]
+    swings: tuple[Swing, ...] = ()  # where the ego leaves its lanes, if it does
     crossings: tuple[CrossingZone, ...] = ()

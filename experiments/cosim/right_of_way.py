@@ -110,7 +110,7 @@ class RightOfWay:
         for place, number in enumerate(near):
             junction = self._road.junctions[number]
             own = [x._replace(junction=place) for x in found if x.junction == number]
-            if junction.swings_over.size:
+            if junction.swings:
                 own += oncoming(place, junction, state.vehicles, ways)
             ahead = self._ahead(junction, state, at)
             if ahead is not None and self._clears(junction, state, at):

@@ -5,14 +5,14 @@ No rule of the network says who goes first there: whoever is in its own lane doe
 
 import numpy as np
 
-from experiments.cosim.junctions import RoadJunction
+from experiments.cosim.junctions import RoadJunction, Swing
 from planner.right_of_way.records import Foe
 from planner.scene import RoadUsers
 from planner.states import FloatArray
 from planner.ways import NO_WAY, Ways, nearest_on
 
 MEETS = 1.3  # from the middle of another's way to what the ego takes of its lane [m]
-AHEAD = 150.0  # on its way, others are looked at [m]
+AHEAD = 150.0  # on its way, others are looked at: they come while the ego creeps [m]
 SPACING = 0.5  # of the places that are looked at [m]
 FASTEST = 1.2  # times its speed, another may come [-]
 STANDS = 0.3  # a slower one does not use its lane now [m/s]
@@ -39,31 +39,46 @@ def oncoming(
             float(vehicles.x[row]) + half * np.cos(heading),
             float(vehicles.y[row]) + half * np.sin(heading),
         )
-        met = _met(line, nearest_on(line, front)[0], junction.swings_over, 2.0 * half)
-        if met is None:
-            continue
-        speed = max(float(vehicles.speed[row]), 0.0)
-        found.append(
-            Foe(
-                junction=place,
-                vehicle=vehicles.ids[row],
-                begin_s=junction.swing_begin,
-                end_s=junction.ahead.exit_s,
-                entry=met[0],
-                exit=met[1] + 2.0 * half,
-                to_line=met[0],
-                speed=speed,
-                limit=FASTEST * max(speed, STANDS),
-                turn_speed=FASTEST * max(speed, STANDS),
-                road=AHEAD,
-                merges=False,
-                stood=STOOD if speed < STANDS else 0.0,
-                goes_first=True,
-                gives_way=False,
-                held=False,
-            )
-        )
+        at = nearest_on(line, front)[0]
+        for swing in junction.swings:
+            met = _met(line, at, swing.places, 2.0 * half)
+            if met is not None:
+                speed = max(float(vehicles.speed[row]), 0.0)
+                foe = _foe(vehicles.ids[row], speed, met, 2.0 * half, swing)
+                found.append(foe._replace(junction=place))
     return found
+
+
+def _foe(
+    name: str, speed: float, met: tuple[float, float], length: float, swing: Swing
+) -> Foe:
+    """Describe one that is met.
+
+    Args:
+        name: Its id.
+        speed: Its speed [m/s].
+        met: From where to where on its way, from its front on [m].
+        length: Of the vehicle [m].
+        swing: Where.
+    """
+    return Foe(
+        junction=0,
+        vehicle=name,
+        begin_s=swing.begin_s,
+        end_s=swing.end_s,
+        entry=met[0],
+        exit=met[1] + length,
+        to_line=met[0],
+        speed=speed,
+        limit=FASTEST * max(speed, STANDS),
+        turn_speed=FASTEST * max(speed, STANDS),
+        road=AHEAD,
+        merges=False,
+        stood=STOOD if speed < STANDS else 0.0,
+        goes_first=True,
+        gives_way=False,
+        held=False,
+    )
 
 
 def _met(

@@ -5,12 +5,17 @@ import math
 import numpy as np
 import shapely
 
-from experiments.cosim.junctions import ConflictZone, CrossingZone, RoadJunction
+from experiments.cosim.junctions import (
+    ConflictZone,
+    CrossingZone,
+    RoadJunction,
+    Swing,
+)
 from experiments.world_setup.driven_path import DrivenPath
 from planner.reference_path.body_in_area import body_outline, outline_points
 from planner.reference_path.path import ReferencePath
 from planner.right_of_way.records import JunctionAhead, Rule
-from planner.states import FloatArray
+from planner.states import BoolArray, FloatArray, IntArray
 from planner.vehicle import Vehicle
 from sumo_nets.net_reader import Link
 from sumo_nets.right_of_way import CrossedPavement, FoeMovement
@@ -25,6 +30,7 @@ ENDS = 2  # of a line
 BEYOND = 2.0  # behind a junction where paths still lie close to each other [m]
 COMFORTABLE = 2.2  # lateral acceleration in a turn [m/s²]
 OUTSIDE = 0.25  # over the edge of its lanes a body meets nobody [m]
+APART = 3.0  # two stretches outside its lanes are one if they are nearer [m]
 BEFORE = 1.0  # the ego waits so far before it would leave its lanes [m]
 FASTEST = 60.0  # through a junction without a bend [m/s]
 
@@ -221,18 +227,32 @@ def swings(
         there = outside.any(axis=1)
         if not there.any():
             continue
-        begin = float(s[there][0]) + 0.5 * vehicle.front_reach
-        end = float(s[there][-1])
+        parts = [
+            Swing(
+                float(s[part[0]]) + 0.5 * vehicle.front_reach,
+                float(s[part[-1]]),
+                np.column_stack([x[part][outside[part]], y[part][outside[part]]]),
+            )
+            for part in _parts(there, s)
+        ]
         sharpest = float(np.abs(at.curvature[there]).max())
         ahead = JunctionAhead(
             id="oncoming",
             rule=Rule.MINOR,
-            stop_s=max(begin - BEFORE, 0.0),
-            exit_s=end,
+            stop_s=max(parts[0].begin_s - BEFORE, 0.0),
+            exit_s=parts[-1].end_s,
             speed=min(math.sqrt(COMFORTABLE / max(sharpest, 1e-6)), FASTEST),
         )
-        places = np.column_stack([x[outside], y[outside]])
-        out.append(
-            RoadJunction(ahead, (), "", 0, swing_begin=begin, swings_over=places)
-        )
+        out.append(RoadJunction(ahead, (), "", 0, swings=tuple(parts)))
     return tuple(out)
+
+
+def _parts(there: BoolArray, s: FloatArray) -> list[IntArray]:
+    """Split the places that are marked into those that are apart, as rows.
+
+    Args:
+        there: Marks, (n,).
+        s: Arc lengths of the places, growing, (n,) [m].
+    """
+    rows = np.flatnonzero(there)
+    return np.split(rows, np.flatnonzero(np.diff(s[rows]) > APART) + 1)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.cosim.junctions import RoadJunction
+from experiments.cosim.junctions import RoadJunction, Swing
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.records import TrafficState
 from experiments.cosim.right_of_way import RightOfWay, closed_lines
@@ -26,8 +26,7 @@ SWING = RoadJunction(
     (),
     "",
     0,
-    swing_begin=BEGIN,
-    swings_over=PLACES,
+    swings=(Swing(BEGIN, END, PLACES),),
 )
 
 
@@ -43,8 +42,8 @@ class Oncoming:
         return (), Ways(np.zeros(n, dtype=int), np.full(n, np.inf), (self.line,))
 
 
-def lines(x, speed, l=3.2):
-    road = Road(PATH, constant_bounds(PATH, 5.0), junctions=(SWING,))
+def lines(x, speed, l=3.2, swing=SWING):
+    road = Road(PATH, constant_bounds(PATH, 5.0), junctions=(swing,))
     rules = RightOfWay(road, EgoTask(CAR, 390.0, 13.0), Oncoming(l), 0.1)
     users = road_users(("car", x, l, np.pi, speed, 0.0), length=4.0, width=2.0)
     s = STOP - 5.0 - CAR.front_reach
@@ -59,6 +58,7 @@ def lines(x, speed, l=3.2):
         (140.0, 10.0, True),  # comes
         (108.0, 10.0, True),  # is there
         (95.0, 10.0, False),  # is past
+        (190.0, 16.0, True),  # comes, fast, from afar
         (330.0, 10.0, False),  # far away
         (140.0, 0.0, False),  # stands, in a queue of its own
     ],
@@ -69,3 +69,19 @@ def test_the_ego_waits_for_who_comes(x, speed, waits):
 
 def test_who_drives_farther_to_the_side_is_not_met():
     assert lines(140.0, 10.0, l=4.5) == ()
+
+
+def test_each_stretch_outside_the_lanes_counts_for_itself():
+    # out at 100 to 104 m and, round the bend, at 132 to 136 m: whoever comes passes
+    # the second one before the ego is there, the first one after it has left
+    parts = tuple(
+        Swing(x, x + 4.0, np.column_stack([np.arange(x, x + 4.0), np.full(4, 2.5)]))
+        for x in (BEGIN, BEGIN + 32.0)
+    )
+    ahead = JunctionAhead("oncoming", Rule.MINOR, STOP, BEGIN + 36.0, 5.0)
+    apart = RoadJunction(ahead, (), "", 0, swings=parts)
+    whole = Swing(BEGIN, BEGIN + 36.0, np.vstack([x.places for x in parts]))
+    as_one = RoadJunction(ahead, (), "", 0, swings=(whole,))
+    assert lines(152.0, 7.0, swing=as_one) == (STOP,)
+    assert lines(152.0, 7.0, swing=apart) == ()
+    assert lines(125.0, 7.0, swing=apart) == (STOP,)
