@@ -67,7 +67,11 @@ RATES = (
     ("projection, path of 300 points", "test_projection_on_a_path_of_300_points"),
     ("loop with 30 vehicles", "test_closed_loop_without_a_simulator"),
 )
-FLEETS = tuple(f"test_a_step_with_many_egos[{n}]" for n in (20, 80, 160))
+FLEETS = (
+    *(f"test_a_step_with_many_egos[{n}]" for n in (20, 80, 160)),
+    "test_a_step_with_200_egos_among_200_others",
+)
+CHANGING = "test_a_step_with_50_egos_that_change_lanes"
 STARTS = (
     ("everything is compiled", "test_start_to_the_first_step_cold"),
     ("loaded from the cache", "test_start_to_the_first_step_warm"),
@@ -118,11 +122,13 @@ def _rates(found: Mapping[str, Any]) -> str:
 def _fleets(found: Mapping[str, Any]) -> str:
     """Return the table of the steps of many egos."""
     rows = []
-    for name in FLEETS:
+    for name in (*FLEETS, CHANGING):
         _stats(found, name)
         info = found[name]["extra_info"]
         least, median = info["step_cpu_ms_min"], info["step_cpu_ms_p50"]
         label = f"{info['egos']:.0f} egos among {info['vehicles']:.0f} vehicles"
+        if name == CHANGING:
+            label += ", planner `lane_change`"
         rows.append((label, f"{least:.1f} / {median:.1f}"))
     return _table("CPU time of a step, least / median [ms]", rows)
 
