@@ -70,8 +70,9 @@ RATES = (
 FLEETS = (
     *(f"test_a_step_with_many_egos[{n}]" for n in (20, 80, 160)),
     "test_a_step_with_200_egos_among_200_others",
+    "test_a_step_with_50_egos_that_change_lanes",
 )
-CHANGING = "test_a_step_with_50_egos_that_change_lanes"
+CHANGING = FLEETS[-1]
 STARTS = (
     ("everything is compiled", "test_start_to_the_first_step_cold"),
     ("loaded from the cache", "test_start_to_the_first_step_warm"),
@@ -122,7 +123,7 @@ def _rates(found: Mapping[str, Any]) -> str:
 def _fleets(found: Mapping[str, Any]) -> str:
     """Return the table of the steps of many egos."""
     rows = []
-    for name in (*FLEETS, CHANGING):
+    for name in FLEETS:
         _stats(found, name)
         info = found[name]["extra_info"]
         least, median = info["step_cpu_ms_min"], info["step_cpu_ms_p50"]
