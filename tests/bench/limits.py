@@ -65,7 +65,7 @@ RUN: Parts = {
         "experiments.cosim.ego_driver:EgoDriver._scene",
         "planner.prediction",
     ),
-    "planning": ("experiments.cosim.ego_driver:EgoDriver._plan",),
+    "planning": ("experiments.cosim.planning",),
     "check of contacts": ("experiments.cosim.collision_monitor",),
     "trace, candidates, their hash": (
         "experiments.trace",
