@@ -1,9 +1,9 @@
 """The contract between a planner and its caller."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from planner.scene import Scene
 from planner.states import FloatArray, Trajectory
@@ -109,5 +109,30 @@ class Planner(Protocol):
         Returns:
             A trajectory that starts in `scene.ego` at t = 0, sampled at least up to
             `scene.step`, or a status that says why there is none.
+        """
+        ...
+
+
+@runtime_checkable
+class BatchPlanner(Planner, Protocol):
+    """A planner that plans for many egos at once, such as a network that is evaluated.
+
+    A simulation with many egos calls `plan_many` once a step for all that this planner
+    drives, `plan` for any other.
+    """
+
+    def plan_many(
+        self, scenes: Sequence[Scene], memories: Sequence[object]
+    ) -> Sequence[PlanResult]:
+        """Plan for each scene with its memory, as `plan` does for one.
+
+        Args:
+            scenes: One of each ego, all of the same moment.
+            memories: `PlanResult.memory` of the cycle before of each, None in its
+                first one.
+
+        Returns:
+            One plan for each scene, in the same order. What an ego gets must not depend
+            on who else is in the batch.
         """
         ...

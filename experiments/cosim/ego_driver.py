@@ -4,22 +4,22 @@ The same class drives the ego of an episode and each of many in one simulation: 
 no world. Whoever drives it observes the world, gives it the traffic, and moves it.
 """
 
-import logging
 import math
-import os
 from dataclasses import dataclass, field, replace
-from time import perf_counter, thread_time
-from types import TracebackType
 
 from experiments.cosim.blockage import WAITING_ROOM, BlockageDetector
 from experiments.cosim.collision_monitor import StepCheck
 from experiments.cosim.execution import PlanExecution, PlanTiming
 from experiments.cosim.perception.perceive import Perception, reckoned
+from experiments.cosim.planning import (
+    FAILURES_OF_THE_PLANNER,
+    PlannedCycle,
+    plan_once,
+)
 from experiments.cosim.plant import PlannerOutputError, Plant
 from experiments.cosim.records import (
     Ending,
     EpisodeStatus,
-    PlanningTime,
     PlanStart,
     PlanStartKind,
     StepRecord,
@@ -29,20 +29,15 @@ from experiments.cosim.right_of_way import JunctionTraffic, RightOfWay, closed_l
 from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.scene_builder import Outlook, build_scene
 from experiments.cosim.signals import closed_stop_lines
-from experiments.errors import described
-from experiments.interrupts import is_interrupt
 from planner.errors import OutsidePathDomainError
-from planner.interface import Planner, PlanResult, PlanStats
+from planner.interface import Planner, PlanStats
 from planner.prediction import Predictor, constant_speed
 from planner.reference_path.frenet import cartesian_to_frenet_one
 from planner.scene import OFF_ROAD_TOLERANCE, Scene, Vehicles
 from planner.states import CartesianState, FrenetState
 from planner.vehicle import Vehicle
 
-log = logging.getLogger(__name__)
-
 TIME_TOLERANCE = 1e-9  # [s]
-TO_MS = 1e3  # from seconds
 BACKWARD_ROOM = 1.0  # that an ego may lose along the road, as when rolling back [m]
 
 
@@ -58,37 +53,6 @@ class EpisodeOptions:
     timing: PlanTiming = field(default_factory=PlanTiming)
     perception: Perception | None = None  # of the episode; None: all is seen as it is
     planned_body: Vehicle | None = None  # that plans keep clear; None: the ego's
-
-
-class FailuresOfThePlanner:
-    """Turns whatever a planner raises into a PlannerOutputError.
-
-    A planner may be anyone's code, and what it returns too: it may raise SystemExit,
-    CancelledError or an exception of its own that has no text. A class, since it is
-    entered several times in every step and a generator takes five times as long.
-    """
-
-    __slots__ = ()
-
-    def __enter__(self) -> None:
-        """Do nothing."""
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Raise another error instead of one that is not ours."""
-        if error is None or isinstance(error, PlannerOutputError):
-            return
-        if is_interrupt(error):
-            return
-        log.warning("the planner raised", exc_info=True)
-        raise PlannerOutputError(described(error)) from error
-
-
-FAILURES_OF_THE_PLANNER = FailuresOfThePlanner()
 
 
 def believed(record: StepRecord, lead: float) -> TrafficState:
@@ -160,13 +124,17 @@ class EgoDriver:
         self._stats = PlanStats()
         self._off_road_steps = 0
         self._farthest = -math.inf  # along the path [m]
-        self._process = os.getpid()
         self._kept: tuple[StepRecord, Scene] | None = None
 
     @property
     def outlook(self) -> Outlook:
         """How other vehicles are predicted."""
         return self._outlook
+
+    @property
+    def memory(self) -> object:
+        """What the planner has left for its next cycle; None before the first."""
+        return self._memory
 
     def place(
         self, ego: CartesianState, before: FrenetState | None
@@ -332,13 +300,17 @@ class EgoDriver:
         )
 
     def drive(
-        self, record: StepRecord, vehicles: Vehicles | None = None
+        self,
+        record: StepRecord,
+        vehicles: Vehicles | None = None,
+        planned: PlannedCycle | None = None,
     ) -> tuple[StepRecord, CartesianState]:
         """Plan from a record; return it with its plan, and the ego's next state.
 
         Args:
             record: Of the present step.
             vehicles: All others with their predictions, if these are known already.
+            planned: For its `scene` and the `memory`, if that was done already.
 
         Raises:
             PlannerOutputError: If there is nothing that can be driven.
@@ -348,7 +320,10 @@ class EgoDriver:
         execution, time = self._execution, record.time
         start = self._start(record, record.ego_frenet)
         if start is not None:
-            plan, timing = self._plan(record, start, vehicles)
+            if planned is None:
+                scene = self._scene(record, start, vehicles)
+                planned = plan_once(self._planner, scene, self._memory)
+            plan, timing = planned.plan, planned.timing
             with FAILURES_OF_THE_PLANNER:
                 execution.accept(plan, start, time, timing.wall_ms)
             self._memory, self._stats = plan.memory, plan.stats
@@ -393,22 +368,3 @@ class EgoDriver:
         )
         self._kept = (record, scene)
         return scene
-
-    def _plan(
-        self, record: StepRecord, start: PlanStart, vehicles: Vehicles | None
-    ) -> tuple[PlanResult, PlanningTime]:
-        """Call the planner and measure its time."""
-        scene = self._scene(record, start, vehicles)
-        started, cpu_started = perf_counter(), thread_time()
-        try:
-            with FAILURES_OF_THE_PLANNER:
-                plan: object = self._planner.plan(scene, self._memory)
-        finally:
-            if os.getpid() != self._process:  # plan() forked: end the copy of the run
-                os._exit(0)
-        timing = PlanningTime(
-            (perf_counter() - started) * TO_MS, (thread_time() - cpu_started) * TO_MS
-        )
-        if not isinstance(plan, PlanResult):
-            raise PlannerOutputError(f"plan() returned {type(plan).__name__}")
-        return plan, timing

@@ -17,8 +17,8 @@ import numpy as np
 
 from experiments.config import Scenario
 from experiments.config.scenario_file import CONFIG_FILE, load_scenario
-from experiments.cosim.ego_driver import FAILURES_OF_THE_PLANNER
 from experiments.cosim.perception.perceive import reckoned
+from experiments.cosim.planning import FAILURES_OF_THE_PLANNER
 from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.replay_world import ReplayWorld
 from experiments.cosim.road import EgoTask, Road

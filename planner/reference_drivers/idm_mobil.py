@@ -6,7 +6,8 @@ after. Both are models of points in lanes; here they drive the same vehicle unde
 same limits as every planner, along a smooth path into the lane that MOBIL has chosen.
 
 What stands in a lane, and where a lane ends, is a leader that has stopped; a driver
-waits `waiting_room` before it, where the way into the next lane is still open.
+waits `waiting_room` before it, where the way into the next lane is still open, and as
+far behind others that stand there.
 
 Sources:
     [Treiber2000] M. Treiber, A. Hennecke, D. Helbing, Congested traffic states in
@@ -42,6 +43,7 @@ LEAST_REST = 5.0  # of a change, so that its end is not jerked [m]
 BRAKING_JUDGED = 9.0  # harder braking counts as this when lanes are compared [m/s²]
 BEND_REACH = 80.0  # bends are looked at this far ahead [m]
 BEND_STEP = 2.0  # [m]
+CREEPING = 5.0  # the slower than this it is before a closure, the more room [m/s]
 BEND_SHARE = 0.75  # of the lateral acceleration that is used in them [-]
 
 
@@ -264,7 +266,8 @@ class _Choice:
         Args:
             there: Bodies that may be leaders.
             end: Of the lane, inf if it goes on [m].
-            room: Kept to the end of the lane and to bodies that never move [m].
+            room: Kept to the end of the lane, to bodies that never move, and the more
+                of it to what is before these the slower that is [m].
         """
         scene, road = self.scene, self.road
         ego, vehicle = scene.ego_frenet, scene.vehicle
@@ -273,8 +276,13 @@ class _Choice:
         if math.isfinite(end):
             found.append(_Ahead(max(end - front - room, TOUCHING)))
         gaps = road.s - road.half_length - front
-        gaps = np.where(road.static, np.maximum(gaps - room, TOUCHING), gaps)
         ahead = there & (road.s > ego.s + vehicle.centre_offset)
+        closed = np.min(road.s, where=ahead & road.static, initial=end)
+        share = np.where(road.static, 1.0, 0.0)
+        if math.isfinite(closed):
+            slow = np.maximum(1.0 - road.speed / CREEPING, 0.0)
+            share = np.where(road.s < closed, slow, share)
+        gaps = np.where(share > 0.0, np.maximum(gaps - share * room, TOUCHING), gaps)
         found += [
             _Ahead(float(gaps[k]), float(road.speed[k]), road.ids[k])
             for k in np.flatnonzero(ahead)

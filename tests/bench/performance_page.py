@@ -67,7 +67,12 @@ RATES = (
     ("projection, path of 300 points", "test_projection_on_a_path_of_300_points"),
     ("loop with 30 vehicles", "test_closed_loop_without_a_simulator"),
 )
-FLEETS = tuple(f"test_a_step_with_many_egos[{n}]" for n in (20, 80, 160))
+FLEETS = (
+    *(f"test_a_step_with_many_egos[{n}]" for n in (20, 80, 160)),
+    "test_a_step_with_200_egos_among_200_others",
+    "test_a_step_with_50_egos_that_change_lanes",
+)
+CHANGING = FLEETS[-1]
 STARTS = (
     ("everything is compiled", "test_start_to_the_first_step_cold"),
     ("loaded from the cache", "test_start_to_the_first_step_warm"),
@@ -123,6 +128,8 @@ def _fleets(found: Mapping[str, Any]) -> str:
         info = found[name]["extra_info"]
         least, median = info["step_cpu_ms_min"], info["step_cpu_ms_p50"]
         label = f"{info['egos']:.0f} egos among {info['vehicles']:.0f} vehicles"
+        if name == CHANGING:
+            label += ", planner `lane_change`"
         rows.append((label, f"{least:.1f} / {median:.1f}"))
     return _table("CPU time of a step, least / median [ms]", rows)
 

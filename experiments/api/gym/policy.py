@@ -1,6 +1,6 @@
 """A policy as a planner: `module:factory` in runs and sweeps."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,22 +14,56 @@ from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
 
 Policy = Callable[[Observation], Action]
+PolicyOfMany = Callable[[Sequence[Observation]], Sequence[Action]]
 
 
 @dataclass(frozen=True, slots=True)
 class PolicyPlanner:
-    """Drives by a policy, each action for a number of steps."""
+    """Drives by a policy, each action for a number of steps.
+
+    Many egos in one simulation are asked for in one call, if there is `policy_of_many`.
+    """
 
     policy: Policy
     kind: ActionKind = ActionKind.LANE_AND_SPEED
     shape: ObservationShape = field(default_factory=ObservationShape)
     repeat: int = 1
+    policy_of_many: PolicyOfMany | None = None
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         """Ask the policy, or go on with its last action; `memory` is (action, age)."""
-        action, age = memory if isinstance(memory, tuple) else (None, self.repeat)
-        if age >= self.repeat:
-            action, age = self.policy(observe(scene, self.shape)), 0
+        if not self._is_over(memory):
+            return self._going_on(scene, memory)
+        return self._driven(scene, self.policy(observe(scene, self.shape)), 0)
+
+    def plan_many(
+        self, scenes: Sequence[Scene], memories: Sequence[object]
+    ) -> list[PlanResult]:
+        """Plan for each scene; see `planner.interface.BatchPlanner`."""
+        if self.policy_of_many is None:
+            return list(map(self.plan, scenes, memories))
+        asked = [k for k, memory in enumerate(memories) if self._is_over(memory)]
+        seen = [observe(scenes[k], self.shape) for k in asked]
+        actions = self.policy_of_many(seen) if seen else ()
+        new = dict(zip(asked, actions, strict=True))
+        return [
+            self._driven(scene, new[k], 0)
+            if k in new
+            else self._going_on(scene, memories[k])
+            for k, scene in enumerate(scenes)
+        ]
+
+    def _is_over(self, memory: object) -> bool:
+        """Tell whether the last action has been driven for as long as it lasts."""
+        return not isinstance(memory, tuple) or memory[1] >= self.repeat
+
+    def _going_on(self, scene: Scene, memory: object) -> PlanResult:
+        """Go on with the last action."""
+        assert isinstance(memory, tuple)  # noqa: S101 - else it is over
+        return self._driven(scene, *memory)
+
+    def _driven(self, scene: Scene, action: Action, age: int) -> PlanResult:
+        """Drive an action that is `age` steps old."""
         kept = (action, age + 1)
         plan = drive(self.kind, action, scene)
         if plan is None:
@@ -45,7 +79,8 @@ def onnx_planner(
     """Make a planner of a policy in an ONNX file: `rearview.gym:onnx_planner`.
 
     The model takes the arrays of an observation by their names, each with a first axis
-    of 1 (it may take some of them only); its first output is the action, (1, n).
+    of 1 (it may take some of them only); its first output is the action, (1, n). If
+    the first axis of all is free, many egos are asked for in one call.
 
     Args:
         file: Of the model, absolute or relative to the working folder.
@@ -88,7 +123,13 @@ def onnx_planner(
         found: Action = np.asarray(session.run(None, given)[0])[0]
         return found
 
-    return PolicyPlanner(policy, ActionKind(action), shape, repeat)
+    def of_many(observations: Sequence[Observation]) -> Sequence[Action]:
+        given = {name: np.stack([one[name] for one in observations]) for name in names}
+        return list(np.asarray(session.run(None, given)[0]))
+
+    takes_many = not any(isinstance(one.shape[0], int) for one in session.get_inputs())
+    together = of_many if takes_many else None
+    return PolicyPlanner(policy, ActionKind(action), shape, repeat, together)
 
 
 def _shape_of(session: Any, names: list[str]) -> ObservationShape:

@@ -16,6 +16,7 @@ import numpy as np
 
 from experiments.cosim.collision_monitor import StepCheck
 from experiments.cosim.ego_driver import EgoDriver, EpisodeOptions
+from experiments.cosim.fleet.batch import plan_batch
 from experiments.cosim.fleet.contacts import CheckedEgo, FleetMonitor
 from experiments.cosim.fleet.records import (
     HUMAN,
@@ -28,6 +29,7 @@ from experiments.cosim.fleet.records import (
 from experiments.cosim.fleet.selection import EgoSelection
 from experiments.cosim.fleet.sight import FleetSight
 from experiments.cosim.fleet.world import FleetWorld
+from experiments.cosim.planning import PlannedCycle
 from experiments.cosim.plant import PerfectTracking, PlannerOutputError
 from experiments.cosim.records import (
     Ending,
@@ -38,7 +40,7 @@ from experiments.cosim.records import (
 from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.waiting_lines import is_before_line
 from experiments.errors import ExperimentError, SimulationError
-from planner.interface import Planner, PlanResult
+from planner.interface import BatchPlanner, Planner, PlanResult
 from planner.reference_path.frenet import state_on_path
 from planner.scene import Scene, Vehicles
 from planner.states import CartesianState, FrenetState
@@ -324,9 +326,10 @@ class FleetLoop:
         steps: list[EgoStep] = []
         moves: dict[str, CartesianState] = {}
         leavings: list[Leaving] = []
+        planned = self._plan_together(moment)
         for seen in moment.egos:
             ego = seen.ego
-            record, after, ending = self._step(seen)
+            record, after, ending = self._step(seen, planned.get(ego.id))
             steps.append(_ego_step(ego, record))
             if ending is not None:
                 left = Leaving(moment.index, ego.id, ending.status, ending.reason)
@@ -350,6 +353,24 @@ class FleetLoop:
             )
         )
 
+    def _plan_together(
+        self, moment: FleetMoment
+    ) -> Mapping[str, PlannedCycle | PlannerOutputError]:
+        """Let planners that plan for many at once do so; what came of it, by ego."""
+        planned: dict[str, PlannedCycle | PlannerOutputError] = {}
+        for number, group in enumerate(self._groups):
+            planner = group.planner
+            if not isinstance(planner, BatchPlanner):
+                continue
+            scenes = {
+                seen.ego.id: (scene, seen.ego.driver.memory)
+                for seen in moment.egos
+                if seen.ego.group == number and seen.ending is None
+                if (scene := seen.scene()) is not None
+            }
+            planned |= plan_batch(planner, scenes)
+        return planned
+
     def _in_order(self) -> list[FleetEgo]:
         """Return the egos in the order in which they plan, which means nothing."""
         return [self._egos[name] for name in sorted(self._egos)]
@@ -369,8 +390,10 @@ class FleetLoop:
         record = ego.driver.observe(ego.index, ego.state, place, traffic, check)
         return SeenEgo(ego, record, ego.driver.ending(record), sight, k)
 
-    def _step(self, seen: SeenEgo) -> tuple[StepRecord, CartesianState, Ending | None]:
-        """Plan and drive one ego.
+    def _step(
+        self, seen: SeenEgo, planned: PlannedCycle | PlannerOutputError | None
+    ) -> tuple[StepRecord, CartesianState, Ending | None]:
+        """Plan and drive one ego, unless it was `planned` already.
 
         Returns:
             Its record, where it goes, and how it has ended. One that has ended rolls
@@ -380,7 +403,9 @@ class FleetLoop:
         if seen.ending is not None:
             return record, self._coasting(ego), seen.ending
         try:
-            record, after = ego.driver.drive(record, seen.vehicles())
+            if isinstance(planned, PlannerOutputError):
+                raise planned
+            record, after = ego.driver.drive(record, seen.vehicles(), planned)
         except PlannerOutputError as error:
             ending = Ending(EpisodeStatus.PLANNER_FAILED, str(error))
             return record, self._coasting(ego), ending

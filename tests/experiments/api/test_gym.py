@@ -248,6 +248,34 @@ def steady(repeat=1):
     )
 
 
+@pytest.mark.parametrize("repeat", [1, 3])
+def test_a_policy_of_many_is_asked_once_for_all_whose_action_is_over(repeat):
+    path, asked = straight(), []
+    scenes = [make_scene(path, ego_on(path, 50.0, 0.0, v)) for v in (5.0, 8.0, 11.0)]
+
+    def of_many(observations):
+        asked.append(len(observations))
+        return [np.array([0.1 * one["ego"][0], 0.0]) for one in observations]
+
+    def of_one(observation):
+        return of_many([observation])[0]
+
+    planner = learning.PolicyPlanner(
+        of_one, learning.ActionKind.CONTROL, repeat=repeat, policy_of_many=of_many
+    )
+    memories = [None] * 3
+    for _ in range(4):
+        alone = list(map(planner.plan, scenes, memories))
+        asked.clear()
+        plans = planner.plan_many(scenes, memories)
+        over = memories[0] is None or memories[0][1] >= repeat
+        assert asked == ([3] if over else [])
+        for one, other in zip(plans, alone, strict=True):
+            assert one.memory[1] == other.memory[1]
+            np.testing.assert_array_equal(one.trajectory.x, other.trajectory.x)
+        memories = [plan.memory for plan in plans]
+
+
 @pytest.mark.parametrize("repeat", [1, 4])
 def test_a_policy_drives_in_runs_as_in_its_environment(repeat, tmp_path, monkeypatch):
     (tmp_path / "my_policy.py").write_text(

@@ -111,16 +111,21 @@ def test_politeness_keeps_a_driver_from_a_small_gain():
 
 
 @pytest.mark.parametrize(
-    ("walls", "lanes"), [([(60.0, 0.0)], LANES), ([], ENDING)], ids=["wall", "end"]
+    ("walls", "lanes", "queue"),
+    [([(60.0, 0.0)], LANES, 0), ([], ENDING, 0), ([(60.0, 0.0)], LANES, 1)],
+    ids=["wall", "end", "behind a car that waits at the wall"],
 )
-def test_a_closed_lane_is_waited_at_where_it_can_still_be_left(walls, lanes):
+def test_a_closed_lane_is_waited_at_where_it_can_still_be_left(walls, lanes, queue):
     # a car abreast for ever: the ego stops `waiting_room` and the gap before the end
+    queued = (EGO_S + VEHICLE.front_reach + 57.6, 0.0, 0.0, 0.0, 0.0, 0.0, 4.8, 1.9)
     s, speed, memory = EGO_S, 8.0, None
     for _ in range(400):
         ego = state_on_path(PATH, s, 0.0, speed)
         seen = scene([], walls, lanes=lanes)
         beside = (s + VEHICLE.centre_offset, 3.5, 0.0, speed, 0.0, 0.0, 4.8, 1.9)
-        users = RoadUsers.from_table(("beside",), np.array([beside]).T)
+        ids = ("beside", "queued")[: 1 + queue]
+        rows = np.array([beside, queued])[: 1 + queue]
+        users = RoadUsers.from_table(ids, rows.T)
         seen = Scene(
             0.0,
             0.1,
@@ -142,6 +147,7 @@ def test_a_closed_lane_is_waited_at_where_it_can_still_be_left(walls, lanes):
     assert speed < 0.05
     front = s + VEHICLE.front_reach
     stood_before = (EGO_S + VEHICLE.front_reach + 60.0 if walls else 250.0) - front
+    stood_before -= 4.8 * queue
     assert 14.0 < stood_before < 18.0
 
 

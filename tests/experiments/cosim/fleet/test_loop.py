@@ -264,13 +264,13 @@ class Egos:
         self._time += self.step
 
 
-def traces(starts: Mapping[str, tuple[float, float, float]]):
+def traces(starts: Mapping[str, tuple[float, float, float]], planner=None):
     """Let all drive for 12 s; id -> rows of x, y, heading, speed."""
     steps: list[FleetStep] = []
     task = EgoTask(CAR, 390.0, 12.0)
     loop = FleetLoop(
         Egos(starts),
-        [FleetGroup(proposed())],
+        [FleetGroup(planner or proposed())],
         EgoSelection([GroupShare(count=10)], 0),
         lambda vehicle, group: EgoWay(WIDE_ROAD, task),
         EpisodeOptions(duration=12.0),
@@ -322,3 +322,54 @@ def test_what_is_shown_of_a_plan_is_where_it_is_at_those_times():
     expected = [axis * time for time in ends for axis in (10.0, -2.0)]
     assert plan_ahead(plan) == pytest.approx(expected)
     assert plan_ahead(None) == ()
+
+
+class Together:
+    """Plans for all egos in one call; raises in the call of that number."""
+
+    def __init__(self, fails_in=-1, drops=0) -> None:
+        self.own, self.sizes = proposed(), []
+        self.fails_in, self.drops = fails_in, drops
+
+    def plan(self, scene, memory):
+        raise AssertionError("a batch was offered")
+
+    def plan_many(self, scenes, memories):
+        self.sizes.append(len(scenes))
+        if len(self.sizes) - 1 == self.fails_in:
+            raise ValueError("no idea")
+        plans = list(map(self.own.plan, scenes, memories))
+        return plans[: len(plans) - self.drops]
+
+
+def test_egos_planned_in_one_call_drive_as_those_planned_one_by_one():
+    starts = dict(zip("ab", SLOW_AND_FAST, strict=True))
+    planner = Together()
+    together, alone = traces(starts, planner), traces(starts)
+    assert set(planner.sizes) == {2}
+    for name in "ab":
+        np.testing.assert_array_equal(together[name], alone[name])
+
+
+@pytest.mark.parametrize(
+    ("planner", "reason"),
+    [
+        (Together(fails_in=3), "ValueError: no idea"),
+        (Together(drops=1), "plan_many() returned 1 plans for 2 scenes"),
+    ],
+)
+def test_a_call_that_fails_ends_all_egos_of_the_planner(planner, reason):
+    starts = dict(zip("ab", SLOW_AND_FAST, strict=True))
+    steps: list[FleetStep] = []
+    loop = FleetLoop(
+        Egos(starts),
+        [FleetGroup(planner)],
+        EgoSelection([GroupShare(count=2)], 0),
+        lambda vehicle, group: EgoWay(WIDE_ROAD, EgoTask(CAR, 390.0, 12.0)),
+        EpisodeOptions(duration=2.0),
+        steps.append,
+    )
+    assert loop.run().status is EpisodeStatus.PLANNER_FAILED
+    leavings = [x for step in steps for x in step.leavings]
+    assert [x.id for x in leavings] == ["a", "b"]
+    assert {(x.how, x.reason) for x in leavings} == {("planner_failed", reason)}
