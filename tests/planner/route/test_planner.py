@@ -410,3 +410,28 @@ def test_the_path_itself_is_driven_along_towards_the_next_lane():
     assert "along the planned path" in plan.stats.explanation
     assert plan.trajectory.s[-1] - plan.trajectory.s[0] > 3.0
     assert plan.trajectory.l[-1] > -WIDTH + 0.3  # towards the path
+
+
+def sharp_turn():
+    """A narrow street that turns to the left as sharply as a junction does."""
+    parts = [line(40.0), clothoid(9.0, 0.0, 0.15), arc(5.0, 0.15)]
+    return ReferencePath.from_segments(
+        [*parts, clothoid(9.0, 0.15, 0.0), line(80.0)]
+    )
+
+
+@pytest.mark.parametrize(
+    ("s", "l", "error"), [(43.0, 0.23, 0.1), (45.0, 0.2, 0.12), (47.0, 0.3, 0.1)]
+)
+def test_whoever_stands_at_the_inner_side_of_a_bend_gets_out_of_it(s, l, error):
+    path = sharp_turn()
+    scene = make_scene(
+        path,
+        ego_on(path, s, l, speed=0.0, error=error),
+        bounds=road(path, 1.6, -2.2),
+        target_speed=8.0,
+    )
+    ends = np.array([0.0, path.length])
+    lanes = Lanes(ends, np.zeros((1, 2)), np.full((1, 2), 3.2))
+    plan = proposed().plan(replace(scene, lanes=lanes), None)
+    assert plan.trajectory.s[-1] - plan.trajectory.s[0] > 3.0
