@@ -40,12 +40,15 @@ def oncoming(
             float(vehicles.y[row]) + half * np.sin(heading),
         )
         at = nearest_on(line, front)[0]
-        for swing in junction.swings:
+        for number, swing in enumerate(junction.swings):
             met = _met(line, at, swing.places, 2.0 * half)
-            if met is not None:
-                speed = max(float(vehicles.speed[row]), 0.0)
-                foe = _foe(vehicles.ids[row], speed, met, 2.0 * half, swing)
-                found.append(foe._replace(junction=place))
+            if met is None:
+                continue
+            speed = max(float(vehicles.speed[row]), 0.0)
+            foe = _foe(vehicles.ids[row], speed, met, 2.0 * half, swing)
+            if number > 0:  # in the turn before it the ego does not wait for anybody
+                foe = foe._replace(exit=np.inf)
+            found.append(foe._replace(junction=place))
     return found
 
 

@@ -72,16 +72,18 @@ def test_who_drives_farther_to_the_side_is_not_met():
 
 
 def test_each_stretch_outside_the_lanes_counts_for_itself():
-    # out at 100 to 104 m and, round the bend, at 132 to 136 m: whoever comes passes
-    # the second one before the ego is there, the first one after it has left
+    # out at 100 to 104 m and, round the bend, at 190 to 194 m
     parts = tuple(
         Swing(x, x + 4.0, np.column_stack([np.arange(x, x + 4.0), np.full(4, 2.5)]))
-        for x in (BEGIN, BEGIN + 32.0)
+        for x in (BEGIN, BEGIN + 90.0)
     )
-    ahead = JunctionAhead("oncoming", Rule.MINOR, STOP, BEGIN + 36.0, 5.0)
+    ahead = JunctionAhead("oncoming", Rule.MINOR, STOP, BEGIN + 94.0, 5.0)
     apart = RoadJunction(ahead, (), "", 0, swings=parts)
-    whole = Swing(BEGIN, BEGIN + 36.0, np.vstack([x.places for x in parts]))
+    whole = Swing(BEGIN, BEGIN + 94.0, np.vstack([x.places for x in parts]))
     as_one = RoadJunction(ahead, (), "", 0, swings=(whole,))
-    assert lines(152.0, 7.0, swing=as_one) == (STOP,)
-    assert lines(152.0, 7.0, swing=apart) == ()
+    # who comes between the two is at the first one when the ego has left it
+    assert lines(150.0, 7.0, swing=as_one) == (STOP,)
+    assert lines(150.0, 7.0, swing=apart) == ()
     assert lines(125.0, 7.0, swing=apart) == (STOP,)
+    # before the second one the ego does not wait: nobody may be on the way there
+    assert lines(215.0, 7.0, swing=apart) == (STOP,)

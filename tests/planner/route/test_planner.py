@@ -415,9 +415,7 @@ def test_the_path_itself_is_driven_along_towards_the_next_lane():
 def sharp_turn():
     """A narrow street that turns to the left as sharply as a junction does."""
     parts = [line(40.0), clothoid(9.0, 0.0, 0.15), arc(5.0, 0.15)]
-    return ReferencePath.from_segments(
-        [*parts, clothoid(9.0, 0.15, 0.0), line(80.0)]
-    )
+    return ReferencePath.from_segments([*parts, clothoid(9.0, 0.15, 0.0), line(80.0)])
 
 
 @pytest.mark.parametrize(
