@@ -46,7 +46,8 @@ def oncoming(
                 continue
             speed = max(float(vehicles.speed[row]), 0.0)
             foe = _foe(vehicles.ids[row], speed, met, 2.0 * half, swing)
-            if number > 0:  # in the turn before it the ego does not wait for anybody
+            if number > 0 and foe.entry > 0.0:
+                # in the turn before it the ego does not wait for those who come
                 foe = foe._replace(exit=np.inf)
             found.append(foe._replace(junction=place))
     return found

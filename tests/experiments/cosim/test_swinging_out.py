@@ -85,5 +85,7 @@ def test_each_stretch_outside_the_lanes_counts_for_itself():
     assert lines(150.0, 7.0, swing=as_one) == (STOP,)
     assert lines(150.0, 7.0, swing=apart) == ()
     assert lines(125.0, 7.0, swing=apart) == (STOP,)
-    # before the second one the ego does not wait: nobody may be on the way there
+    # before the second one the ego does not wait: nobody may be on the way there,
+    # while who is there already is gone in time
     assert lines(215.0, 7.0, swing=apart) == (STOP,)
+    assert lines(193.0, 7.0, swing=apart) == ()
