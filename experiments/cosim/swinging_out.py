@@ -15,6 +15,7 @@ MEETS = 1.3  # from the middle of another's way to what the ego takes of its lan
 AHEAD = 150.0  # on its way, others are looked at: they come while the ego creeps [m]
 SPACING = 0.5  # of the places that are looked at [m]
 FASTEST = 1.2  # times its speed, another may come [-]
+AT_LINE = 3.0  # a stretch that begins no farther behind the line begins there [m]
 STANDS = 0.3  # a slower one does not use its lane now [m/s]
 STOOD = 60.0  # it counts as standing for so long [s]
 
@@ -40,14 +41,15 @@ def oncoming(
             float(vehicles.y[row]) + half * np.sin(heading),
         )
         at = nearest_on(line, front)[0]
-        for number, swing in enumerate(junction.swings):
+        for swing in junction.swings:
             met = _met(line, at, swing.places, 2.0 * half)
-            if met is None:
-                continue
+            if met is None or ways.stop[row] < met[0]:
+                continue  # it waits at a line before
             speed = max(float(vehicles.speed[row]), 0.0)
             foe = _foe(vehicles.ids[row], speed, met, 2.0 * half, swing)
-            if number > 0 and foe.entry > 0.0:
-                # in the turn before it the ego does not wait for those who come
+            inside = swing.begin_s > junction.ahead.stop_s + AT_LINE
+            if inside and foe.entry > 0.0:
+                # behind its line, in the turn, the ego waits for nobody who comes
                 foe = foe._replace(exit=np.inf)
             found.append(foe._replace(junction=place))
     return found

@@ -206,13 +206,17 @@ def _line(foe: FoeMovement) -> tuple[FloatArray, FloatArray]:
 
 
 def swings(
-    found: RoutePath, driven: DrivenPath, vehicle: Vehicle
+    found: RoutePath, driven: DrivenPath, s_found: FloatArray, vehicle: Vehicle
 ) -> tuple[RoadJunction, ...]:
     """Find where the ego's body leaves the lanes of its route for oncoming ones.
+
+    Where that is in a junction or just behind one, the ego waits before the junction:
+    inside it would stand in the way of everybody.
 
     Args:
         found: The route.
         driven: The ego's path.
+        s_found: Where the route's points lie on the path, (n,) [m].
         vehicle: The ego.
     """
     path = driven.path
@@ -239,12 +243,32 @@ def swings(
         ahead = JunctionAhead(
             id="oncoming",
             rule=Rule.MINOR,
-            stop_s=max(parts[0].begin_s - BEFORE, 0.0),
+            stop_s=_before_junctions(
+                max(parts[0].begin_s - BEFORE, 0.0), found, s_found, vehicle
+            ),
             exit_s=parts[-1].end_s,
             speed=min(math.sqrt(COMFORTABLE / max(sharpest, 1e-6)), FASTEST),
         )
         out.append(RoadJunction(ahead, (), "", 0, swings=tuple(parts)))
     return tuple(out)
+
+
+def _before_junctions(
+    stop: float, found: RoutePath, s: FloatArray, vehicle: Vehicle
+) -> float:
+    """Move a place where the ego waits to before the junction that it would block.
+
+    Args:
+        stop: Of its front bumper [m].
+        found: The route.
+        s: Where the route's points lie on the path, (n,) [m].
+        vehicle: The ego.
+    """
+    for span in reversed(found.junctions):
+        begin, end = (float(x) for x in np.interp([span.begin, span.end], found.s, s))
+        if begin < stop < end + vehicle.length:
+            stop = begin
+    return stop
 
 
 def _parts(there: BoolArray, s: FloatArray) -> list[IntArray]:

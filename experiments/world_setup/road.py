@@ -235,7 +235,7 @@ def _whole_road(network: Network, vehicle: Vehicle, start: float | None) -> Road
     bounds = road_bounds(found, driven, edges, vehicle)
     lanes, limits = _lanes(found, s, l), _speed_limits(found, s)
     junctions = road_junctions(found, path, s, vehicle)
-    junctions += swings(found, driven, vehicle)
+    junctions += swings(found, driven, s, vehicle)
     return Road(
         path, bounds, lanes, stop_lines, speed_limits=limits, junctions=junctions
     )

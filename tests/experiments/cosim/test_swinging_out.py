@@ -33,18 +33,19 @@ SWING = RoadJunction(
 class Oncoming:
     """A world in which one vehicle comes along a lane at an offset."""
 
-    def __init__(self, l):
+    def __init__(self, l, stop=np.inf):
+        self.stop = stop
         x = np.linspace(400.0, 0.0, 41)
         self.line = np.vstack([400.0 - x, x, np.full(41, l)])
 
     def movements(self, near, vehicles):
         n = len(vehicles.ids)
-        return (), Ways(np.zeros(n, dtype=int), np.full(n, np.inf), (self.line,))
+        return (), Ways(np.zeros(n, dtype=int), np.full(n, self.stop), (self.line,))
 
 
-def lines(x, speed, l=3.2, swing=SWING):
+def lines(x, speed, l=3.2, swing=SWING, stop=np.inf):
     road = Road(PATH, constant_bounds(PATH, 5.0), junctions=(swing,))
-    rules = RightOfWay(road, EgoTask(CAR, 390.0, 13.0), Oncoming(l), 0.1)
+    rules = RightOfWay(road, EgoTask(CAR, 390.0, 13.0), Oncoming(l, stop), 0.1)
     users = road_users(("car", x, l, np.pi, speed, 0.0), length=4.0, width=2.0)
     s = STOP - 5.0 - CAR.front_reach
     ego = CartesianState(s, 0.0, 0.0, 0.0, 4.0, 0.0)
@@ -65,6 +66,11 @@ def lines(x, speed, l=3.2, swing=SWING):
 )
 def test_the_ego_waits_for_who_comes(x, speed, waits):
     assert lines(x, speed) == ((STOP,) if waits else ())
+
+
+def test_who_waits_at_a_line_before_does_not_come():
+    assert lines(140.0, 10.0, stop=20.0) == ()
+    assert lines(140.0, 10.0, stop=60.0) == (STOP,)
 
 
 def test_who_drives_farther_to_the_side_is_not_met():

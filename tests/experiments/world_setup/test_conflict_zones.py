@@ -8,9 +8,11 @@ from experiments.world_setup.conflict_zones import HALF_WIDTH
 from experiments.world_setup.driven_path import body_polygons
 from experiments.world_setup.road import sumo_road
 from planner.right_of_way.records import Rule
-from planner.vehicle import Vehicle
-from sumo_nets.catalogue import network
+from planner.vehicle import Vehicle, VehicleLimits
+from sumo_nets.catalogue import Network, network
 from sumo_nets.net_reader import read_net
+from sumo_nets.route_path import route_path
+from tests.sumo_nets.generated import generate
 
 CAR = Vehicle()
 JUNCTIONS = {
@@ -48,6 +50,23 @@ def test_bodies_only_touch_within_the_zone(name, rule):
 def test_roads_without_others_have_no_junctions():
     for name in ("straight", "curved", "lane_change_curved"):
         assert sumo_road(network(name), CAR).junctions == ()
+
+
+LORRY = Vehicle(12.0, 2.5, 6.0, 3.0, VehicleLimits(max_curvature=0.14))
+
+
+def test_who_swings_out_in_a_junction_waits_before_it(tmp_path):
+    file = generate(tmp_path, "--grid", "--grid.number=3", "--grid.length=100")
+    route = ("A1B1", "B1B0", "B0C0")  # to the right, and to the left
+    road = sumo_road(Network("", file, route, 0, (), ""), LORRY)
+    spans = route_path(file, route, 0).junctions
+    swung = [x for x in road.junctions if x.swings]
+    assert swung
+    for junction in swung:
+        stop = junction.ahead.stop_s
+        assert stop < junction.swings[0].begin_s
+        # the path and the route are nearly as long as each other
+        assert not any(x.begin + 2.0 < stop < x.end + 5.0 for x in spans)
 
 
 def test_signals_are_known_of_both():
