@@ -56,6 +56,9 @@ class FakeSumo:
     def setRoute(self, _vehicle, edges):
         self.told.append(edges)
 
+    def getIDList(self):
+        return tuple(self.added)
+
     def add(self, name, edges):
         self.added[name] = edges
 
