@@ -15,6 +15,7 @@ MEETS = 1.3  # from the middle of another's way to what the ego takes of its lan
 AHEAD = 150.0  # on its way, others are looked at: they come while the ego creeps [m]
 SPACING = 0.5  # of the places that are looked at [m]
 FASTEST = 1.2  # times its speed, another may come [-]
+STAYS = 1000.0  # to the exit of one that is not counted on to leave [m]
 AT_LINE = 3.0  # a stretch that begins no farther behind the line begins there [m]
 STANDS = 0.3  # a slower one does not use its lane now [m/s]
 STOOD = 60.0  # it counts as standing for so long [s]
@@ -50,7 +51,7 @@ def oncoming(
             inside = swing.begin_s > junction.ahead.stop_s + AT_LINE
             if inside and foe.entry > 0.0:
                 # behind its line, in the turn, the ego waits for nobody who comes
-                foe = foe._replace(exit=np.inf)
+                foe = foe._replace(exit=STAYS)
             found.append(foe._replace(junction=place))
     return found
 
