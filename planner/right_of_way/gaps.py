@@ -112,6 +112,20 @@ def _catching_up(ego: AtJunction, junction: JunctionAhead, foe: Foe) -> float:
     return max(fast - own, 0.0) ** 2 / (2.0 * GENTLE) / fast
 
 
+def _seems_first(ego: AtJunction, junction: JunctionAhead, foe: Foe) -> bool:
+    """Check whether one that is to go first finds the ego in the junction before it.
+
+    Where ways join far behind the ego's line, the other brakes for an ego that has
+    passed that line, although it would be the first where they join.
+    """
+    way = junction.stop_s - ego.front
+    if not foe.merges or not foe.goes_first or foe.entry <= 0.0 or way < 0.0:
+        return False
+    through = min(junction.speed, ego.target_speed)
+    enters = travel_time(way, ego.speed, EARLY_EGO, through)
+    return enters < foe.entry / max(foe.speed, SLOW)
+
+
 def is_open(ego: AtJunction, junction: JunctionAhead, foe: Foe, gap: float) -> bool:
     """Check whether the ego can go without getting into the other's way.
 
@@ -123,7 +137,7 @@ def is_open(ego: AtJunction, junction: JunctionAhead, foe: Foe, gap: float) -> b
     """
     early, late = ego_interval(ego, junction, foe)
     foe_early, foe_late = foe_interval(foe)
-    if early > foe_late + MARGIN_BEHIND:
+    if early > foe_late + MARGIN_BEHIND and not _seems_first(ego, junction, foe):
         return True
     needed = late + gap + _catching_up(ego, junction, foe)
     return foe.entry > 0.0 and foe_early > needed

@@ -187,6 +187,7 @@ def test_detectors_have_to_be_on_the_network(tmp_path):
 
 
 LOOP = "A1B1 B1B2 B2A2 A2A1 A1A0 A0B0 B0B1 B1C1"  # over B1 twice
+LOOP_LIST = ", ".join(LOOP.split())
 
 
 def _loop(folder: Path) -> Path:
@@ -198,10 +199,10 @@ def _loop(folder: Path) -> Path:
     )
     file = folder / "loop.yaml"
     file.write_text(
-        f"name: loop\nnetwork: {{file: {net.name}}}\n"
+        f"name: loop\nnetwork: {{file: {net.name}, route: [{LOOP_LIST}]}}\n"
         "traffic: {route_files: [one.rou.xml]}\n"
         "egos: {of: one, count: 1, planner: route}\n"
-        "simulation: {warmup_s: 0, duration_s: 90}\n"
+        "simulation: {warmup_s: 0, duration_s: 120}\n"
     )
     return file
 
