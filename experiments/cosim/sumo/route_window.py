@@ -55,7 +55,7 @@ class RouteWindow:
         api = sumo.edge
         junctions = [(api.getFromJunction(x), api.getToJunction(x)) for x in route]
         self._ends = window_ends(junctions)
-        self._begin = -passed  # of what SUMO knows
+        self._begin = -passed  # place in the route of the first edge that SUMO knows
         self._end = len(self._route)
         self.route_id = route_id  # SUMO's name for what a ghost is to know
 
@@ -76,7 +76,7 @@ class RouteWindow:
             Whether it has another part now.
         """
         index = self._begin + int(self._sumo.vehicle.getRouteIndex(self._vehicle))
-        if not self._begin <= index < len(self._route):
+        if not 0 <= index < len(self._route):
             return False
         if self._ends[index] == self._end:
             return False
@@ -94,4 +94,6 @@ class RouteWindow:
         # others on the same route may have told it
         if name not in self._sumo.route.getIDList():
             self._sumo.route.add(name, list(self._route[before:end]))
-        self._begin, self._end, self.route_id = index, end, name
+        # SUMO keeps edges that were passed, and goes on counting from them
+        self._begin = index - int(self._sumo.vehicle.getRouteIndex(self._vehicle))
+        self._end, self.route_id = end, name

@@ -76,8 +76,10 @@ def test_a_new_part_is_told_on_an_edge_and_a_ghosts_begins_one_before():
     assert window.update()
     assert sumo.told[-1] == ["e2", "e3", "e4"]
     assert sumo.added[window.route_id] == ["e1", "e2", "e3", "e4"]
-    sumo.index, sumo.road = 1, "e3"
+    assert window.left() == ("e2", "e3", "e4")
+    sumo.index, sumo.road = 3, "e3"
     assert not window.update()
+    assert window.left() == ("e3", "e4")
 
 
 @pytest.mark.sumo
@@ -108,3 +110,4 @@ def test_ego_keeps_to_its_pass_where_its_route_crosses_itself(tmp_path):
     outcome = run_episode(load_scenario(str(scenario)), out=tmp_path, on_step=note)
     assert outcome.ending.status.value == "arrived"
     assert driven == expected[: len(driven)]
+    assert "B0B1" in driven
