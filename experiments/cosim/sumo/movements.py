@@ -78,6 +78,7 @@ class MovementReader:
         self._routes: dict[tuple[str, ...], _Route] = {}
         self._of_vehicle: dict[str, tuple[str, _Route]] = {}  # with the route's id
         self._lengths: dict[str, float] = {}
+        self._inside_lengths: dict[str, float] = {}
         self._ways: dict[tuple[str, ...], int] = {}
         self._lines: list[FloatArray] = []
 
@@ -140,7 +141,7 @@ class MovementReader:
         found = []
         for meeting in _of_lane(met, mover):
             zone = meeting.zone
-            to_line = meeting.line - _place(mover, position, meeting)
+            to_line = meeting.line - self._place(mover, position, meeting)
             left = to_line + zone.exit + mover.length
             if to_line > REACH or left <= 0.0:
                 continue
@@ -165,6 +166,29 @@ class MovementReader:
                 )
             )
         return found
+
+    def _place(self, mover: _Mover, position: float, meeting: _Meeting) -> float:
+        """Return how far along its route a vehicle is [m]."""
+        begins, index, lane = mover.route.begins, mover.index, mover.lane
+        if not lane.startswith(":"):
+            return begins[index] + position
+        if meeting.edge == index:
+            inside = meeting.zone.inside
+            return meeting.line + next(at for x, at in inside if x == lane) + position
+        # inside an earlier junction: as far as it still goes to the next edge
+        following = begins[min(index + 1, len(begins) - 1)]
+        return following - max(self._left_inside(lane) - position, 0.0)
+
+    def _left_inside(self, lane: str) -> float:
+        """Return the length from the begin of a lane in a junction to its end [m]."""
+        if lane not in self._inside_lengths:
+            left, here = 0.0, lane
+            while here.startswith(":"):
+                left += self._length(here)
+                links = self._sumo.lane.getLinks(here)
+                here = str(links[0][4] or links[0][0]) if links else ""
+            self._inside_lengths[lane] = left
+        return self._inside_lengths[lane]
 
     def _is_held(self, zone: ConflictZone) -> bool:
         """Check whether a light holds the vehicles of a movement."""
@@ -194,7 +218,7 @@ class MovementReader:
         """Return the length of the shortest way over a junction [m]."""
         lanes = int(self._sumo.edge.getLaneNumber(source))
         lengths = [
-            float(link[7])
+            self._left_inside(link[4]) if link[4] else float(link[7])
             for n in range(lanes)
             for link in self._sumo.lane.getLinks(f"{source}_{n}")
             if link[0].rpartition("_")[0] == target
@@ -294,15 +318,3 @@ def _of_lane(met: Sequence[_Meeting], mover: _Mover) -> Sequence[_Meeting]:
         return [*there, *later]
     exact = [x for x in own if x.zone.source == lane]
     return [*(exact or own), *later]
-
-
-def _place(mover: _Mover, position: float, meeting: _Meeting) -> float:
-    """Return how far along its route a vehicle is [m]."""
-    begins, index = mover.route.begins, mover.index
-    if not mover.lane.startswith(":"):
-        return begins[index] + position
-    if meeting.edge == index:
-        inside = meeting.zone.inside
-        return meeting.line + next(at for x, at in inside if x == mover.lane) + position
-    # inside an earlier junction: how far is not known, but the next edge begins later
-    return begins[index + 1] - 1.0 if index + 1 < len(begins) else begins[index]

@@ -11,8 +11,9 @@ from experiments.world_setup.road import sumo_road
 from planner.prediction import constant_speed
 from planner.vehicle import Vehicle
 from planner.ways import NO_WAY, along_ways
-from sumo_nets.catalogue import network
+from sumo_nets.catalogue import Network, network
 from tests.experiments.road_users import road_users
+from tests.sumo_nets.generated import generate
 
 pytestmark = pytest.mark.sumo
 
@@ -81,6 +82,32 @@ def test_distances_are_those_that_sumo_measures(crossing, name, other):
             assert -1.0 < distance - foes[0].entry < 5.0
             compared += 1
     assert compared > 30
+
+
+def test_distances_shrink_as_a_vehicle_drives_also_in_junctions_before(tmp_path):
+    file = generate(tmp_path, "--grid", "--grid.number=3", "--grid.length=60")
+    routes = tmp_path / "r.rou.xml"
+    routes.write_text(
+        '<routes><vehicle id="foe" depart="0" departSpeed="max">'
+        '<route edges="C2B2 B2B1 B1B0"/></vehicle></routes>'
+    )
+    road = sumo_road(Network("", file, ("A1B1", "B1C1"), 0, (), ""), Vehicle())
+    libsumo.start(["sumo", "-n", str(file), "-r", str(routes), "--step-length", "0.1"])
+    try:
+        reader = VehicleReader(libsumo, set())
+        movements = MovementReader(libsumo, road.junctions)
+        entries, speeds, lanes = [], [], []
+        while len(entries) < 250 and (not entries or entries[-1] > 0.0):
+            libsumo.simulationStep()
+            _, foes, _ = found(reader, movements)
+            entries += [foe.entry for foe in foes]
+            speeds += [foe.speed for foe in foes]
+            lanes += [libsumo.vehicle.getLaneID("foe") for _ in foes]
+    finally:
+        libsumo.close()
+    assert any(lane.startswith(":B2") for lane in lanes)
+    driven = STEP * np.array(speeds[1:])
+    assert np.abs(np.diff(entries) + driven).max() < 0.3
 
 
 def test_a_way_is_where_the_vehicle_drives(crossing):
