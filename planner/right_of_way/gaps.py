@@ -115,11 +115,11 @@ def _catching_up(ego: AtJunction, junction: JunctionAhead, foe: Foe) -> float:
 def _seems_first(ego: AtJunction, junction: JunctionAhead, foe: Foe) -> bool:
     """Check whether one that is to go first finds the ego in the junction before it.
 
-    Where ways join far behind the ego's line, the other brakes for an ego that has
-    passed that line, although it would be the first where they join.
+    Where ways meet far behind the ego's line, the other brakes for an ego that has
+    passed that line, although it would be the first where they meet.
     """
     way = junction.stop_s - ego.front
-    if not foe.merges or not foe.goes_first or foe.entry <= 0.0 or way < 0.0:
+    if not foe.goes_first or foe.entry <= 0.0 or way < 0.0:
         return False
     through = min(junction.speed, ego.target_speed)
     enters = travel_time(way, ego.speed, EARLY_EGO, through)

@@ -137,15 +137,15 @@ def test_who_counts():
     assert counts(lower._replace(entry=20.0))
 
 
-def test_the_ego_does_not_enter_before_one_that_it_lets_merge_first():
-    # where ways join 40 m behind its line the ego comes long after the other ...
+def test_the_ego_does_not_enter_before_one_that_it_lets_go_first():
+    # where ways meet 40 m behind its line the ego comes long after the other ...
     far = JunctionAhead("j", Rule.MINOR, stop_s=100.0, exit_s=150.0, speed=8.0)
-    foe = FOE._replace(begin_s=140.0, end_s=150.0, merges=True, entry=20.0, exit=32.0)
+    foe = FOE._replace(begin_s=140.0, end_s=150.0, entry=20.0, exit=32.0)
     early, _ = ego_interval(WAITING, far, foe)
     assert early > foe_interval(foe)[1] + 1.0
     # ... which brakes all the same for an ego that is in the junction before it
     assert not is_open(WAITING, far, foe, 2.0)
     assert is_open(WAITING, far, foe._replace(entry=-1.0, exit=11.0), 2.0)
-    assert is_open(WAITING, far, foe._replace(merges=False), 2.0)
+    assert is_open(WAITING, far, foe._replace(goes_first=False), 2.0)
     entered = WAITING._replace(front=104.0, rear=99.0)
     assert is_open(entered, far, foe, 2.0)
