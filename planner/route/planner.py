@@ -29,6 +29,7 @@ from planner.route.lane_frame import (
     without_inner_sides,
 )
 from planner.route.lane_need import (
+    TURN,
     lane_ends,
     lanes_to_follow,
     leads_farthest,
@@ -204,6 +205,11 @@ class RoutePlanner:
         if look.scene.ego.speed < CRAWLING and not _gets_on(result):
             # whoever has stopped at the inner side of a bend has to get out of it
             eased = self._along(look, last, manoeuvre, lane, speed, eased=True)
+            if not _gets_on(eased) and self._is_caught_in_bend(look, manoeuvre.lane):
+                # for the rest there is the road
+                now = replace(look, round_until=np.inf)
+                eased = self._along(now, last, manoeuvre, lane, speed)
+                eased = _keeping(eased, look.round_until)
             result = eased if _gets_on(eased) else result
         # who has stood, or has no lane left, goes over as far as there is road
         has_to = look.stood >= self.settings.stuck_after or _is_late(look, manoeuvre)
@@ -320,6 +326,16 @@ class RoutePlanner:
         ends = look.ends[manoeuvre.lane] - front < OVER_ROOM + LEAST_DRIVEN
         return bool(ends) and not held and not queued
 
+    def _is_caught_in_bend(self, look: _Look, lane: int) -> bool:
+        """Check whether the ego has stood in a bend, in no queue and at no line."""
+        scene, front = look.scene, look.front
+        if look.stood < self.settings.stuck_after or queues(scene, look.bodies, lane):
+            return False
+        if any(front - 1.0 < x < front + OVER_ROOM for x in scene.stop_lines):
+            return False
+        at = np.arange(scene.ego_frenet.s, front + OVER_ROOM)
+        return bool((np.abs(scene.path.at(at).curvature) > TURN).any())
+
     def _is_stuck(self, look: _Look) -> bool:
         """Check whether the ego stands before obstacles, not in a queue."""
         scene, ego = look.scene, look.scene.ego_frenet
@@ -327,6 +343,13 @@ class RoutePlanner:
         queued = lane >= 0 and queues(scene, look.bodies, lane)
         settings = self.settings
         return look.stood >= (settings.patience if queued else settings.stuck_after)
+
+
+def _keeping(result: PlanResult, until: float) -> PlanResult:
+    """Return a plan after which the road is open up to the same place as before."""
+    if not isinstance(result.memory, RouteMemory):
+        return result
+    return replace(result, memory=replace(result.memory, round_until=until))
 
 
 def _gets_on(result: PlanResult) -> bool:

@@ -17,11 +17,13 @@ def netgenerate():
     return pytest.skip("netgenerate is not there")
 
 
-def generate(folder, *options):
+def generate(folder, *options, turnarounds=False):
     """Generate a network; the same options give the same one."""
     file = folder / "generated.net.xml"
     program = netgenerate()
-    command = [program, *options, "--no-turnarounds", "-o", file]
+    command = [program, *options, "-o", file]
+    if not turnarounds:
+        command.append("--no-turnarounds")
     home = str(program.parent.parent)
     subprocess.run(
         command, env={"SUMO_HOME": home}, capture_output=True, check=True, timeout=60
