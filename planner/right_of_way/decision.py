@@ -2,7 +2,13 @@
 
 from collections.abc import Sequence
 
-from planner.right_of_way.gaps import HARD_BRAKING, SLOW, counts, is_open
+from planner.right_of_way.gaps import (
+    HARD_BRAKING,
+    SLOW,
+    STUCK,
+    counts,
+    is_open,
+)
 from planner.right_of_way.records import (
     MUST_STOP,
     AtJunction,
@@ -102,10 +108,11 @@ def _lets_pass(foe: Foe) -> bool:
 
     It reaches into the zone of its whole way, but the ego meets a body that stands:
     whether there is room beside it is a matter of the clearance of plans. Two that both
-    wait there for the other would stand for ever.
+    wait there for the other would stand for ever: one that has stood for long lets the
+    ego go by although it would go first.
     """
     inside = foe.entry <= 0.0 < foe.exit
-    return inside and foe.gives_way and foe.stood >= LETS_PASS
+    return inside and foe.stood >= (LETS_PASS if foe.gives_way else STUCK)
 
 
 def _comes_before(foe: Foe, memory: Waiting) -> bool:

@@ -136,3 +136,7 @@ def test_one_that_waits_inside_for_the_ego_is_passed():
         waits._replace(goes_first=True, gives_way=False),
     ):
         assert lines(Rule.MINOR, inside, [other]).because_of == "foe"
+    # who was to go first but has stood there for long waits for the ego as well
+    first = waits._replace(goes_first=True, gives_way=False, stood=6.0)
+    assert lines(Rule.MINOR, inside, [first]).stop_s is None
+    assert lines(Rule.MINOR, WAITING, [first]).stop_s == 100.0
