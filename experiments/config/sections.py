@@ -1,5 +1,6 @@
 """The sections of a scenario, and the place where each key was written."""
 
+import re
 from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Discriminator, Field, PrivateAttr, Tag
@@ -32,10 +33,17 @@ from experiments.config.traffic import (
 from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
 
+NAME = r"^[A-Za-z0-9_]+$"
+
 AnyTraffic = Annotated[
     Annotated[Traffic, Tag("flows")] | Annotated[SumoTraffic, Tag("files")],
     Discriminator(traffic_kind),
 ]
+
+
+def scenario_name(text: str) -> str:
+    """Make the name of a scenario of any text, such as that of a file."""
+    return re.sub("[^A-Za-z0-9_]", "_", text) or "_"
 
 
 class ScenarioSections(Strict):
@@ -43,7 +51,7 @@ class ScenarioSections(Strict):
 
     _document: Document | None = PrivateAttr(None)
 
-    name: str = Field(pattern=r"^[A-Za-z0-9_]+$")
+    name: str = Field(pattern=NAME)
     purpose: str = Field("", description="one sentence, shown by `rearview list`")
     world: Literal["sumo", "kinematic", "commonroad"] = "sumo"
     network: (
