@@ -21,12 +21,8 @@ from experiments.world_setup.obstacles import (
     check_start,
     static_bodies,
 )
-from experiments.world_setup.road import (
-    Layout,
-    plain_road,
-    scenario_network,
-    sumo_road,
-)
+from experiments.world_setup.road import Layout, plain_road, sumo_road
+from experiments.world_setup.scenario_network import scenario_network
 from planner.errors import PlannerError
 from planner.scene import Obstacles
 from sumo_nets.build import net_path
