@@ -25,17 +25,21 @@ def drive(out, name, *overrides):
 
 @pytest.mark.sumo
 def test_an_ego_that_gives_way_until_the_time_is_over_says_to_whom(tmp_path):
-    busy = ("traffic.cross_veh_per_h=1500", "simulation.duration_s=25")
-    ending, records = drive(tmp_path, "t_junction", *busy)
+    busy = "traffic.cross_veh_per_h=1500"
+    _, whole = drive(tmp_path, "t_junction", busy, "simulation.duration_s=25")
+    waits = [x.time for x in whole if x.gives_way_to and x.ego.speed < STANDING]
+    until = f"simulation.duration_s={max(waits):.1f}"  # the same run, while it waits
+    ending, records = drive(tmp_path, "t_junction", busy, until)
     since, why = STANDS.fullmatch(ending.reason).groups()
     last = records[-1]
     other = why.removeprefix("gives way to ")
     assert why == f"gives way to {last.gives_way_to}"
     # that one is there, goes first, and the ego stands at the line that it closes
     assert other in last.traffic.vehicles.ids
-    assert any(foe.id == other for foe in last.traffic.foes)
-    front = last.ego_frenet.s + load_scenario("t_junction").ego.vehicle.length_m
-    assert any(0.0 <= line - front + 5.0 <= WAITING_ROOM for line in last.stop_lines)
+    assert any(foe.vehicle == other for foe in last.traffic.foes)
+    body = load_scenario("t_junction").ego.vehicle.to_planner()
+    front = last.ego_frenet.s + body.front_reach
+    assert any(0.0 <= line - front <= WAITING_ROOM for line in last.stop_lines)
     # it has stood since then, and not before
     for record in records:
         stands = record.ego.speed < STANDING
