@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.cosim.sumo.vehicle_reader import PERSON
-from experiments.cosim.sumo.world import OVER_LINE
+from experiments.cosim.waiting_lines import OVER_LINE
 from experiments.metrics import right_of_way
 from experiments.trace.schema import TABLES, column
 from planner.right_of_way.records import Foe, JunctionAhead, Rule
