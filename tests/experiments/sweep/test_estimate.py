@@ -115,6 +115,10 @@ def test_time_of_a_run(scenario, monkeypatch):
     seconds = time_run(drives)
     assert seconds is not None
     assert seconds > 0.0
+    monkeypatch.setattr(estimate, "TIMED", 0.0)
+    begun = time_run(scenario("cruise", "simulation.duration_s=600").resolved())
+    assert begun is not None
+    assert begun > 60.0 * seconds, "the first step stands for all others"
     leaves = scenario("faulty_planner:make", "planner.settings.fault=leave").resolved()
     with interrupts_between_steps():  # as in a sweep: it is no Ctrl-C
         assert time_run(leaves) is not None, "its planner fails, the run ends"
