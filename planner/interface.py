@@ -108,7 +108,9 @@ class Planner(Protocol):
 
         Returns:
             A trajectory that starts in `scene.ego` at t = 0, sampled at least up to
-            `scene.step`, or a status that says why there is none.
+            `scene.step`, or a status that says why there is none. Its columns describe
+            one motion: the speed is that of the positions, the acceleration that of
+            the speed. Metrics are computed from what they say.
         """
         ...
 

@@ -14,9 +14,9 @@ from zlib import crc32
 
 import numpy as np
 
-from sumo_nets.catalogue import Network, Stream
 from sumo_nets.driver_population import POPULATIONS, DrawnType, draw_type
 from sumo_nets.errors import NetworkError
+from sumo_nets.network import Network, Stream
 from sumo_nets.vehicle_types import (
     MODELS,
     EgoType,

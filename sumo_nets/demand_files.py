@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import Net
+from sumo_nets.net_records import Net
 from sumo_nets.routes import fastest_route
 
 # Options of a configuration that shape the traffic. None names a file: a configuration

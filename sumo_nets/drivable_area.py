@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from sumo_nets.centre_line import FloatArray
 from sumo_nets.lane_choice import LaneUse, via_lanes
-from sumo_nets.net_reader import Edge, Net, NetLane
+from sumo_nets.net_records import Edge, Net, NetLane
 
 # Closes the slits that rounding leaves between lanes and junctions [m].
 SEAM = 0.05

@@ -6,7 +6,7 @@ from itertools import pairwise
 from math import inf
 
 from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import Link, Net, NetLane
+from sumo_nets.net_records import Link, Net, NetLane
 
 # Costs: a change of lanes outweighs a few edges on a lane that was not wanted.
 CHANGE = 10.0

@@ -14,7 +14,8 @@ from xml.etree import ElementTree
 
 from sumo_nets.build import sumo_home
 from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import Edge, Net, read_net
+from sumo_nets.net_reader import read_net
+from sumo_nets.net_records import Edge, Net
 
 OPENDRIVE = (".xodr",)
 OPENSTREETMAP = (".osm", ".osm.xml", ".osm.gz")

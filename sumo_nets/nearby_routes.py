@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import pairwise
 
-from sumo_nets.net_reader import Edge, Net
+from sumo_nets.net_records import Edge, Net
 from sumo_nets.routes import length_of, onward_edges
 
 Edges = tuple[str, ...]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from sumo_nets.errors import NetworkError
 from sumo_nets.lane_choice import LaneUse, via_lanes
-from sumo_nets.net_reader import Link, Net, NetLane, Request
+from sumo_nets.net_records import Link, Net, NetLane, Request
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,8 +16,10 @@ from sumo_nets.drivable_area import drivable_area, narrower_areas, wider_areas
 from sumo_nets.errors import NetworkError
 from sumo_nets.join_lanes import Piece, blend, densify, resample, stitch
 from sumo_nets.lane_choice import LaneUse, choose_lanes, via_lanes
-from sumo_nets.net_reader import Net, NetLane, check_route, read_net
+from sumo_nets.net_reader import read_net
+from sumo_nets.net_records import Net, NetLane
 from sumo_nets.right_of_way import Passage, passages
+from sumo_nets.route_check import check_route
 
 # Largest distance of neighbouring points [m].
 SPACING = 1.0

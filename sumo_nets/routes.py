@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import Edge, Net, check_route
+from sumo_nets.net_records import Edge, Net
+from sumo_nets.route_check import check_route
 
 # A random route is tried from so many edges before the network counts as too small.
 TRIES = 200

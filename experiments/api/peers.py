@@ -26,6 +26,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.api.peer_scene import bodies, corridor, speed_cap, vehicle_params
 from experiments.errors import ConfigError
 from planner.bodies import bodies_of
 from planner.contact_check import Contact, contacts_of
@@ -35,14 +36,10 @@ from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.reference_path.path import ReferencePath
 from planner.scene import Scene
 from planner.states import FloatArray, Trajectory
-from planner.vehicle import Vehicle, centre_from_rear_axle
+from planner.vehicle import centre_from_rear_axle
 
 SPACING = 1.0  # of the reference line's points [m]
-BEHIND, AHEAD = 20.0, 150.0  # of the ego, of the lanes handed over [m]
-STATION = 2.0  # between their points [m]
-BEND_TIME = 4.0  # for which bends ahead cap the speed [s]
 LEAST_ROLL = 0.2  # of the rear axle over the way of the centre; cos of 78 degrees
-WALL = 0.5  # length of a closed stop line [m]
 STOP_HORIZON = 5.0  # of a fallback that stops [s]
 
 
@@ -75,9 +72,9 @@ class PeerPlanner:
         found = kept.planner.plan(
             start,
             kept.line,
-            _corridor(scene),
-            [*_vehicles(scene), *_standing(scene), *_walls(scene)],
-            target_speed=_speed_cap(scene),
+            corridor(scene),
+            bodies(scene),
+            target_speed=speed_cap(scene),
         )
         counts = {
             str(key).rpartition(".")[2].lower(): int(value)
@@ -116,26 +113,8 @@ class PeerPlanner:
         s = np.arange(0.0, scene.path.length, SPACING)
         points = scene.path.at(s)
         line = fp.ReferenceLine(points.x, points.y, SPACING)
-        planner = fp.make_planner(config, _vehicle(scene.vehicle))
+        planner = fp.make_planner(config, vehicle_params(scene.vehicle))
         return _Memory(planner, scene.path, line)
-
-
-def _vehicle(vehicle: Vehicle) -> Any:
-    """Return the ego's size and limits in their words."""
-    import fiss_planner as fp
-
-    params, limits = fp.VehicleParams(), vehicle.limits
-    params.length, params.width = vehicle.length, vehicle.width
-    params.wheelbase = vehicle.wheelbase
-    params.rear_axle_to_center = vehicle.centre_offset
-    params.max_accel, params.max_decel = (
-        limits.max_acceleration,
-        limits.max_deceleration,
-    )
-    params.max_speed = limits.max_speed
-    params.max_lat_accel = limits.max_lateral_acceleration
-    params.max_steer = math.atan(limits.max_curvature * vehicle.wheelbase)
-    return params
 
 
 def _start(scene: Scene, kept: _Memory) -> Any:
@@ -160,121 +139,6 @@ def _start(scene: Scene, kept: _Memory) -> Any:
         ego.curvature * math.cos(slip),
     )
     return kept.line.to_frenet(state, scene.ego_frenet.s)
-
-
-def _corridor(scene: Scene) -> Any:
-    """Return the lanes about the ego, or the road between its bounds."""
-    import fiss_planner as fp
-
-    s = scene.ego_frenet.s
-    stations = np.arange(
-        max(s - BEHIND, 0.0), min(s + AHEAD, scene.path.length), STATION
-    )
-    corridor = fp.Corridor(stations.tolist())
-    lanes = scene.lanes
-    centres, widths = lanes.at(s)
-    rows = [k for k in range(centres.size) if widths[k] > 0.0]
-    if not rows:
-        left, right = scene.road.at(stations)
-        corridor.add_lane(_band(0, 0, 0.5 * (left + right), left, right))
-        return corridor
-    own = min(rows, key=lambda k: abs(centres[k] - scene.ego_frenet.l))
-    for k in rows:
-        centre = np.interp(stations, lanes.s, lanes.centre[k])
-        half = 0.5 * np.interp(stations, lanes.s, lanes.width[k])
-        corridor.add_lane(_band(k, k - own, centre, centre + half, centre - half))
-    return corridor
-
-
-def _band(
-    number: int, offset: int, centre: FloatArray, left: FloatArray, right: FloatArray
-) -> Any:
-    """Return a lane in their words."""
-    import fiss_planner as fp
-
-    band = fp.LaneBand()
-    band.lane_id, band.offset = number, offset
-    band.center, band.left, band.right = centre.tolist(), left.tolist(), right.tolist()
-    band.change_allowed = True
-    band.speed_limit = math.inf
-    return band
-
-
-def _vehicles(scene: Scene) -> list[Any]:
-    """Return the vehicles with their predictions."""
-    import fiss_planner as fp
-
-    vehicles, ahead = scene.vehicles, scene.vehicles.prediction
-    times = (ahead.step * np.arange(ahead.x.shape[1])).tolist()
-    return [
-        fp.Obstacle.from_arrays(
-            k,
-            float(vehicles.length[k]),
-            float(vehicles.width[k]),
-            times,
-            ahead.x[k].tolist(),
-            ahead.y[k].tolist(),
-            ahead.heading[k].tolist(),
-            is_static=False,
-        )
-        for k in range(len(vehicles.ids))
-    ]
-
-
-def _standing(scene: Scene) -> list[Any]:
-    """Return the obstacles, discs as squares."""
-    bodies = scene.obstacles
-    grown = 2.0 * bodies.radius
-    return [
-        _box(-1 - k, *numbers)
-        for k, numbers in enumerate(
-            zip(
-                bodies.x.tolist(),
-                bodies.y.tolist(),
-                bodies.heading.tolist(),
-                (bodies.length + grown).tolist(),
-                (bodies.width + grown).tolist(),
-                strict=True,
-            )
-        )
-    ]
-
-
-def _walls(scene: Scene) -> list[Any]:
-    """Return a wall behind every closed stop line that is ahead."""
-    front = scene.ego_frenet.s + scene.vehicle.front_reach
-    walls = []
-    for number, line in enumerate(scene.stop_lines):
-        if line < front - WALL:
-            continue
-        x, y, heading = scene.path.pose(line + 0.5 * WALL)
-        left, right = (float(v) for v in scene.road.at(np.array(line)))
-        middle = 0.5 * (left + right)
-        place = (x - middle * math.sin(heading), y + middle * math.cos(heading))
-        walls.append(_box(-100_000 - number, *place, heading, WALL, left - right))
-    return walls
-
-
-def _box(
-    number: int, x: float, y: float, heading: float, length: float, width: float
-) -> Any:
-    """Return a standing body in their words."""
-    import fiss_planner as fp
-
-    return fp.Obstacle.from_arrays(
-        number, length, width, [0.0], [x], [y], [heading], is_static=True
-    )
-
-
-def _speed_cap(scene: Scene) -> float:
-    """Return the target speed, less in bends [m/s]."""
-    reach = max(scene.ego.speed, 1.0) * BEND_TIME
-    s = scene.ego_frenet.s + np.arange(0.0, reach, STATION)
-    bend = float(
-        np.abs(scene.path.at(np.minimum(s, scene.path.length)).curvature).max()
-    )
-    most = scene.vehicle.limits.max_lateral_acceleration
-    return min(scene.target_speed, math.sqrt(most / max(bend, 1e-9)))
 
 
 def _from_centre(scene: Scene, native: Any) -> tuple[Trajectory, int]:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from experiments.episode.preview import ScenarioPreview
     from experiments.report.figures.roads import RoutePicture
     from planner.states import FloatArray
-    from sumo_nets.net_reader import Edge
+    from sumo_nets.net_records import Edge
 
 LISTED = 40  # edges shown unless all are asked for
 SKELETONS = Path(__file__).parent / "skeletons"
@@ -182,7 +182,7 @@ def check(
         from experiments.cli.shown_log import shown_log
         from experiments.config.scenario_file import load_scenario
         from experiments.episode.preview import preview
-        from experiments.world_setup import road
+        from experiments.world_setup import scenario_network
 
         loaded = load_scenario(
             scenario,
@@ -191,7 +191,7 @@ def check(
             overrides=overrides or (),
             allow_planners=allow_planner or (),
         )
-        with shown_log(road.log):
+        with shown_log(scenario_network.log):
             if loaded.egos is not None:
                 _check_many(loaded, output)
                 return

@@ -30,6 +30,8 @@ from experiments.sweep.processes.tree import (
 )
 
 NOTICE_AFTER = 1.0  # the step still runs after Ctrl-C: tell the user [s]
+# asks to pass Ctrl-C on; Windows has neither this signal nor the guard
+PASS_ON: int = getattr(signal, "SIGUSR1", signal.SIGTERM)
 TERMINATION_GRACE = 5.0  # between SIGTERM and SIGKILL [s]
 
 _PROCESS = struct.Struct("!q")  # a process id
@@ -57,10 +59,12 @@ def guarded(episode: Callable[[], int], crashed: Callable[[int, str], int]) -> i
     adopt_orphans()
     parent, before = os.getpid(), children(os.getpid())
     reading, writing = os.pipe()
+    signal.pthread_sigmask(signal.SIG_BLOCK, {PASS_ON})  # until the child can take it
     child = os.fork()
     if child == 0:
         os.close(reading)
         _supervise(parent, episode, writing)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {PASS_ON})
     os.close(writing)
     try:
         return _outcome(child, reading, crashed)
@@ -73,20 +77,20 @@ def _supervise(parent: int, episode: Callable[[], int], writing: int) -> NoRetur
     """Run the episode in a child, and end as it ends."""
     try:
         adopt_orphans()
-        # the episode gets SIGINT as well; SIGTERM waits until it can be passed on
-        on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
+        # signals wait until they can be passed on
+        passed_on = {signal.SIGINT, signal.SIGTERM, PASS_ON}
+        signal.pthread_sigmask(signal.SIG_BLOCK, passed_on)
         supervisor = os.getpid()
         process = os.fork()
         if process == 0:
-            signal.signal(signal.SIGINT, on_interrupt)
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, passed_on)
             end_with_parent(supervisor)
             os.write(writing, _PROCESS.pack(os.getpid()))
             status = _status(episode)
             os.write(writing, b"ended")
             os._exit(status)
         os.close(writing)
+        _pass_interrupts_on(process)
         _end_all_with(parent, process)
         _, state = os.waitpid(process, 0)
         if not os.WIFSIGNALED(state):
@@ -99,6 +103,31 @@ def _supervise(parent: int, episode: Callable[[], int], writing: int) -> NoRetur
         sys.excepthook(*sys.exc_info())
     finally:
         os._exit(INTERNAL_ERROR)
+
+
+def _pass_interrupts_on(process: int) -> None:
+    """Pass Ctrl-C on to the episode when the command asks for it.
+
+    A terminal sends SIGINT to all processes, a script perhaps to the command alone. In
+    the first case this process has had one too, by the time that the command asks, and
+    so has the episode, which must not get two.
+    """
+    to_all = False
+
+    def on_sigint(*_: object) -> None:
+        nonlocal to_all
+        to_all = True
+
+    def on_asked(*_: object) -> None:
+        if not to_all:
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGINT)
+
+    if signal.SIGINT in signal.sigpending():  # perhaps of before there was an episode
+        signal.sigwait({signal.SIGINT})
+    signal.signal(signal.SIGINT, on_sigint)
+    signal.signal(PASS_ON, on_asked)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, PASS_ON})
 
 
 def _end_all_with(parent: int, process: int) -> None:
@@ -129,7 +158,9 @@ def _outcome(child: int, reading: int, crashed: Callable[[int, str], int]) -> in
     except TerminatedError:  # possibly sent to the parent only
         _stop(child, died)
         return TERMINATED
-    except KeyboardInterrupt:  # from the terminal, which sends it to all
+    except KeyboardInterrupt:
+        with suppress(ProcessLookupError):
+            os.kill(child, PASS_ON)
         _wait_for_the_step(child, died)
         return INTERRUPTED
     process, ended = _heard(reading)

@@ -8,7 +8,8 @@ same classes.
 from experiments.config.conflict import Conflict
 from experiments.config.ego import Ego
 from experiments.config.obstacles import Obstacle, ObstacleField, RandomObstacles
-from experiments.config.scenario import DEFAULT_PLANNER, Scenario, default_planner
+from experiments.config.planner_choice import DEFAULT_PLANNER, default_planner
+from experiments.config.scenario import Scenario
 from experiments.config.traffic import SumoTraffic, Traffic
 
 __all__ = [

@@ -7,6 +7,7 @@ from typing import Any
 from experiments.commonroad.read import read_commonroad
 from experiments.commonroad.records import CommonRoadScenario, PlanningProblem
 from experiments.commonroad.vehicles import DEFAULT
+from experiments.config.sections import scenario_name
 from experiments.config.yaml_reader import Document
 
 WORLD = "commonroad"
@@ -96,8 +97,7 @@ def _is_kinematic(plant: Any) -> bool:
 
 def _name(found: CommonRoadScenario) -> str:
     """Make a scenario's name of a benchmark's id."""
-    text = found.benchmark_id or found.file.stem
-    return "".join(c if c.isascii() and c.isalnum() else "_" for c in text)
+    return scenario_name(found.benchmark_id or found.file.stem)
 
 
 def _simulation(

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from experiments.config.sections import scenario_name
 from experiments.config.yaml_reader import Document, Plain
 from experiments.errors import ConfigError
 from sumo_nets.demand_files import read_sumocfg
@@ -58,7 +59,7 @@ def network_document(name: str) -> Document:
     for suffix in (".gz", ".xml", ".net", ".osm", ".xodr", SIMULATION):
         stem = stem.removesuffix(suffix)
     data: dict[str, Plain] = {
-        "name": "".join(c if c.isalnum() or c == "_" else "_" for c in stem),
+        "name": scenario_name(stem),
         "network": {"file": str(source.resolve())},
         "ego": {"goal_m": goal},
         "traffic": traffic,

@@ -105,8 +105,10 @@ def _problem(
     if kind == "inconsistent":
         return str(item["ctx"]["problem"])
     if kind == "extra_forbidden":
-        keys = _keys(_branches(schema, path[:-1], schema))
-        return f"unknown key; {unknown_name(str(path[-1]), keys)}"
+        section = _value_at(document.data, path[:-1])
+        return _foreign_key(
+            str(path[-1]), section, _branches(schema, path[:-1], schema)
+        )
     if item["loc"][-1] == "[key]":
         keys = _names(_branches(schema, path[:-1], schema))
         return f"unknown key; {unknown_name(str(path[-1]), keys)}"
@@ -115,6 +117,23 @@ def _problem(
         return f"is missing; allowed: {allowed}"
     value = _value_at(document.data, path)
     return f"is {_shown(value)}; allowed: {allowed}"
+
+
+def _foreign_key(name: str, section: Any, kinds: list[Schema]) -> str:
+    """Describe a key that its section cannot have.
+
+    Args:
+        name: The key.
+        section: As it is written.
+        kinds: What such a section may be; another one than this may have the key.
+    """
+    without = _keys([kind for kind in kinds if name not in kind.get("properties", {})])
+    having = _keys([kind for kind in kinds if name in kind.get("properties", {})])
+    written = section if isinstance(section, dict) else ()
+    beside = [key for key in written if key in without and key not in having]
+    if having and beside:
+        return f"does not go with {beside[0]}; allowed: {', '.join(without)}"
+    return f"unknown key; {unknown_name(name, without or having)}"
 
 
 def _value_at(data: Any, path: KeyPath) -> Any:

@@ -74,7 +74,7 @@ def plan_once(planner: Planner, scene: Scene, memory: object) -> PlannedCycle:
     return PlannedCycle(_checked(plan, "plan()"), timing)
 
 
-def plan_together(
+def plan_many(
     planner: BatchPlanner, scenes: Sequence[Scene], memories: Sequence[object]
 ) -> list[PlannedCycle]:
     """Plan one cycle of several egos in one call; each counts an equal share of time.

@@ -19,7 +19,7 @@ from experiments.trace.schema import Table
 from planner.reference_path.path import ReferencePath
 from planner.states import FloatArray
 from sumo_nets.lane_choice import via_lanes
-from sumo_nets.net_reader import ROADS, Net, NetLane
+from sumo_nets.net_records import ROADS, Net, NetLane
 
 MARGIN: Final = 100.0  # about the ego's path; what is farther away is left out [m]
 SPACING: Final = 2.0  # between points of a road along a path [m]

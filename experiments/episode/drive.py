@@ -1,6 +1,7 @@
 """Run a scenario, with one ego or many."""
 
 from collections.abc import Callable
+from contextlib import chdir
 from pathlib import Path
 
 from experiments.config import Scenario
@@ -39,10 +40,15 @@ def run_scenario(
         SimulationError: If the simulator cannot be loaded.
         ResultsError: If the run folder cannot be written.
     """
-    if scenario.egos is None:
-        return run_episode(scenario, out=out, gui=gui, on_step=on_step, output=output)
-    from experiments.episode.fleet import run_fleet  # most runs have one ego
+    with chdir(Path.cwd()):  # a planner may leave it, and folders may be relative
+        if scenario.egos is None:
+            return run_episode(
+                scenario, out=out, gui=gui, on_step=on_step, output=output
+            )
+        from experiments.episode.fleet import run_fleet  # most runs have one ego
 
-    if gui:
-        raise ConfigError("--gui: is for one ego; allowed: without it for many egos")
-    return run_fleet(scenario, out=out, on_step=on_step, output=output)
+        if gui:
+            raise ConfigError(
+                "--gui: is for one ego; allowed: without it for many egos"
+            )
+        return run_fleet(scenario, out=out, on_step=on_step, output=output)

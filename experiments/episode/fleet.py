@@ -8,8 +8,9 @@ from time import perf_counter
 from experiments.config import Scenario
 from experiments.config.self_driven import SELF_DRIVEN
 from experiments.cosim.ego_driver import EpisodeOptions
-from experiments.cosim.fleet.loop import FleetGroup, FleetLoop
+from experiments.cosim.fleet.loop import FleetLoop
 from experiments.cosim.fleet.records import FleetStep
+from experiments.cosim.fleet.takeover import FleetGroup
 from experiments.cosim.fleet.world import FleetWorld
 from experiments.cosim.records import Ending, EpisodeStatus
 from experiments.cosim.sumo.system_libraries import load_libsumo
@@ -51,8 +52,9 @@ from experiments.world_setup.fleet import (
 )
 from planner.interface import Planner
 from planner.prediction import PREDICTORS
-from sumo_nets.catalogue import Network
-from sumo_nets.net_reader import Net, read_net
+from sumo_nets.net_reader import read_net
+from sumo_nets.net_records import Net
+from sumo_nets.network import Network
 
 OnFleetStep = Callable[[FleetStep], None]
 

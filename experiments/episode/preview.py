@@ -13,8 +13,8 @@ from experiments.world_setup.layout import make_layout
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import make_demand
 from planner.states import FloatArray
-from sumo_nets.catalogue import Network
 from sumo_nets.demand import Demand, DemandVehicle, vehicles_for
+from sumo_nets.network import Network
 from sumo_nets.route_path import route_path
 
 SAMPLING = 0.5  # along the path [m]

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from difflib import get_close_matches
 from pathlib import Path
+from socket import gethostname
 
 from experiments.errors import ResultsError
 
@@ -19,7 +20,7 @@ LIKE = 0.75  # from which two names are alike, 0 to 1
 # Files that are waited for at a time: a disk writes them in one go, where one after the
 # other takes 5 ms each.
 AT_ONCE = 8
-_ASIDE = ".unfinished-{}-"  # with the process that fills it
+_ASIDE = f".unfinished-{gethostname()}-"  # before the process that fills it
 
 
 @contextmanager
@@ -40,6 +41,7 @@ def atomic_folder(target: Path) -> Iterator[Path]:
     """
     target = target.absolute()  # a planner may change the working folder
     make_folder(target.parent)
+    remove_abandoned(target.parent)
     try:
         aside = _make_aside(target.parent)
     except OSError as error:
@@ -116,13 +118,37 @@ def file_in_place_of(folder: Path) -> Path | None:
 
 def remove_unfinished(parent: Path, process: int) -> None:
     """Remove the unfinished folders of a dead process."""
-    for left in parent.glob(_ASIDE.format(process) + "*"):
-        shutil.rmtree(left, ignore_errors=True)
+    for left in _asides(parent):
+        if _filled_by(left) == process:
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def remove_abandoned(parent: Path) -> None:
+    """Remove the unfinished folders of this machine's dead processes, as of kill -9."""
+    for left in _asides(parent):
+        from psutil import pid_exists  # takes 20 ms, which is seldom needed
+
+        process = _filled_by(left)
+        if process is not None and not pid_exists(process):
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def _asides(parent: Path) -> list[Path]:
+    """List the unfinished folders of this machine."""
+    with suppress(OSError), os.scandir(parent) as entries:
+        return [Path(one.path) for one in entries if one.name.startswith(_ASIDE)]
+    return []
+
+
+def _filled_by(aside: Path) -> int | None:
+    """Return the process that fills an unfinished folder, if its name says so."""
+    process = aside.name.removeprefix(_ASIDE).partition("-")[0]
+    return int(process) if process.isdecimal() else None
 
 
 def _make_aside(parent: Path) -> Path:
     """Create a folder under a temporary name."""
-    return Path(tempfile.mkdtemp(prefix=_ASIDE.format(os.getpid()), dir=parent))
+    return Path(tempfile.mkdtemp(prefix=f"{_ASIDE}{os.getpid()}-", dir=parent))
 
 
 def _put(aside: Path, target: Path) -> None:

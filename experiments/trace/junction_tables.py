@@ -8,6 +8,7 @@ import numpy as np
 
 from experiments.cosim.records import StepRecord
 from experiments.trace.schema import TABLES, Column, Table, column
+from experiments.trace.table_rows import from_rows
 from planner.right_of_way.records import Foe, JunctionAhead, Rule
 from planner.states import FloatArray
 from planner.ways import NO_WAY, Ways
@@ -19,7 +20,7 @@ _FLAGS = frozenset(
 
 def junction_table(records: Sequence[StepRecord]) -> Table:
     """Make one row for each junction near the ego in each step."""
-    return _table(
+    return from_rows(
         "junctions",
         [
             (
@@ -40,7 +41,7 @@ def junction_table(records: Sequence[StepRecord]) -> Table:
 def foe_table(records: Sequence[StepRecord]) -> Table:
     """Make one row for each foe in each step."""
     rows = [(r.index, *foe) for r in records for foe in r.traffic.foes]
-    return _table("foes", rows)
+    return from_rows("foes", rows)
 
 
 def vehicle_way_table(records: Sequence[StepRecord]) -> Table:
@@ -58,7 +59,7 @@ def vehicle_way_table(records: Sequence[StepRecord]) -> Table:
             rows.append(
                 (record.index, *cells, stop if math.isfinite(stop) else math.nan)
             )
-    return _table("vehicle_ways", rows)
+    return from_rows("vehicle_ways", rows)
 
 
 def way_table(records: Sequence[StepRecord]) -> Table:
@@ -111,16 +112,6 @@ def read_ways(
     found = [of.get(name, (NO_WAY, math.inf)) for name in names]
     way = np.array([way for way, _ in found], dtype=np.int64)
     return Ways(way, np.array([stop for _, stop in found]), lines)
-
-
-def _table(name: str, rows: Sequence[tuple[Any, ...]]) -> Table:
-    """Return rows as the columns of a table."""
-    kinds = TABLES[name]
-    columns = list(zip(*rows, strict=True)) if rows else [()] * len(kinds)
-    return {
-        key: column(values, kind)
-        for (key, kind), values in zip(kinds.items(), columns, strict=True)
-    }
 
 
 def _cells(table: Table, rows: slice) -> list[tuple[Any, ...]]:

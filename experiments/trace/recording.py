@@ -24,19 +24,23 @@ from experiments.trace.junction_tables import (
     vehicle_way_table,
     way_table,
 )
+from experiments.trace.road_tables import (
+    bounds_table,
+    lane_table,
+    obstacle_table,
+    path_table,
+    road_table,
+    speed_limit_table,
+)
 from experiments.trace.schema import (
-    MODEL_TABLES,
-    TABLES,
-    TIMING,
-    Column,
     Table,
     Trace,
-    column,
 )
+from experiments.trace.table_rows import from_arrays, from_rows
 from planner.interface import PlanResult
 from planner.reference_path.frenet import FRENET_REACH, MIN_STRETCH
 from planner.reference_path.path import ReferencePath
-from planner.scene import COLUMNS, Lanes, Obstacles, RoadBounds, SpeedLimits
+from planner.scene import COLUMNS
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
 
@@ -51,8 +55,6 @@ PLAN_COLUMNS = {
     "s_m": "s",
     "l_m": "l",
 }
-_KINDS = {**TABLES, **MODEL_TABLES, "timing": TIMING}
-ROAD_SPACING = 1.0  # between recorded points of the road [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,38 +93,38 @@ def build_trace(
         steps=_steps(road.path, task.vehicle, records),
         vehicles=vehicle_table(road.path, [(r.index, r.traffic) for r in records]),
         plans=_plans(records),
-        obstacles=_obstacles(road.obstacles),
+        obstacles=obstacle_table(road.obstacles),
         signals=_signals(records),
-        road=_road(road),
-        path=_path(road.path),
-        bounds=_bounds(road.bounds),
-        speed_limits=_speed_limits(road.speed_limits),
-        lanes=_lanes(road.lanes),
+        road=road_table(road),
+        path=path_table(road.path),
+        bounds=bounds_table(road.bounds),
+        speed_limits=speed_limit_table(road.speed_limits),
+        lanes=lane_table(road.lanes),
         junctions=junction_table(records),
         foes=foe_table(records),
         vehicle_ways=vehicle_way_table(records),
         ways=way_table(records),
-        timing=_from_rows(
+        timing=from_rows(
             "timing",
             [
                 (r.index, *planning_cells(r), at)
                 for r, at in zip(records, elapsed, strict=True)
             ],
         ),
-        tracking=_from_rows(
+        tracking=from_rows(
             "tracking",
             [(r.index, *_numbers(r.tracking)) for r in records if r.tracking],
         ),
-        starts=_from_rows(
+        starts=from_rows(
             "starts", [_start_row(r.index, r.start) for r in records if r.start]
         ),
         perceived=_perceived(records),
         looks=_looks(records),
-        driver_errors=_from_rows(
+        driver_errors=from_rows(
             "driver_errors",
             [(r.index, *error) for r in records for error in r.traffic.erring],
         ),
-        weights=_from_rows(
+        weights=from_rows(
             "weights",
             [
                 (r.index, r.traffic.log_weight)
@@ -131,24 +133,6 @@ def build_trace(
             ],
         ),
     )
-
-
-def _from_rows(name: str, rows: Sequence[tuple[Any, ...]]) -> Table:
-    """Return rows as the columns of a table; None is null."""
-    kinds = _KINDS[name]
-    columns = list(zip(*rows, strict=True)) if rows else [()] * len(kinds)
-    return {
-        key: column(values, kind)
-        for (key, kind), values in zip(kinds.items(), columns, strict=True)
-    }
-
-
-def _from_arrays(name: str, *arrays: Column | Sequence[object]) -> Table:
-    """Return a table of columns in the order of the schema."""
-    return {
-        key: column(values, kind)
-        for (key, kind), values in zip(_KINDS[name].items(), arrays, strict=True)
-    }
 
 
 def _episode(facts: RunFacts, task: EgoTask, ending: Ending) -> Table:
@@ -168,7 +152,7 @@ def _episode(facts: RunFacts, task: EgoTask, ending: Ending) -> Table:
         vehicle.wheelbase,
         vehicle.rear_overhang,
     )
-    return _from_rows("episode", [row])
+    return from_rows("episode", [row])
 
 
 def _steps(
@@ -187,7 +171,7 @@ def _steps(
         centre[framed] = np.column_stack(
             _place_ego(path, x, y, heading, offset, near[framed])
         )
-    return _from_rows(
+    return from_rows(
         "steps",
         [_step_row(r, tuple(c)) for r, c in zip(records, centre.tolist(), strict=True)],
     )
@@ -244,7 +228,7 @@ def _perceived(records: Sequence[StepRecord]) -> Table:
     columns = np.concatenate(
         [np.empty((len(COLUMNS), 0)), *(users.table for _, users in seen)], axis=1
     )
-    return _from_arrays("perceived", index, ids, *columns)
+    return from_arrays("perceived", index, ids, *columns)
 
 
 def _looks(records: Sequence[StepRecord]) -> Table:
@@ -257,7 +241,7 @@ def _looks(records: Sequence[StepRecord]) -> Table:
             if look is not None and last.get(name) != look:
                 last[name] = look
                 rows.append((record.index, name, *look))
-    return _from_rows("looks", rows)
+    return from_rows("looks", rows)
 
 
 def _numbers(state: Any) -> tuple[float, ...]:
@@ -312,7 +296,7 @@ def vehicle_table(
     )
     x, y, heading, speed, *rest = columns
     places = _place_vehicles(path, x, y, heading, speed)
-    return _from_arrays("vehicles", index, ids, x, y, heading, speed, *rest, *places)
+    return from_arrays("vehicles", index, ids, x, y, heading, speed, *rest, *places)
 
 
 def _place_vehicles(
@@ -354,19 +338,12 @@ def _plans(records: Sequence[StepRecord]) -> Table:
 
     index = np.repeat([number for number, _ in plans], sizes)
     k = [number for size in sizes for number in range(size)]
-    return _from_arrays("plans", index, k, *map(joined, PLAN_COLUMNS.values()))
-
-
-def _obstacles(obstacles: Obstacles) -> Table:
-    """Make one row for each obstacle."""
-    names = ("x", "y", "heading", "length", "width", "radius")
-    arrays = [getattr(obstacles, name) for name in names]
-    return _from_arrays("obstacles", obstacles.ids, *arrays)
+    return from_arrays("plans", index, k, *map(joined, PLAN_COLUMNS.values()))
 
 
 def _signals(records: Sequence[StepRecord]) -> Table:
     """Make one row for each signal in each step."""
-    return _from_rows(
+    return from_rows(
         "signals",
         [
             (r.index, signal.id, signal.stop_s, signal.state)
@@ -374,42 +351,3 @@ def _signals(records: Sequence[StepRecord]) -> Table:
             for signal in r.traffic.signals
         ],
     )
-
-
-def _road(road: Road) -> Table:
-    """Sample the reference path and its bounds."""
-    path = road.path
-    s = np.linspace(0.0, path.length, max(int(path.length / ROAD_SPACING), 1) + 1)
-    points = path.at(s)
-    left, right = road.bounds.at(s)
-    return _from_arrays(
-        "road", s, points.x, points.y, points.heading, points.curvature, left, right
-    )
-
-
-def _path(path: ReferencePath) -> Table:
-    """Make one row for each knot of the reference path."""
-    pose = (path.x, path.y, path.heading)
-    return _from_arrays("path", path.s, *pose, path.curvature, path.curvature_rate)
-
-
-def _bounds(bounds: RoadBounds) -> Table:
-    """Make one row for each sample of the road's bounds."""
-    return _from_arrays("bounds", bounds.s, bounds.left, bounds.right)
-
-
-def _speed_limits(limits: SpeedLimits) -> Table:
-    """Make one row for each speed limit; none is null."""
-    shown = np.where(np.isfinite(limits.limit), limits.limit, np.nan)
-    return _from_arrays("speed_limits", limits.s, shown)
-
-
-def _lanes(lanes: Lanes) -> Table:
-    """Make one row for each sample of each lane."""
-    n_lanes, n = lanes.centre.shape
-    number = np.repeat(np.arange(n_lanes), n)
-    s = np.tile(lanes.s, n_lanes)
-    side = np.full(number.size, int(lanes.left_hand))
-    offsets = (lanes.centre.ravel(), lanes.width.ravel())
-    solid = lanes.solid_left.astype(int) + 2 * lanes.solid_right.astype(int)
-    return _from_arrays("lanes", number, s, *offsets, side, solid.ravel())

@@ -14,7 +14,8 @@ from experiments.errors import ResultsError
 from experiments.storage.json_files import FileSchema, checked, read_json, short
 from planner.reference_path.path import ReferencePath
 from planner.states import FloatArray, freeze
-from sumo_nets.net_reader import ROADS, Net, read_net
+from sumo_nets.net_reader import read_net
+from sumo_nets.net_records import ROADS, Net
 
 MAP_FILE = "map.json"
 MAP_SCHEMA = 1

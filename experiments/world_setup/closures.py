@@ -11,8 +11,9 @@ from experiments.cosim.road import Closure
 from experiments.cosim.sumo.settings import ClosedLanes
 from experiments.world_setup.road import Layout
 from planner.scene import Lanes
-from sumo_nets.catalogue import Network
-from sumo_nets.net_reader import NetLane, read_net
+from sumo_nets.net_reader import read_net
+from sumo_nets.net_records import NetLane
+from sumo_nets.network import Network
 
 TAPER = 5.0  # from the barrier to where a lane has its width, and where it is gone [m]
 END_TOLERANCE = 2.0  # between the ends of a lane and of the obstacle that closes it [m]

@@ -24,7 +24,8 @@ from experiments.cosim.goal import GoalRegion, GoalWindow
 from experiments.cosim.replay_world import Replay, ReplayLog
 from experiments.cosim.road import EgoTask, Road, Start
 from experiments.world_setup.lanelet_road import lanelet_road, lights
-from experiments.world_setup.road import Layout, log
+from experiments.world_setup.road import Layout
+from experiments.world_setup.scenario_network import log
 from planner.reference_path.frenet import MIN_STRETCH
 from planner.reference_path.path import ReferencePath
 from planner.scene import Obstacles

@@ -17,7 +17,7 @@ from planner.reference_path.path import ReferencePath
 from planner.right_of_way.records import JunctionAhead, Rule
 from planner.states import BoolArray, FloatArray, IntArray
 from planner.vehicle import Vehicle
-from sumo_nets.net_reader import Link
+from sumo_nets.net_records import Link
 from sumo_nets.right_of_way import CrossedPavement, FoeMovement
 from sumo_nets.route_path import JunctionSpan, RoutePath
 

@@ -11,7 +11,8 @@ from sumo_nets.demand_files import (
     read_sumocfg,
 )
 from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import Net, read_net
+from sumo_nets.net_reader import read_net
+from sumo_nets.net_records import Net
 
 
 def demand_files(scenario: Scenario) -> DemandFiles | None:

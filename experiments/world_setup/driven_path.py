@@ -13,6 +13,16 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from experiments.world_setup.path_attempts import (
+    ACROSS,
+    ATTEMPTS,
+    EASY,
+    LAST_RESORT,
+    LEAST_MARGIN,
+    ROOM,
+    Attempt,
+    Attempts,
+)
 from planner.errors import InvalidInputError
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.steerable import SHIFTS, SteerablePath, steerable_path
@@ -25,37 +35,11 @@ from sumo_nets.route_path import RoutePath
 
 STEP = 0.5  # [m], between the places that are checked
 TOLERANCE = 0.15  # how far the body may reach over the area [m]
-EASY = 0.85  # share of the ego's curvature that needs no plan; the rest is for control
 ABRUPT = 0.06  # a lane's curvature that changes faster needs one [1/m²]
 SHARPEST = (0.97, 0.94, 0.91)  # most of it; smoothing may add to it
 HELD = 0.985  # what the smooth path may have of it
-LEAST_MARGIN = 0.1  # from the body to the area's edge, where it does not fit [m]
-LAST_RESORT = 0.2  # how far the body may be planned over the area, if need be [m]
 
 
-class Attempt(NamedTuple):
-    """How a stretch is planned; the first one that comes out is taken."""
-
-    share: float  # of the ego's curvature
-    margin: float  # from the body to the area's edge [m]
-    beyond: float  # how far the body may reach over the edge [m]
-    shifts: tuple[float, ...]  # of the first guesses [m]
-
-    @property
-    def accepted(self) -> float:
-        """Largest fault of a path that is taken [m]."""
-        return self.margin + self.beyond
-
-
-# The first two leave room and steering to an ego that is beside the path or stops in
-# the bend; without them a planner finds no motion there that keeps the limits.
-ATTEMPTS = (
-    Attempt(0.65, 0.4, -0.35, SHIFTS[:1]),
-    Attempt(0.78, 0.25, -0.2, SHIFTS[:1]),
-    Attempt(EASY, LEAST_MARGIN, 0.0, SHIFTS[:1]),
-    Attempt(0.91, LEAST_MARGIN, 0.1, SHIFTS[:3]),
-)
-ACROSS = Attempt(0.88, LEAST_MARGIN, 0.05, SHIFTS[:2])  # over the middle of the road
 LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m] ...
 LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
 APART = 5.0  # stretches nearer than this to each other are planned as one [m]
@@ -64,7 +48,6 @@ LONGEST = 160.0  # of one planned stretch [m]
 # these are as far apart as the second [m].
 CUTS = ((70.0, 30.0), (LONGEST, 16.0))
 SEAM = 2.0  # that is left between the two [m]
-ROOM = 15.0  # about a stretch, for the area that is looked at [m]
 TURN_BASE = 3.0  # length over which a bend of the raw line is measured [m]
 SHARP = 0.75  # share of the ego's curvature that counts as sharp on the raw line
 HIGHER = (1.3, 1.8, 2.7)  # what a bend needs, for the message
@@ -252,44 +235,6 @@ def _part(found: RoutePath, stretch: Stretch) -> FloatArray:
         [float(np.interp(s, found.s, axis)) for axis in found.points.T] for s in stretch
     ]
     return np.vstack([ends[0], found.points[inside], ends[1]])
-
-
-class Attempts:
-    """Plans of one stretch; what was tried once is known.
-
-    Args:
-        guide: Part of the raw line.
-        vehicle: The ego.
-    """
-
-    def __init__(self, guide: FloatArray, vehicle: Vehicle) -> None:
-        self.guide = guide
-        self.vehicle = vehicle
-        self._known: dict[tuple[int, Attempt], SteerablePath] = {}
-
-    def plan(self, area: BaseGeometry, attempt: Attempt) -> SteerablePath:
-        """Plan inside an area, which has to live as long as this."""
-        found = self._known.get((id(area), attempt))
-        if found is None:
-            curvature = attempt.share * self.vehicle.limits.max_curvature
-            limits = SteeringLimits(curvature, margin=attempt.margin)
-            sides = boundary_about(area, self.guide, ROOM)
-            found = steerable_path(
-                self.guide, sides, self.vehicle, limits, attempt.shifts
-            )
-            self._known[id(area), attempt] = found
-        return found
-
-    def first(
-        self, area: BaseGeometry, attempts: Sequence[Attempt], share: float
-    ) -> SteerablePath | None:
-        """Return the first path that comes out with at most a share; None without."""
-        for attempt in attempts:
-            held = attempt._replace(share=min(attempt.share, share))
-            path = self.plan(area, held)
-            if path.fault <= held.accepted:
-                return path
-        return None
 
 
 def _planned(

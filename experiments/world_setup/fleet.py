@@ -5,24 +5,25 @@ from pathlib import Path
 
 from experiments.config import Scenario, SumoTraffic
 from experiments.config.egos import EgoGroup
-from experiments.cosim.fleet.loop import EgoWay, NoWayError
 from experiments.cosim.fleet.records import EnteredVehicle
 from experiments.cosim.fleet.selection import EgoSelection, GroupShare
+from experiments.cosim.fleet.ways import EgoWay, NoWayError
 from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.sumo.fleet_world import SumoFleetWorld
 from experiments.cosim.sumo.settings import BEGIN, FleetSettings
 from experiments.world_setup.demand_files import checked_demand
-from experiments.world_setup.road import scenario_network, sumo_road
+from experiments.world_setup.road import sumo_road
+from experiments.world_setup.scenario_network import scenario_network
 from experiments.world_setup.traffic import TRAFFIC_FILE, make_flows
 from experiments.world_setup.world import random_stream
 from planner.errors import PlannerError
 from planner.reference_path.path import ReferencePath
 from planner.scene import SpeedLimits
 from planner.vehicle import Vehicle, VehicleLimits
-from sumo_nets.catalogue import Network
 from sumo_nets.demand import DemandVehicle, write_demand
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
+from sumo_nets.network import Network
 
 BODY = Vehicle()  # whose proportions an ego has
 END_ROOM = 1.0  # from the front bumper of an ego that has arrived to the end [m]

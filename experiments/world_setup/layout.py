@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.config import Scenario, SumoTraffic
+from experiments.config.checks.worlds import beyond_road
 from experiments.world_setup.bodies_on_road import joined_bodies
 from experiments.world_setup.closures import check_closure, closure_of
 from experiments.world_setup.commonroad_layout import commonroad_layout
@@ -20,12 +21,8 @@ from experiments.world_setup.obstacles import (
     check_start,
     static_bodies,
 )
-from experiments.world_setup.road import (
-    Layout,
-    plain_road,
-    scenario_network,
-    sumo_road,
-)
+from experiments.world_setup.road import Layout, plain_road, sumo_road
+from experiments.world_setup.scenario_network import scenario_network
 from planner.errors import PlannerError
 from planner.scene import Obstacles
 from sumo_nets.build import net_path
@@ -56,7 +53,7 @@ def make_layout(scenario: Scenario) -> Layout:
         bodies = _static_bodies(_body_source(scenario))
         both = joined_bodies(bare.road.obstacles, bodies)
         return replace(bare, road=replace(bare.road, obstacles=both))
-    beyond = scenario.beyond(bare.road.path.length)
+    beyond = beyond_road(scenario, bare.road.path.length)
     if beyond is not None:
         raise scenario.error(*beyond)
     check_on_road(scenario, bare)

@@ -10,10 +10,10 @@ from experiments.cosim.sumo.settings import ENTRY_PATIENCE, SlowLeader
 from experiments.world_setup.ego_vehicle import ego_type
 from experiments.world_setup.road import Layout
 from planner.scene import Lanes
-from sumo_nets.catalogue import Network
 from sumo_nets.demand import Demand, write_demand
 from sumo_nets.driver_population import POPULATIONS
 from sumo_nets.errors import NetworkError
+from sumo_nets.network import Network
 from sumo_nets.vehicle_types import LEADER, LeaderType
 
 TRAFFIC_FILE = "traffic.rou.xml"  # in the run folder

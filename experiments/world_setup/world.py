@@ -36,9 +36,9 @@ from experiments.world_setup.traffic import (
     write_traffic,
 )
 from experiments.world_setup.tuned_driver import tuned_driver
-from sumo_nets.catalogue import Network
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
+from sumo_nets.network import Network
 
 FIRST_PLACEBO = 1_000_001  # repetition that no scenario can have
 

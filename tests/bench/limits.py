@@ -60,7 +60,11 @@ RUN: Parts = {
         "experiments.cosim.sumo.vehicle_reader",
         "experiments.cosim.sumo.world:SumoWorld.observe",
     ),
-    "moving the ego and its ghost": ("experiments.cosim.sumo.world",),
+    "moving the ego and its ghost": (
+        "experiments.cosim.sumo.world",
+        "experiments.cosim.sumo.ghost_",
+        "experiments.cosim.sumo.waiting_place",
+    ),
     "scene and predictions": (
         "experiments.cosim.scene_builder",
         "experiments.cosim.ego_driver:EgoDriver._scene",

@@ -10,15 +10,9 @@ import sumolib.net
 from scipy.integrate import cumulative_simpson
 from scipy.spatial import cKDTree
 
-from sumo_nets.catalogue import (
-    LEAD_IN,
-    Network,
-    Stream,
-    Turn,
-    network,
-    networks,
-)
+from sumo_nets.catalogue import LEAD_IN, network, networks
 from sumo_nets.errors import NetworkError
+from sumo_nets.network import Network, Stream, Turn
 
 NAMES = sorted(networks())
 # Roads with carriageways of 10 m, whose line is known exactly.

@@ -14,9 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from sumo_nets.catalogue import Stream, network
+from sumo_nets.catalogue import network
 from sumo_nets.demand import Demand, vehicles_for, write_demand
 from sumo_nets.errors import NetworkError
+from sumo_nets.network import Stream
 from sumo_nets.vehicle_types import KINDS, MODELS, TEMPERS, EgoType, LeaderType
 
 BUSY = Demand(own_veh_per_h=700.0, oncoming_veh_per_h=500.0, cross_veh_per_h=300.0)

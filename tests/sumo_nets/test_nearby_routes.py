@@ -1,9 +1,10 @@
 import pytest
 
-from sumo_nets.catalogue import Network
 from sumo_nets.demand import Demand, vehicles_for
 from sumo_nets.nearby_routes import crossing_routes, turning_routes
-from sumo_nets.net_reader import check_route, read_net
+from sumo_nets.net_reader import read_net
+from sumo_nets.network import Network
+from sumo_nets.route_check import check_route
 from tests.sumo_nets.generated import generate
 
 ROUTE = ("A1B1", "B1C1", "C1D1")

@@ -6,7 +6,8 @@ import sumolib.net
 
 from sumo_nets.catalogue import networks
 from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import check_route, read_net
+from sumo_nets.net_reader import read_net
+from sumo_nets.route_check import check_route
 from tests.sumo_nets.generated import generate
 
 TEXT = """<net version="1.20"{more}>

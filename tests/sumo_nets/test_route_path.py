@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sumo_nets.catalogue import Network, network, networks
+from sumo_nets.catalogue import network, networks
 from sumo_nets.errors import NetworkError
 from sumo_nets.lane_choice import (
     CHANGE,
@@ -17,6 +17,7 @@ from sumo_nets.lane_choice import (
     replaced_start,
 )
 from sumo_nets.net_reader import read_net
+from sumo_nets.network import Network
 from sumo_nets.route_path import SPACING, route_path
 
 NAMES = sorted(networks())

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import check_route, read_net
+from sumo_nets.net_reader import read_net
+from sumo_nets.route_check import check_route
 from sumo_nets.routes import fastest_route, length_of, onward_edges, random_route
 from tests.sumo_nets.generated import generate
 

@@ -33,14 +33,10 @@ from experiments.api.gym.environment import (
 from experiments.api.gym.observation import Observation, ObservationShape, observe
 from experiments.api.scenarios import Scenario
 from experiments.config.egos import MOST_EGOS
-from experiments.cosim.fleet.loop import (
-    GONE,
-    FleetGroup,
-    FleetLoop,
-    FleetMoment,
-    SeenEgo,
-)
+from experiments.cosim.fleet.egos import FleetMoment, SeenEgo
+from experiments.cosim.fleet.loop import GONE, FleetLoop
 from experiments.cosim.fleet.records import FleetStep
+from experiments.cosim.fleet.takeover import FleetGroup
 from experiments.cosim.fleet.world import FleetWorld
 from experiments.cosim.records import Ending, EpisodeStatus, StepRecord
 from experiments.episode.fleet import make_fleet_loop

@@ -8,133 +8,43 @@ nothing.
 import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from time import thread_time
-from typing import Protocol
 
 import numpy as np
 
 from experiments.cosim.collision_monitor import StepCheck
-from experiments.cosim.ego_driver import EgoDriver, EpisodeOptions
-from experiments.cosim.fleet.batch import plan_batch
+from experiments.cosim.ego_driver import EpisodeOptions
+from experiments.cosim.fleet.batch import plan_together
 from experiments.cosim.fleet.contacts import CheckedEgo, FleetMonitor
+from experiments.cosim.fleet.egos import FleetEgo, FleetMoment, SeenEgo
+from experiments.cosim.fleet.kept_step import kept_step
 from experiments.cosim.fleet.records import (
     HUMAN,
     EgoStep,
-    EnteredVehicle,
     FleetSnapshot,
     FleetStep,
     Leaving,
 )
 from experiments.cosim.fleet.selection import EgoSelection
 from experiments.cosim.fleet.sight import FleetSight
+from experiments.cosim.fleet.takeover import FleetGroup, Takeover
+from experiments.cosim.fleet.ways import WayFinder
 from experiments.cosim.fleet.world import FleetWorld
 from experiments.cosim.planning import PlannedCycle
-from experiments.cosim.plant import PerfectTracking, PlannerOutputError
+from experiments.cosim.plant import PlannerOutputError
 from experiments.cosim.records import (
     Ending,
     EpisodeStatus,
     StepRecord,
     TrafficState,
 )
-from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.waiting_lines import is_before_line
-from experiments.errors import ExperimentError, SimulationError
-from planner.interface import BatchPlanner, Planner, PlanResult
-from planner.reference_path.frenet import state_on_path
-from planner.scene import Scene, Vehicles
-from planner.states import CartesianState, FrenetState
+from experiments.errors import SimulationError
+from planner.states import CartesianState
 
 log = logging.getLogger(__name__)
 
-SHOWN_AHEAD = (1.0, 2.0, 3.0)  # of a plan, for pictures [s]
 GONE = "gone"  # SUMO has removed the ego
-TURNED_AT_MOST = 0.3  # from the path, of a vehicle that is taken over [rad]
-
-
-class NoWayError(ExperimentError):
-    """A vehicle cannot be an ego: its route has no path for its body."""
-
-
-@dataclass(frozen=True, slots=True)
-class FleetGroup:
-    """How the egos of a group are driven."""
-
-    planner: Planner | None  # None: by SUMO, and counted apart
-    ends_run: bool = False  # a failed ego ends the run instead of being handed back
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class EgoWay:
-    """The road of an ego as far as it is laid out, and its task there."""
-
-    road: Road
-    task: EgoTask
-    renew_at: float = math.inf  # arc length from where on the next part is needed [m]
-
-
-class WayFinder(Protocol):
-    """Lays out the roads of egos."""
-
-    def __call__(self, vehicle: EnteredVehicle, group: int) -> EgoWay:
-        """Return the way of a vehicle from its present edge on.
-
-        Raises:
-            NoWayError: If it cannot be driven.
-        """
-        ...
-
-
-@dataclass(slots=True)
-class FleetEgo:
-    """One ego."""
-
-    id: str
-    group: int
-    way: EgoWay
-    driver: EgoDriver
-    state: CartesianState
-    place: FrenetState | None = None
-    index: int = 0  # steps since it was taken over
-
-    @property
-    def s(self) -> float:
-        """Arc length that stands for its place [m]."""
-        return 0.0 if self.place is None else self.place.s
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SeenEgo:
-    """One ego at a moment: what it sees, and whether it has ended."""
-
-    ego: FleetEgo
-    record: StepRecord
-    ending: Ending | None
-    sight: FleetSight
-    number: int  # in the sight
-
-    def vehicles(self) -> Vehicles | None:
-        """Return the others with their predictions; None where each ego makes its own.
-
-        At junctions they are predicted along their ways, which not all egos know.
-        """
-        known = self.record.traffic.ways is None
-        return self.sight.predicted(self.number) if known else None
-
-    def scene(self) -> Scene | None:
-        """Return the scene that its planner gets; None off its path."""
-        return self.ego.driver.scene(self.record, self.vehicles())
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FleetMoment:
-    """A moment that was looked at, before anybody moves on."""
-
-    index: int
-    snapshot: FleetSnapshot
-    gone: list[Leaving]
-    egos: list[SeenEgo]  # in the order of their ids
-    cpu_s: float  # of looking [s]
 
 
 class FleetLoop:
@@ -161,16 +71,17 @@ class FleetLoop:
         self._world = world
         self._groups = groups
         self._selection = selection
-        self._find_way = find_way
-        self._options = options
-        # of each ego: what ends a run, and statistics for it, are for one alone
-        self._own_options = replace(options, duration=math.inf, full_statistics=False)
+        self._takeover = Takeover(world, groups, selection, find_way, options)
+        self._duration = options.duration
         self._on_step = on_step
         self._monitor = FleetMonitor()
         self._egos: dict[str, FleetEgo] = {}
-        self._group: dict[str, int] = {}  # of every vehicle that was seen
-        self.refused: dict[str, str] = {}  # type and route of no ego -> why
         self.worst: Ending | None = None  # of the egos that failed
+
+    @property
+    def refused(self) -> Mapping[str, str]:
+        """Why vehicles are no egos, by their type and route."""
+        return self._takeover.refused
 
     def run(self) -> Ending:
         """Step until the time is over, or an ego's failure ends the run.
@@ -200,12 +111,12 @@ class FleetLoop:
         started = thread_time()
         snapshot = self._world.observe()
         gone = self._note_gone(index, snapshot)
-        self._note_entered(snapshot)
+        self._egos.update((x.id, x) for x in self._takeover.entered(snapshot))
         egos = self._in_order()
         for ego in egos:
             if ego.index:
                 ego.place = ego.driver.place(ego.state, ego.place)
-            self._renew(ego)
+            self._takeover.renew(ego)
         checks = self._monitor.check(
             [
                 CheckedEgo(x.id, x.state, x.way.task.vehicle, x.way.road, x.s)
@@ -233,7 +144,7 @@ class FleetLoop:
         Raises:
             SimulationError: If the simulator fails.
         """
-        started, index, of = thread_time(), moment.index, self._group
+        started, index, of = thread_time(), moment.index, self._takeover.groups
         ids = moment.snapshot.users.ids
         group = np.array([of.get(x, HUMAN) for x in ids], np.int64)
         steps, moves, failures = self._drive(moment)
@@ -241,7 +152,7 @@ class FleetLoop:
             x.how != EpisodeStatus.ARRIVED and self._groups[of[x.id]].ends_run
             for x in failures
         )
-        n_steps = round(self._options.duration / self._world.step)
+        n_steps = round(self._duration / self._world.step)
         last = ended or index >= n_steps
         if not last:
             self._world.advance(moves, self._waiting(moment))
@@ -257,7 +168,7 @@ class FleetLoop:
         """Return the worst that has happened to an ego."""
         if self.worst is not None:
             return self.worst
-        n_egos = sum(group != HUMAN for group in self._group.values())
+        n_egos = sum(group != HUMAN for group in self._takeover.groups.values())
         some = "1 ego" if n_egos == 1 else f"{n_egos} egos"
         words = f"the time is over: {some}, no contact"
         if self.refused:
@@ -274,47 +185,6 @@ class FleetLoop:
             self._world.forget(name)
         return [Leaving(index, name, GONE, "SUMO has removed it") for name in lost]
 
-    def _note_entered(self, snapshot: FleetSnapshot) -> None:
-        """Take over those of the vehicles that have entered which are egos."""
-        for name, lane in zip(snapshot.users.ids, snapshot.lane.tolist(), strict=True):
-            if name in self._group or lane < 0:
-                continue
-            entered = self._world.describe(name)
-            group = self._selection.choose(name, entered.type)
-            self._group[name] = group
-            if group == HUMAN or self._groups[group].planner is None:
-                continue
-            try:
-                way = self._find_way(entered, group)
-            except NoWayError as error:
-                key = f"{entered.type} on {' '.join(entered.route[entered.edge :])}"
-                if key not in self.refused:
-                    log.warning("%s is no ego: %s", key, error)
-                self.refused[key] = str(error)
-                self._group[name] = HUMAN
-                self._selection.release(group)
-                continue
-            state = self._world.take_over(name, way.task.vehicle)
-            state = _on_path(way, state)
-            driver = self._driver(group, way)
-            ego = FleetEgo(name, group, way, driver, state)
-            ego.place = driver.place(state, None)
-            self._egos[name] = ego
-
-    def _driver(self, group: int, way: EgoWay) -> EgoDriver:
-        """Make the driver of an ego."""
-        planner, world = self._groups[group].planner, self._world
-        assert planner is not None  # noqa: S101 - else nobody is taken over
-        return EgoDriver(
-            planner,
-            PerfectTracking(),
-            way.road,
-            way.task,
-            self._own_options,
-            world.step,
-            world.junction_traffic(way.road) if way.road.junctions else None,
-        )
-
     def _drive(
         self, moment: FleetMoment
     ) -> tuple[tuple[EgoStep, ...], Mapping[str, CartesianState], list[Leaving]]:
@@ -326,11 +196,11 @@ class FleetLoop:
         steps: list[EgoStep] = []
         moves: dict[str, CartesianState] = {}
         leavings: list[Leaving] = []
-        planned = self._plan_together(moment)
+        planned = plan_together(moment.egos, self._groups)
         for seen in moment.egos:
             ego = seen.ego
             record, after, ending = self._step(seen, planned.get(ego.id))
-            steps.append(_ego_step(ego, record))
+            steps.append(kept_step(ego, record))
             if ending is not None:
                 left = Leaving(moment.index, ego.id, ending.status, ending.reason)
                 leavings.append(left)
@@ -352,24 +222,6 @@ class FleetLoop:
                 ego.state.speed,
             )
         )
-
-    def _plan_together(
-        self, moment: FleetMoment
-    ) -> Mapping[str, PlannedCycle | PlannerOutputError]:
-        """Let planners that plan for many at once do so; what came of it, by ego."""
-        planned: dict[str, PlannedCycle | PlannerOutputError] = {}
-        for number, group in enumerate(self._groups):
-            planner = group.planner
-            if not isinstance(planner, BatchPlanner):
-                continue
-            scenes = {
-                seen.ego.id: (scene, seen.ego.driver.memory)
-                for seen in moment.egos
-                if seen.ego.group == number and seen.ending is None
-                if (scene := seen.scene()) is not None
-            }
-            planned |= plan_batch(planner, scenes)
-        return planned
 
     def _in_order(self) -> list[FleetEgo]:
         """Return the egos in the order in which they plan, which means nothing."""
@@ -423,21 +275,6 @@ class FleetLoop:
             0.0,
         )
 
-    def _renew(self, ego: FleetEgo) -> None:
-        """Lay out the next part of an ego's way once its road comes to an end."""
-        if ego.s < ego.way.renew_at:
-            return
-        vehicle = self._world.describe(ego.id)
-        try:
-            way = self._find_way(vehicle, ego.group)
-        except NoWayError:
-            return  # inside a junction: on the next edge there is one
-        driver = self._driver(ego.group, way)
-        place = driver.place(ego.state, None)
-        if place is None:
-            return
-        ego.way, ego.driver, ego.place = way, driver, place
-
     def _let_go(self, leavings: Sequence[Leaving]) -> None:
         """Remove arrived egos, hand all others back, remember the worst."""
         for leaving in leavings:
@@ -469,43 +306,3 @@ def _rank(ending: Ending) -> int:
     if ending.status in _WORST_FIRST:
         return _WORST_FIRST.index(ending.status)
     return len(_WORST_FIRST)
-
-
-def _on_path(way: EgoWay, state: CartesianState) -> CartesianState:
-    """Return a state with the path's heading and curvature, at its offset.
-
-    SUMO's vehicles turn at their front bumpers; where one comes in askew it stays so.
-    """
-    path = way.road.path
-    s, l = path.project_one(state.x, state.y, None)
-    along = state_on_path(path, s, l, state.speed)
-    turned = math.remainder(along.heading - state.heading, 2.0 * math.pi)
-    return along if abs(turned) < TURNED_AT_MOST else state
-
-
-def plan_ahead(plan: PlanResult | None) -> tuple[float, ...]:
-    """Return x, y of a plan at the times that are kept of it; its end where it ends."""
-    if plan is None or plan.trajectory is None:
-        return ()
-    way = plan.trajectory
-    return tuple(
-        float(np.interp(time, way.t, axis))
-        for time in SHOWN_AHEAD
-        for axis in (way.x, way.y)
-    )
-
-
-def _ego_step(ego: FleetEgo, record: StepRecord) -> EgoStep:
-    """Return what is kept of a step of an ego."""
-    plan, planning = record.plan, record.planning
-    return EgoStep(
-        ego.id,
-        ego.group,
-        record.ego,
-        "" if plan is None else str(plan.status),
-        record.clearance,
-        record.off_road,
-        record.contacts,
-        math.nan if planning is None else planning.cpu_ms,
-        plan_ahead(plan),
-    )

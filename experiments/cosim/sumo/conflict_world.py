@@ -8,12 +8,13 @@ import numpy as np
 from experiments.cosim.conflict_world import ScriptedMotion, ScriptedTraffic
 from experiments.cosim.records import TrafficState
 from experiments.cosim.sumo import frames
+from experiments.cosim.sumo.control_modes import KEEP_ROUTE_EXACT, NO_CHECKS
 from experiments.cosim.sumo.ego_entry import EGO_ROUTE
-from experiments.cosim.sumo.ghost_vehicle import KEEP_ROUTE_EXACT, NO_CHECKS
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.obstacle_vehicles import SUMO_TYPE
 from experiments.cosim.sumo.settings import VIEW_RADIUS, SumoSettings
-from experiments.cosim.sumo.world import SumoWorld, sumo_errors
+from experiments.cosim.sumo.sumo_errors import sumo_errors
+from experiments.cosim.sumo.world import SumoWorld
 from planner.right_of_way.records import Foe
 from planner.scene import RoadUsers
 from planner.states import BoolArray, CartesianState

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.cosim.sumo import frames
-from experiments.cosim.sumo.ghost_vehicle import lane_of
-from experiments.cosim.sumo.lanes import Lane
+from experiments.cosim.sumo.lanes import Lane, Strip
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.settings import EGO_TYPE, SumoSettings
 from experiments.errors import SimulationError
@@ -189,7 +188,7 @@ def _on_route(
 ) -> tuple[int, Lane, float] | None:
     """Find edge, lane and SUMO's lane position of a front bumper."""
     for index, lanes in enumerate(route_lanes):
-        number = lane_of(lanes, x, y)
+        number = Strip(lanes).lane_of(x, y)
         if number is not None:
             lane = lanes[number]
             # SUMO may count a lane longer or shorter than it is drawn.

@@ -11,23 +11,24 @@ from experiments.cosim.records import Signal
 from experiments.cosim.right_of_way import JunctionTraffic
 from experiments.cosim.road import Road
 from experiments.cosim.sumo import frames
-from experiments.cosim.sumo.ghost_vehicle import (
+from experiments.cosim.sumo.control_modes import (
     KEEP_ROUTE_EXACT,
     NO_CHECKS,
-    Ghost,
-)
-from experiments.cosim.sumo.lane_change_guard import (
+    OWN_CHECKS,
     OWN_LANE_CHANGES,
-    LaneChangeGuard,
-    abreast_of_any,
+    OWN_SPEED,
 )
+from experiments.cosim.sumo.ghost_vehicle import Ghost
+from experiments.cosim.sumo.lane_change_guard import LaneChangeGuard, abreast_of_any
 from experiments.cosim.sumo.lanes import Strip, route_strips
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.movements import MovementReader
 from experiments.cosim.sumo.route_window import RouteWindow
 from experiments.cosim.sumo.settings import FleetSettings, command_line
+from experiments.cosim.sumo.start import ready_libsumo
+from experiments.cosim.sumo.sumo_errors import sumo_errors
+from experiments.cosim.sumo.traffic_lights import read_signals
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
-from experiments.cosim.sumo.world import ready_libsumo, sumo_errors
 from experiments.errors import SimulationError
 from planner.right_of_way.records import Foe
 from planner.scene import RoadUsers
@@ -36,8 +37,6 @@ from planner.vehicle import Vehicle, centre_from_rear_axle
 from planner.ways import Ways
 
 GHOST_ROUTE = "route@ghost"  # before a number
-OWN_CHECKS = 31  # SUMO's default speed mode
-OWN_SPEED = -1.0  # setSpeed: as SUMO's driver wants
 
 
 class SumoFleetWorld:
@@ -254,16 +253,9 @@ class SumoFleetWorld:
         """
         if not road.stop_lines:
             return ()
-        sumo, letters = self._running(), self._letters
+        sumo = self._running()
         with sumo_errors(sumo, "reading the traffic lights"):
-            for line in road.stop_lines:
-                if line.signal not in letters:
-                    state = sumo.trafficlight.getRedYellowGreenState(line.signal)
-                    letters[line.signal] = state
-        return tuple(
-            Signal(line.signal, line.s, letters[line.signal][line.link])
-            for line in road.stop_lines
-        )
+            return read_signals(sumo, road.stop_lines, self._letters)
 
     def junction_traffic(self, road: Road) -> JunctionTraffic:
         """Return what knows the movements over a road's junctions."""
@@ -275,12 +267,7 @@ class SumoFleetWorld:
         """Return the centre of an ego's ghost; None without one."""
         ghost = self._ghosts.get(name)
         pose = None if ghost is None else ghost.pose
-        if pose is None:
-            return None
-        half = pose.length / 2.0
-        x = pose.x - half * math.cos(pose.heading)
-        y = pose.y - half * math.sin(pose.heading)
-        return CartesianState(x, y, pose.heading, 0.0, 0.0, 0.0)
+        return None if pose is None else pose.centre()
 
     def advance(
         self, egos: Mapping[str, CartesianState], waiting: Set[str] = frozenset()

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from experiments.cosim.sumo.control_modes import NO_LANE_CHANGES, OWN_LANE_CHANGES
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.vehicle_reader import PERSON
 from planner.numerics.compiled import compiled, inlined
@@ -21,8 +22,6 @@ from planner.vehicle import Vehicle, centre_from_rear_axle
 
 LENGTHWISE_MARGIN = 0.5  # bumper to bumper; SUMO decides a step later [m]
 SIDEWAYS_REACH = 6.0  # centre to centre: the neighbour lanes [m]
-NO_LANE_CHANGES = 0  # SUMO's lane change mode
-OWN_LANE_CHANGES = 1621  # SUMO's default mode
 
 
 def abreast(ego: CartesianState, vehicle: Vehicle, others: RoadUsers) -> set[str]:

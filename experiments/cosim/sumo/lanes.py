@@ -28,6 +28,7 @@ STRIP_MARGIN = 0.4  # SUMO drops a front bumper half a body outside; before it [
 LANE_GAP: Final = 0.5
 PLANE = 2  # coordinates of a point
 TWO = 2  # points of a line, lanes side by side
+INSIDE_JUNCTION = ":"  # how the names of lanes there begin
 TRAFFIC_CLASS = "passenger"  # of all vehicles in the demand files
 
 
@@ -225,7 +226,7 @@ class Strip:
     @property
     def inside_junction(self) -> bool:
         """Whether these are lanes inside a junction."""
-        return self.lanes[0].edge.startswith(":")
+        return self.lanes[0].edge.startswith(INSIDE_JUNCTION)
 
     def lane_of(self, x: float, y: float, beyond: float = 0.0) -> int | None:
         """Return the lane in which SUMO counts a front bumper; None off the edge.

@@ -12,11 +12,12 @@ import numpy as np
 
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo.closed_lanes import NOT_TOLD, TOLD, close_to_told_ego
+from experiments.cosim.sumo.control_modes import NO_LIMIT
 from experiments.cosim.sumo.driver_settings import SumoDriverSettings
 from experiments.cosim.sumo.ego_entry import EGO_ID
-from experiments.cosim.sumo.ghost_vehicle import NO_LIMIT
 from experiments.cosim.sumo.libsumo_api import Libsumo
-from experiments.cosim.sumo.world import SumoWorld, sumo_errors
+from experiments.cosim.sumo.sumo_errors import sumo_errors
+from experiments.cosim.sumo.world import SumoWorld
 from experiments.errors import SimulationError
 from planner.interface import PlanResult, PlanStatus
 from planner.scene import Scene
@@ -48,7 +49,7 @@ class SumoDriverWorld(SumoWorld):
         with sumo_errors(sumo, "driving the ego"):
             self._keep_limit(sumo, ego)
             self._tell(sumo)
-            self._move_drivers(sumo)
+            self._move_drivers()
             sumo.simulationStep()
             if EGO_ID not in sumo.vehicle.getIDList():
                 raise SimulationError("SUMO has taken the ego off the road")

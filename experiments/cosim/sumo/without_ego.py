@@ -16,7 +16,8 @@ from experiments.cosim.records import TrafficState
 from experiments.cosim.sumo.closed_lanes import close_to_traffic
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.settings import SumoSettings, command_line
-from experiments.cosim.sumo.world import SumoWorld, sumo_errors
+from experiments.cosim.sumo.sumo_errors import sumo_errors
+from experiments.cosim.sumo.world import SumoWorld
 
 STATE_FILE = "state_at_entry.xml"
 
@@ -78,7 +79,7 @@ class WithoutEgoWorld(SumoWorld):
                 self._start_anew(sumo, self._placebo_seed, self._folder / STATE_FILE)
             for moment in range(n_steps):
                 if moment > 0:
-                    self._move_drivers(sumo)
+                    self._move_drivers()
                     sumo.simulationStep()
                 there = sumo.vehicle.getIDList()
                 found = reader.of(there if ids is None else ids & set(there))

@@ -5,39 +5,22 @@ silently replace the first.
 """
 
 import math
-from collections.abc import Sequence, Set
-from pathlib import Path
-from time import monotonic, sleep
-from types import TracebackType
+from collections.abc import Set
 
-import numpy as np
-
-from experiments.cosim.records import Signal, TrafficState
+from experiments.cosim.records import TrafficState
 from experiments.cosim.road import Road
 from experiments.cosim.sumo import frames
 from experiments.cosim.sumo import obstacle_vehicles as obstacles
 from experiments.cosim.sumo.closed_lanes import close_to_traffic
-from experiments.cosim.sumo.cooperation import Cooperation
-from experiments.cosim.sumo.driver_errors import DriverErrors
-from experiments.cosim.sumo.ego_entry import (
-    EGO_ID,
-    EGO_ROUTE,
-    Departure,
-    departures,
-    entry_speed,
-    stands_free,
-)
-from experiments.cosim.sumo.ghost_vehicle import (
-    GHOST,
-    KEEP_ROUTE_EXACT,
-    NO_CHECKS,
-    Ghost,
-)
+from experiments.cosim.sumo.control_modes import KEEP_ROUTE_EXACT, NO_CHECKS
+from experiments.cosim.sumo.ego_entry import EGO_ID, EGO_ROUTE, Departure, departures
+from experiments.cosim.sumo.ego_insertion import insert, replace_vehicle
+from experiments.cosim.sumo.ghost_vehicle import GHOST, Ghost
+from experiments.cosim.sumo.gui import Pace, draw_plan, follow
 from experiments.cosim.sumo.lane_change_guard import LaneChangeGuard, abreast
 from experiments.cosim.sumo.lanes import Strip, all_lanes, edge_lanes, route_strips
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.movements import MovementReader
-from experiments.cosim.sumo.relaxation import Relaxation
 from experiments.cosim.sumo.route_window import RouteWindow
 from experiments.cosim.sumo.settings import (
     EGO_TYPE,
@@ -45,24 +28,18 @@ from experiments.cosim.sumo.settings import (
     SumoSettings,
     command_line,
 )
-from experiments.cosim.sumo.system_libraries import load_libsumo
+from experiments.cosim.sumo.start import check_ego_type, ready_libsumo
+from experiments.cosim.sumo.sumo_errors import sumo_errors
+from experiments.cosim.sumo.traffic_drivers import TrafficDrivers
+from experiments.cosim.sumo.traffic_lights import check_stop_lines, read_signals
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
 from experiments.cosim.waiting_lines import is_before_line
-from experiments.errors import EntryError, SimulationError
+from experiments.errors import SimulationError
 from planner.interface import Indicator
-from planner.reference_path.frenet import state_on_path
 from planner.right_of_way.records import Foe
 from planner.scene import RoadUsers
 from planner.states import CartesianState, Trajectory
 from planner.ways import Ways
-from sumo_nets.errors import NetworkError
-from sumo_nets.net_reader import check_complete
-
-SLOWEST_ENTRY = 1.0  # at which the ego always may enter [m/s]
-PLAN_ID = "rearview.plan"  # of the line drawn in SUMO's window
-PLAN_COLOUR = (213, 94, 0, 255)  # as in all pictures
-PLAN_LAYER = 200  # above the vehicles
-PLAN_WIDTH = 0.4  # [m]
 
 
 class SumoWorld:
@@ -79,9 +56,7 @@ class SumoWorld:
         self._ghost: Ghost | None = None
         self._window: RouteWindow | None = None
         self._guard: LaneChangeGuard | None = None
-        self._errors: DriverErrors | None = None
-        self._relaxation: Relaxation | None = None
-        self._cooperation: Cooperation | None = None
+        self._drivers: TrafficDrivers | None = None
         self._indicator = Indicator.NONE
         self._others: RoadUsers | None = None  # as last observed
         self._ego_front = (math.nan, math.nan)
@@ -92,7 +67,7 @@ class SumoWorld:
         self._steps = 0
         self._entry_steps = 0
         self._reported_collisions = 0
-        self._shown_at = -math.inf  # when the last step was shown [s]
+        self._pace = Pace(settings.step)
 
     @property
     def step(self) -> float:
@@ -130,7 +105,11 @@ class SumoWorld:
         sumo, entering = self._set_up()
         with sumo_errors(sumo, "inserting the ego"):
             if settings.taken is None:
-                self._insert(sumo, entering)
+                reader = self._reading()
+                self._entry_steps = insert(sumo, settings, entering, reader)
+                self._take_over(sumo)
+                if settings.gui:
+                    follow(sumo, EGO_ID)
                 ego = self._at_start(float(sumo.vehicle.getSpeed(EGO_ID)))
             else:
                 ego = self._replace(sumo, settings.taken)
@@ -144,16 +123,8 @@ class SumoWorld:
                 self._ghost = Ghost(sumo, EGO_ID, EGO_ROUTE, EGO_TYPE, strips)
         if settings.lane_change_guard:
             self._guard = LaneChangeGuard(sumo)
-        if settings.relaxation > 0.0:
-            self._relaxation = Relaxation(sumo, settings.relaxation)
-        if settings.cooperation is not None:
-            self._cooperation = Cooperation(
-                sumo,
-                settings.cooperation,
-                EGO_ID,
-                frozenset(self._hidden),
-                left_hand=self.road.lanes.left_hand,
-            )
+        if self._drivers is not None:
+            self._drivers.meet_ego()
         self._ego_front = frames.front_from_rear_axle(ego, self._vehicle)[:2]
         return ego
 
@@ -167,19 +138,16 @@ class SumoWorld:
         with sumo_errors(sumo, "reading the traffic"):
             self._others = reader.near(self._ego_front, VIEW_RADIUS)
             looks = reader.looks(self._others.ids)
-            signals = self._read_signals(sumo)
-        time = self._steps * self.step
-        errors = self._errors
-        erring = () if errors is None else errors.present()
-        ghost = self._ghost_state()
+            signals = read_signals(sumo, self.road.stop_lines, {})
+        drivers = self._drivers
         return TrafficState(
-            time,
+            self._steps * self.step,
             self._others,
             signals,
-            ghost,
+            self._ghost_state(),
             looks=looks,
-            erring=erring,
-            log_weight=None if errors is None else errors.log_weight,
+            erring=() if drivers is None else drivers.erring,
+            log_weight=None if drivers is None else drivers.log_weight,
         )
 
     def movements(
@@ -232,12 +200,12 @@ class SumoWorld:
             if self._guard is not None and self._others is not None:
                 beside = abreast(ego, self._vehicle, self._others)
                 self._guard.update(beside, self._others.ids)
-            self._move_drivers(sumo)
+            self._move_drivers()
             sumo.simulationStep()
             if sumo.simulation.getCollidingVehiclesNumber():
                 self._count_collision(sumo)
         if self._settings.gui:
-            self._keep_pace()
+            self._pace.keep()
         self._steps += 1
         return ego
 
@@ -249,29 +217,21 @@ class SumoWorld:
         self._front_s, _ = road.path.project_one(*self._ego_front, self._front_s)
         return is_before_line(road, self._front_s, speed)
 
-    def _move_drivers(self, sumo: Libsumo) -> None:
-        """Let drivers err, cooperate, and relax after a cut-in, before a step."""
-        if self._errors is not None:
-            ego = self._ego_front if math.isfinite(self._ego_front[0]) else None
-            self._errors.update(float(sumo.simulation.getTime()), ego)
-        if self._relaxation is not None:
-            has_ghost = self._ghost is not None and self._ghost.pose is not None
-            leaders = (EGO_ID, GHOST + EGO_ID) if has_ghost else (EGO_ID,)
-            self._relaxation.update(self._steps * self.step, leaders)
-        if self._cooperation is not None:
-            self._cooperation.update(self._steps * self.step, self._indicator)
+    def _move_drivers(self) -> None:
+        """Do to the traffic's drivers what is done before a step."""
+        if self._drivers is None:
+            return
+        has_ghost = self._ghost is not None and self._ghost.pose is not None
+        self._drivers.update(
+            self._steps * self.step,
+            self._ego_front if math.isfinite(self._ego_front[0]) else None,
+            (EGO_ID, GHOST + EGO_ID) if has_ghost else (EGO_ID,),
+            self._indicator,
+        )
 
     def indicate(self, indicator: Indicator) -> None:
         """Show what the ego indicates from now on."""
         self._indicator = indicator
-
-    def _keep_pace(self) -> None:
-        """Wait so that a step takes as long as it lasts."""
-        now = monotonic()
-        due = self._shown_at + self.step
-        if now < due:
-            sleep(due - now)
-        self._shown_at = max(now, due)
 
     def show_plan(self, plan: Trajectory) -> None:
         """Draw a plan in SUMO's window, replacing the one before.
@@ -280,13 +240,8 @@ class SumoWorld:
             SimulationError: If SUMO fails.
         """
         sumo = self._running()
-        points = list(zip(plan.x.tolist(), plan.y.tolist(), strict=True))
         with sumo_errors(sumo, "drawing the plan"):
-            if PLAN_ID in sumo.polygon.getIDList():
-                sumo.polygon.setShape(PLAN_ID, points)
-            else:
-                look = PLAN_COLOUR, False, "plan", PLAN_LAYER, PLAN_WIDTH
-                sumo.polygon.add(PLAN_ID, points, *look)
+            draw_plan(sumo, plan)
 
     def close(self) -> None:
         """End the simulation; allowed at any time and more than once.
@@ -329,10 +284,9 @@ class SumoWorld:
             self._reader = VehicleReader(
                 sumo, self._hidden, left_hand=self.road.lanes.left_hand
             )
-            if settings.errors is not None:
-                self._errors = DriverErrors(sumo, settings.errors, self._hidden)
-            self._check_ego_type(sumo)
-            self._check_stop_lines(sumo)
+            self._drivers = TrafficDrivers(sumo, settings, self._hidden)
+            check_ego_type(sumo, self._vehicle)
+            check_stop_lines(sumo, self.road.stop_lines)
         with sumo_errors(sumo, "warming up"):
             if settings.warm_up > 0.0:
                 sumo.simulationStep(settings.begin + settings.warm_up)
@@ -357,146 +311,22 @@ class SumoWorld:
         found = obstacles.twins(static, all_lanes(sumo))
         return obstacles.place(sumo, found, EGO_ROUTE)
 
-    def _check_ego_type(self, sumo: Libsumo) -> None:
-        """Raise if the ego's SUMO type has another size."""
-        types, name = sumo.vehicletype, EGO_TYPE
-        size = (types.getLength(name), types.getWidth(name))
-        vehicle = self._vehicle
-        if not np.allclose(size, (vehicle.length, vehicle.width), atol=1e-3):
-            raise SimulationError(
-                f"vehicle type {name!r} measures {size[0]:g} x {size[1]:g} m, "
-                f"the ego {vehicle.length:g} x {vehicle.width:g} m"
-            )
-
-    def _check_stop_lines(self, sumo: Libsumo) -> None:
-        """Raise if a traffic light does not have the letter of a stop line."""
-        for line in self.road.stop_lines:
-            state = sumo.trafficlight.getRedYellowGreenState(line.signal)
-            if not 0 <= line.link < len(state):
-                raise SimulationError(
-                    f"traffic light {line.signal!r} has links 0 to {len(state) - 1}, "
-                    f"no {line.link}"
-                )
-
-    def _insert(self, sumo: Libsumo, entering: Sequence[Departure]) -> None:
-        """Wait until SUMO finds safe gaps for all of them, then take the ego over."""
-        settings, ego = self._settings, entering[0]
-        if ego.speed is not None:
-            # The scenario decides how fast the ego enters, not the lane's limit.
-            self._allow(sumo, ego.speed, ego.lane.id)
-        fastest = float(sumo.vehicletype.getMaxSpeed(EGO_TYPE))
-        if ego.speed is None:
-            most = min(fastest, max(entry_speed(settings), SLOWEST_ENTRY))
-            sumo.vehicletype.setMaxSpeed(EGO_TYPE, most)
-        self._ego_front = frames.front_from_rear_axle(
-            self._at_start(0.0), self._vehicle
-        )[:2]
-        ahead_first = entering[::-1]  # the vehicle behind adapts to the one ahead
-        for one in ahead_first:
-            one.ask(sumo)
-        for step in range(max(round(settings.entry_patience / settings.step), 1)):
-            sumo.simulationStep()
-            arrived = {one.id for one in entering} & set(sumo.vehicle.getIDList())
-            if not arrived:
-                continue
-            if len(arrived) == len(entering) and self._stands_free(sumo):
-                self._entry_steps = step + 1
-                break
-            # All at once or none; SUMO considers the lane alone, and another vehicle
-            # may reach into it from the next one.
-            for one in ahead_first:
-                sumo.vehicle.remove(one.id)
-                one.ask(sumo)
-        else:
-            speed = "any speed" if ego.speed is None else f"{ego.speed:g} m/s"
-            raise EntryError(
-                f"no room to enter within {settings.entry_patience:g} s on lane "
-                f"{ego.lane.id} at {ego.position:.1f} m with {speed}: take less "
-                "traffic, another ego.start_m or network.lane, or ego.depart_speed_mps:"
-                " max"
-            )
-        sumo.vehicletype.setMaxSpeed(EGO_TYPE, fastest)
-        self._take_over(sumo)
-        if settings.gui:
-            sumo.gui.trackVehicle("View #0", EGO_ID)
-            sumo.gui.setZoom("View #0", 1200)
-
-    @staticmethod
-    def _allow(sumo: Libsumo, speed: float, lane: str) -> None:
-        """Let the ego enter a lane with this speed, whatever the lane's limit [m/s]."""
-        factor = max(1.0, 1.001 * speed / float(sumo.lane.getMaxSpeed(lane)))
-        sumo.vehicletype.setSpeedFactor(EGO_TYPE, factor)
-
     def _replace(self, sumo: Libsumo, name: str) -> CartesianState:
-        """Wait for a vehicle of the demand and put the ego in its place.
-
-        Returns:
-            Where the ego is a step later, beside its path as far as the vehicle was.
-        """
-        settings, path = self._settings, self.road.path
-        for step in range(max(round(settings.entry_patience / settings.step), 1)):
-            sumo.simulationStep()
-            if name in sumo.vehicle.getIDList():
-                self._entry_steps = step + 1
-                break
-        else:
-            raise EntryError(
-                f'the vehicle "{name}" did not depart within '
-                f"{settings.entry_patience:g} s of its time: its road is full"
-            )
-        fastest = float(sumo.vehicletype.getMaxSpeed(EGO_TYPE))
-        speed = min(float(sumo.vehicle.getSpeed(name)), fastest)
-        self._allow(sumo, speed, str(sumo.vehicle.getLaneID(name)))
-        x, y = sumo.vehicle.getPosition(name)
-        angle = float(sumo.vehicle.getAngle(name))
-        sumo.vehicle.remove(name)
-        rear = frames.rear_axle_from_front(x, y, angle, self._vehicle)
-        s, l = path.project(np.array(rear[:1]), np.array(rear[1:2]))
-        ego = state_on_path(
-            path, max(float(s[0]), 0.0) + speed * self.step, float(l[0]), speed
+        """Put the ego in the place of a vehicle; see `replace_vehicle`."""
+        ego, self._entry_steps = replace_vehicle(
+            sumo, self._settings, name, self._take_over
         )
-        sumo.vehicle.add(EGO_ID, EGO_ROUTE, typeID=EGO_TYPE, departSpeed=repr(speed))
-        self._take_over(sumo)
-        sumo.vehicle.setSpeed(EGO_ID, speed)
-        x, y, angle = frames.front_from_rear_axle(ego, self._vehicle)
-        sumo.vehicle.moveToXY(EGO_ID, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
-        sumo.simulationStep()
         return ego
-
-    def _stands_free(self, sumo: Libsumo) -> bool:
-        """Check that no vehicle is in the way of the ego that SUMO has inserted."""
-        start = self._at_start(float(sumo.vehicle.getSpeed(EGO_ID)))
-        others = self._reading().near(self._ego_front, VIEW_RADIUS)
-        return stands_free(self._vehicle, start, others)
 
     def _take_over(self, sumo: Libsumo) -> None:
         """Switch SUMO's own driver off."""
         sumo.vehicle.setSpeedMode(EGO_ID, NO_CHECKS)
         sumo.vehicle.setLaneChangeMode(EGO_ID, 0)
 
-    def _read_signals(self, sumo: Libsumo) -> tuple[Signal, ...]:
-        """Read the ego's letter of every traffic light on its route."""
-        lines = self.road.stop_lines
-        if not lines:
-            return ()
-        state_of = sumo.trafficlight.getRedYellowGreenState
-        letters = {line.signal: "" for line in lines}
-        for signal in letters:
-            letters[signal] = state_of(signal)
-        return tuple(
-            Signal(line.signal, line.s, letters[line.signal][line.link])
-            for line in lines
-        )
-
     def _ghost_state(self) -> CartesianState | None:
         """Return the pose of the ghost's centre."""
         pose = self._ghost.pose if self._ghost is not None else None
-        if pose is None:
-            return None
-        half = pose.length / 2.0
-        x = pose.x - half * math.cos(pose.heading)
-        y = pose.y - half * math.sin(pose.heading)
-        return CartesianState(x, y, pose.heading, 0.0, 0.0, 0.0)
+        return None if pose is None else pose.centre()
 
     def _count_collision(self, sumo: Libsumo) -> None:
         """Count the step if SUMO reports the ego with a real body."""
@@ -505,53 +335,3 @@ class SumoWorld:
             if EGO_ID in pair and GHOST + EGO_ID not in pair:
                 self._reported_collisions += 1
                 return
-
-
-def ready_libsumo(net_file: Path) -> Libsumo:
-    """Return libsumo, which can be started on a network.
-
-    Raises:
-        SimulationError: If it cannot be loaded, is in use, or would die of the file.
-    """
-    sumo = load_libsumo()
-    try:
-        check_complete(net_file)
-    except NetworkError as error:
-        raise SimulationError(str(error)) from error
-    if sumo.isLoaded():
-        raise SimulationError("this process already runs a simulation: close it")
-    return sumo
-
-
-class sumo_errors:  # noqa: N801 - reads as the function that it is used as
-    """Turn SUMO's exceptions into ours; entered several times in every step.
-
-    Args:
-        sumo: The running libsumo module.
-        doing: What fails, in words.
-    """
-
-    __slots__ = ("_doing", "_sumo")
-
-    def __init__(self, sumo: Libsumo, doing: str) -> None:
-        self._sumo = sumo
-        self._doing = doing
-
-    def __enter__(self) -> None:
-        """Do nothing."""
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Raise an error of ours instead of one of SUMO's."""
-        if error is None:
-            return
-        sumo = self._sumo
-        if isinstance(error, (sumo.TraCIException, sumo.FatalTraCIError)):
-            cause = " ".join(str(error).split())  # one line, also of a parser's report
-            raise SimulationError(
-                f"SUMO failed while {self._doing}: {cause}"
-            ) from error

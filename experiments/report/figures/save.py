@@ -11,11 +11,8 @@ from experiments.errors import ConfigError, ResultsError
 from experiments.report.figures import palette
 from experiments.report.figures.page_layout import Page, page_for
 from experiments.report.figures.sweep import draw_sweep
-from experiments.report.figures.sweep_metric import (
-    FigureKind,
-    draw_metric,
-    swept_metric,
-)
+from experiments.report.figures.sweep_metric import FigureKind, draw_metric
+from experiments.report.figures.swept_metric import swept_metric
 from experiments.report.run_reader import RunRecord, read_run
 from experiments.storage.atomic_folder import write_atomically
 from experiments.sweep.folder import is_sweep, load_sweep_copy, require_sweep

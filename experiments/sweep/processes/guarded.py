@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from time import monotonic, sleep
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Self
 
 import psutil
 
@@ -63,6 +63,10 @@ class CallLostError(ExperimentError):
         self.cause = cause
         self.process = process  # id of the child
         self.exit_code = exit_code  # negative: died of this signal
+
+    def __reduce__(self) -> tuple[type[Self], tuple[object, ...]]:
+        """Pickle all that it was made of: it goes from one process to another."""
+        return type(self), (self.cause, str(self), self.process, self.exit_code)
 
 
 @dataclass(frozen=True, slots=True)

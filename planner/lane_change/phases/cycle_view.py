@@ -14,9 +14,8 @@ from planner.lane_change.lane_choice import (
 from planner.lane_change.settings import LaneChangeSettings
 from planner.lane_change.speed.program import SpeedTask, knot_times
 from planner.lane_change.speed.st_graph import UsersInTime, in_time
+from planner.lane_change.standing import first_in_lane, stands_for_good
 from planner.lane_change.surroundings import behind_ego
-from planner.numerics.compiled import compiled
-from planner.numerics.interpolation import interpolated
 from planner.scene import Scene
 from planner.states import BoolArray, FloatArray, SpeedProfile
 from planner.vehicle import body_scale
@@ -31,8 +30,9 @@ class Situation:
 
     scene: Scene
     ahead: UsersInTime  # obstacles, then vehicles, at the knots of a speed plan
-    standing: UsersInTime  # those of them that never move, at one knot
     bodies: BodiesAhead
+    stands: BoolArray  # never moves, or waits before that: see `stands_for_good`
+    standing: UsersInTime  # those that do, at one knot
     behind: BoolArray  # wholly behind the ego
     lane_speeds: FloatArray  # that each lane allows [m/s]
     static_lane_speeds: FloatArray  # the same, among what never moves [m/s]
@@ -43,16 +43,19 @@ def look(scene: Scene, settings: LaneChangeSettings) -> Situation:
     """Compute what every phase needs."""
     bodies = bodies_on_road(scene)
     fastest = max(scene.target_speed, scene.ego.speed)
+    total = fastest * settings.speed.duration + BESIDE_THE_WAY
     ahead = in_time(scene.vehicles, knot_times(settings.speed), scene.obstacles)
+    stands = stands_for_good(scene, bodies, total)
     return Situation(
         scene,
         ahead,
-        ahead.first(bodies.n_static),
         bodies,
+        stands,
+        ahead.now(np.flatnonzero(stands)),
         behind_ego(scene, bodies),
         lane_worths(scene, bodies, settings.speed.front_gap),
         lane_worths(scene, bodies.static(), settings.speed.front_gap),
-        fastest * settings.speed.duration + BESIDE_THE_WAY,
+        total,
     )
 
 
@@ -85,57 +88,17 @@ def blockage_ahead(here: Situation, lane: int) -> float:
     """Compute the room to what stands in a lane, or to its end [m]; inf without."""
     scene, bodies = here.scene, here.bodies
     end = lane_end(scene.lanes, lane, scene.ego_frenet.s, here.total)
-    first = _first_blockage(here, lane)
+    first = first_in_lane(scene, bodies, here.stands, lane)
     if first >= 0:
         end = min(float(bodies.s[first] - bodies.half_length[first]), end)
     return end - scene.ego_frenet.s - scene.vehicle.front_reach
 
 
-def _first_blockage(here: Situation, lane: int) -> int:
-    """Return which of the bodies is the first that stands in a lane ahead, or -1."""
-    scene, bodies = here.scene, here.bodies
-    lanes_s, n = scene.lanes.s, bodies.n_static
-    return int(
-        _first(
-            (bodies.s[:n], bodies.l[:n], bodies.half_length[:n], bodies.half_width[:n]),
-            lanes_s,
-            scene.lanes.centre[lane],
-            scene.ego_frenet.s,
-            0.5 * scene.vehicle.width,
-        )
-    )
-
-
-@compiled
-def _first(
-    bodies: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    lanes_s: FloatArray,
-    centre: FloatArray,
-    ego_s: float,
-    half_width: float,
-) -> int:
-    """Find the body of `_first_blockage`.
-
-    Args:
-        bodies: s, l, half length and half width of what never moves, (n,) [m].
-        lanes_s: Arc lengths of the road, (m,) [m].
-        centre: Of the lane there, (m,) [m].
-        ego_s: Where the ego is [m].
-        half_width: Of the ego [m].
-    """
-    s, l, long, wide = bodies
-    middle = interpolated(np.minimum(s, lanes_s[-1]), lanes_s, centre)
-    found, nearest = -1, np.inf
-    for b in range(s.size):
-        inside = abs(l[b] - middle[b]) < wide[b] + half_width
-        if inside and s[b] > ego_s and s[b] - long[b] < nearest:
-            found, nearest = b, s[b] - long[b]
-    return found
-
-
 def blockage_end(here: Situation, lane: int) -> float:
-    """Find where the first blockage of a lane is over [m]; inf if it never is."""
-    bodies, k = here.bodies, _first_blockage(here, lane)
+    """Find where the first wall of a lane is over [m]; inf if it never is."""
+    bodies = here.bodies
+    never_moves = np.arange(bodies.s.size) < bodies.n_static
+    k = first_in_lane(here.scene, bodies, never_moves, lane)
     return math.inf if k < 0 else float(bodies.s[k] + bodies.half_length[k])
 
 

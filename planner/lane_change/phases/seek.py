@@ -145,7 +145,7 @@ def refusal(here: Situation, settings: SpeedSettings, change: ChangePath) -> str
     end = change.end + here.scene.vehicle.front_reach
     if not stays_on_road(here.scene, change.path, end):
         return "over the road's edge"
-    beside_or_ahead = ~here.behind[: here.bodies.n_static]
+    beside_or_ahead = ~here.behind[here.stands]
     if not beside_or_ahead.any():
         return None
     graph = st_graph(

@@ -20,7 +20,7 @@ from planner.lane_change.speed.st_projection import (
     users_at,
 )
 from planner.scene import Obstacles, Vehicles
-from planner.states import BoolArray, FloatArray, Path
+from planner.states import BoolArray, FloatArray, IntArray, Path
 from planner.vehicle import Vehicle
 
 NOTHING = Obstacles.none()
@@ -40,14 +40,14 @@ class UsersInTime:
     half_width: FloatArray  # (n,) [m]
     speed: FloatArray  # now, (n,) [m/s]
 
-    def first(self, n: int) -> "UsersInTime":
-        """Return the first n of them at the first knot only."""
+    def now(self, which: IntArray) -> "UsersInTime":
+        """Return some of them at the first knot only."""
         return UsersInTime(
-            self.ids[:n],
-            np.ascontiguousarray(self.poses[:n, :1]),
-            self.half_length[:n],
-            self.half_width[:n],
-            self.speed[:n],
+            tuple(self.ids[k] for k in which),
+            np.ascontiguousarray(self.poses[which, :1]),
+            self.half_length[which],
+            self.half_width[which],
+            self.speed[which],
         )
 
 

@@ -216,8 +216,9 @@ def test_a_planner_may_change_the_working_folder(road, tmp_path, run_here, monke
     setting = "planner.settings.move_at=1"
     code, _, err = run_here(road, *OWN, "--set", setting, "--out", "runs")
     assert code == 0, err
-    assert Path.cwd() != tmp_path
-    assert len(list((tmp_path / "runs").iterdir())) == 1
+    assert Path.cwd() == tmp_path
+    (folder,) = Path("runs").iterdir()
+    assert (folder / "report.html").is_file()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no guard without fork")
@@ -261,6 +262,32 @@ def test_sigterm_to_the_parent_ends_both(road, tmp_path, asleep, whole):
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, 0)
     assert [path.name[0] for path in runs.iterdir()] == ["e"] * whole
+
+
+@pytest.mark.parametrize("to_all", [True, False])
+def test_ctrl_c_to_all_or_to_the_command_alone_ends_after_the_step(
+    road, tmp_path, to_all
+):
+    runs, mark = tmp_path / "runs", tmp_path / "planning"
+    process = subprocess.Popen(
+        [*sleepy(road, 0.2, mark), "--out", str(runs)],
+        cwd=HERE,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        start_new_session=True,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    wait_for_file(mark)
+    if to_all:
+        os.killpg(process.pid, signal.SIGINT)
+    else:
+        process.send_signal(signal.SIGINT)
+    _, words = process.communicate(timeout=PATIENCE)
+    assert process.returncode == crash_guard.INTERRUPTED
+    assert "Traceback" not in words
+    with pytest.raises(ProcessLookupError):
+        os.killpg(process.pid, 0)
+    assert list(runs.iterdir()) == []
 
 
 def test_ctrl_c_in_a_step_that_hangs_says_so_and_the_second_one_stops(road, tmp_path):

@@ -1,6 +1,7 @@
 """Scenarios: what is accepted, what is refused, and in which words."""
 
 import json
+import re
 from functools import cache
 from pathlib import Path
 from typing import get_args
@@ -8,6 +9,8 @@ from typing import get_args
 import jsonschema
 import pytest
 import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 
 from experiments.config import Scenario, Traffic
 from experiments.config.scenario_file import (
@@ -18,12 +21,14 @@ from experiments.config.scenario_file import (
     scenario_names,
     schema_text,
 )
+from experiments.config.sections import NAME, scenario_name
 from experiments.config.traffic import CarModel
 from experiments.episode.run import make_scenario_planner
 from experiments.errors import ConfigError
 from experiments.world_setup.layout import make_layout
-from experiments.world_setup.road import scenario_network
+from experiments.world_setup.scenario_network import scenario_network
 from experiments.world_setup.traffic import make_demand
+from sumo_nets.catalogue import network
 from sumo_nets.net_reader import read_net
 from sumo_nets.vehicle_types import MODELS
 
@@ -440,6 +445,34 @@ def test_the_default_planner_of_a_network_file_drives_routes(tmp_path):
     assert load_scenario(str(file)).planner.name == "cruise"
     file.write_text(text.replace("{file: a.net.xml}", "straight"))
     assert load_scenario(str(file)).planner.name == "cruise"
+
+
+def test_a_key_of_another_kind_of_section_is_told_from_a_misspelt_one(tmp_path):
+    file = tmp_path / "mine.yaml"
+    text = "name: mine\nego: {goal_m: 9}\nnetwork: {file: a.net.xml}\ntraffic: "
+    file.write_text(text + "{sumocfg: a.sumocfg, own_veh_per_h: 100}\n")
+    with pytest.raises(ConfigError) as caught:
+        load_scenario(str(file))
+    said = "traffic.own_veh_per_h: does not go with sumocfg; allowed: sumocfg, route_"
+    assert said in str(caught.value)
+    file.write_text(text + "{sumocfg: a.sumocfg, begin: 3}\n")
+    with pytest.raises(ConfigError, match=r"begin: unknown key; did you mean begin_s"):
+        load_scenario(str(file))
+
+
+@given(st.text())
+def test_any_text_makes_the_name_of_a_scenario(text):
+    assert re.fullmatch(NAME, scenario_name(text))
+    assert scenario_name(scenario_name(text)) == scenario_name(text)
+
+
+@pytest.mark.sumo
+def test_a_network_file_may_have_any_name(tmp_path):
+    file = tmp_path / "Würzburg Süd.net.xml"
+    file.write_bytes(network("straight").net_file.read_bytes())
+    loaded = load_scenario(str(file))
+    assert loaded.name == "W_rzburg_S_d"
+    assert loaded.network.file == str(file)
 
 
 def test_network_files_are_relative_to_the_scenario(tmp_path):

@@ -18,7 +18,7 @@ from pathlib import Path
 import libsumo
 import numpy as np
 
-from experiments.cosim.sumo.world import PLAN_COLOUR, PLAN_ID
+from experiments.cosim.sumo.gui import PLAN_COLOUR, PLAN_ID
 from experiments.episode.run import run_episode
 from experiments.config.scenario_file import load_scenario
 

@@ -10,8 +10,8 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from experiments.config.scenario import Simulation
 from experiments.config.scenario_file import load_scenario
+from experiments.config.simulation import Simulation
 from experiments.episode.run import run_episode
 from experiments.trace.files import read_trace
 from experiments.world_setup.layout import make_layout

@@ -108,7 +108,7 @@ def test_sumos_driver_is_free_to_drive_in_a_vehicles_place(town, tmp_path):
         (
             {},
             {"sumocfg": "town.sumocfg", "own_veh_per_h": 100},
-            "unknown key",
+            "traffic.own_veh_per_h: does not go with sumocfg; allowed: sumocfg, ",
         ),
         ({}, {"additional_files": ["a"]}, "traffic.route_files: is missing"),
         (

@@ -1,6 +1,10 @@
 """Run folders exist complete or not at all."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
+from socket import gethostname
 
 import pytest
 
@@ -10,6 +14,8 @@ from experiments.storage.atomic_folder import (
     remove_unfinished,
     require_there,
 )
+
+ROOT = Path(__file__).parents[3]
 
 
 def names(folder: Path) -> list[str]:
@@ -81,12 +87,32 @@ def test_no_place(tmp_path):
 
 
 def test_what_a_dead_process_left_is_removed(tmp_path):
-    dead = tmp_path / ".unfinished-123-abc"
-    alive = tmp_path / ".unfinished-1234-abc"
+    dead = tmp_path / f".unfinished-{gethostname()}-123-abc"
+    alive = tmp_path / f".unfinished-{gethostname()}-1234-abc"
     for folder in (dead, alive):
         folder.mkdir()
     remove_unfinished(tmp_path, 123)
     assert [path.name for path in tmp_path.iterdir()] == [alive.name]
+
+
+def test_what_was_killed_is_removed_by_the_next_that_fills_a_folder_there(tmp_path):
+    code = (
+        "import os, sys; from pathlib import Path;"
+        "from experiments.storage.atomic_folder import atomic_folder\n"
+        f"with atomic_folder(Path({str(tmp_path / 'one')!r})) as folder:\n"
+        "    (folder / 'half').touch(); os.kill(os.getpid(), 9)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False)
+    assert done.returncode == -9
+    (left,) = tmp_path.iterdir()
+    assert (left / "half").exists()
+    own = tmp_path / left.name.replace(left.name.split("-")[-2], str(os.getpid()))
+    elsewhere = tmp_path / ".unfinished-another.machine-1-abc"
+    for folder in (own, elsewhere):
+        folder.mkdir()
+    with atomic_folder(tmp_path / "two") as folder:
+        assert folder.exists()
+    assert set(names(tmp_path)) == {own.name, elsewhere.name, "two"}
 
 
 def test_full_disk(tiny_disk):

@@ -1,5 +1,6 @@
 """The estimate of a sweep's duration, with the work of its processes made up."""
 
+import time
 from pathlib import Path
 
 import pytest
@@ -91,12 +92,33 @@ def test_no_estimate_if_every_timed_run_is_lost(scenario, calls, tmp_path):
     assert made.seconds is None
 
 
+def sleeps(config):
+    """Be a run that takes as long as its settings say; loaded by worker processes."""
+    time.sleep(config["sleep"])
+    return config["sleep"]
+
+
+def test_a_run_that_takes_too_long_is_left_out_of_the_estimate(tmp_path, caplog):
+    """The others are timed, in the same pool: the loss comes from another process."""
+    settings = WorkerSettings(900, tmp_path / "log", tmp_path)
+    planner = {"planner": {"name": "cruise"}}
+    configs = [{**planner, "sleep": seconds} for seconds in (0.0, 60.0, 0.1)]
+    found = estimate._call_each(sleeps, configs, settings, 1.0, 1)
+    assert found == [0.0, None, 0.1]
+    assert "1 s" in caplog.text
+    assert "BrokenProcessPool" not in caplog.text
+
+
 def test_time_of_a_run(scenario, monkeypatch):
     monkeypatch.chdir(HERE)
     drives = scenario("faulty_planner:make").resolved()
     seconds = time_run(drives)
     assert seconds is not None
     assert seconds > 0.0
+    monkeypatch.setattr(estimate, "TIMED", 0.0)
+    begun = time_run(scenario("cruise", "simulation.duration_s=600").resolved())
+    assert begun is not None
+    assert begun > 60.0 * seconds, "the first step stands for all others"
     leaves = scenario("faulty_planner:make", "planner.settings.fault=leave").resolved()
     with interrupts_between_steps():  # as in a sweep: it is no Ctrl-C
         assert time_run(leaves) is not None, "its planner fails, the run ends"

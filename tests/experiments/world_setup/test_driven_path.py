@@ -9,9 +9,10 @@ from experiments.world_setup.driven_path import TOLERANCE, body_polygons, driven
 from experiments.world_setup.road import sumo_road
 from planner.reference_path.path import ReferencePath
 from planner.vehicle import Vehicle
-from sumo_nets.catalogue import Network, networks
+from sumo_nets.catalogue import networks
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
+from sumo_nets.network import Network
 from sumo_nets.route_path import route_path
 from sumo_nets.routes import random_route
 from tests.sumo_nets.generated import generate

@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from experiments.world_setup.road import _LaneRow, sumo_road
+from experiments.world_setup.road import sumo_road
+from experiments.world_setup.road_lanes import _LaneRow
 from planner.cruise.feasibility import RoadBend, RoadBody, road_excess
 from planner.reference_path.linear_curvature import CURVATURE, RATE, S
 from planner.reference_path.road_turn import circle_to, turn_of_pieces
 from planner.vehicle import Vehicle
-from sumo_nets.catalogue import Network, network
+from sumo_nets.catalogue import network
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
+from sumo_nets.network import Network
 from sumo_nets.routes import random_route
 from tests.sumo_nets.generated import generate
 

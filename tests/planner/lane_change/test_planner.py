@@ -154,6 +154,20 @@ def test_without_a_gap_it_waits_before_the_wall():
     assert any("no gap yet" in words or "waits" in words for words in said), said
 
 
+def test_behind_a_car_that_stands_before_the_wall_it_can_still_pull_out():
+    """That car leaves only if somebody lets it; the ego must not be locked in."""
+    stream = [Car(-160.0 + 16.0 * k, 1.75, 12.0) for k in range(30)]
+    stands = Car(284.3, -1.75, 0.0)  # its rear at 282.0 m
+    driven = drive(440, cars=[stands, *stream], obstacles=wall(300.0))
+    waited = min(driven.scenes, key=lambda scene: scene.ego.speed)
+    assert waited.ego.speed < 3.0
+    front = waited.ego_frenet.s + waited.vehicle.front_reach
+    assert 282.0 - front > PLANNER.settings.manoeuvre.tight_room
+    beside = next(s for s in driven.scenes if s.ego_frenet.s > 305.0)
+    assert beside.ego_frenet.l == pytest.approx(1.75, abs=0.1)
+    assert driven.clearance > 0.3
+
+
 def test_it_pulls_out_from_a_stand_when_the_gap_comes():
     stream = [Car(-160.0 + 16.0 * k, 1.75, 12.0) for k in range(30)]
     driven = drive(440, cars=stream, obstacles=wall(300.0))

@@ -4,20 +4,16 @@ import numpy as np
 import pytest
 
 from experiments.cosim.ego_driver import EpisodeOptions
-from experiments.cosim.fleet.loop import (
-    SHOWN_AHEAD,
-    EgoWay,
-    FleetGroup,
-    FleetLoop,
-    NoWayError,
-    plan_ahead,
-)
+from experiments.cosim.fleet.kept_step import SHOWN_AHEAD, plan_ahead
+from experiments.cosim.fleet.loop import FleetLoop
 from experiments.cosim.fleet.records import (
     EnteredVehicle,
     FleetSnapshot,
     FleetStep,
 )
 from experiments.cosim.fleet.selection import EgoSelection, GroupShare
+from experiments.cosim.fleet.takeover import FleetGroup
+from experiments.cosim.fleet.ways import EgoWay, NoWayError
 from experiments.cosim.kinematic_world import (
     KinematicWorld,
     ScriptedVehicle,

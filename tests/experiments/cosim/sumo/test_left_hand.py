@@ -3,8 +3,9 @@
 import pytest
 
 from experiments.cosim.sumo.cooperation import Cooperation, CooperationSettings
-from experiments.cosim.sumo.ghost_vehicle import ghost_pose
-from experiments.cosim.sumo.lanes import edge_lanes
+from experiments.cosim.sumo.frames import front_from_rear_axle
+from experiments.cosim.sumo.ghost_pose import ghost_pose
+from experiments.cosim.sumo.lanes import Strip, edge_lanes
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
 from planner.interface import Indicator
 from planner.states import CartesianState
@@ -88,14 +89,19 @@ def test_who_is_behind_in_the_indicated_lane_opens_a_gap(
     assert (slowest < 9.0) is (asked is inner)
 
 
+def needed(lanes, ego):
+    front = front_from_rear_axle(ego, Vehicle())[:2]
+    return ghost_pose(Strip(lanes), front, ego, Vehicle())
+
+
 @pytest.mark.parametrize("options", [(), ("--lefthand",)])
 def test_ghost_is_in_the_lane_that_the_body_reaches_into(started, options):
     lanes = edge_lanes(started(*options), EDGE)
     x, y, heading = lanes[0].at(60.0)
     over_left_line = CartesianState(x - 0.9, y, heading, 0.0, 8.0, 0.0)
-    pose = ghost_pose(lanes, over_left_line, Vehicle())
+    pose = needed(lanes, over_left_line)
     assert pose is not None
     assert pose.lane == lanes[1].index
     assert pose.x == pytest.approx(x - 3.2)
     off_the_edge = CartesianState(x + 0.9, y, heading, 0.0, 8.0, 0.0)
-    assert ghost_pose(lanes, off_the_edge, Vehicle()) is None
+    assert needed(lanes, off_the_edge) is None

@@ -64,7 +64,7 @@ def test_a_car_in_the_left_lane_is_passed_in_peace(
 
     assert drive() > GENTLE
     # what is to be prevented does happen without it
-    monkeypatch.setattr(ghost, "_clear_note", lambda *_: True)
+    monkeypatch.setattr(ghost, "clear_note", lambda *_: True)
     assert drive() < -5.0
 
 
@@ -95,7 +95,7 @@ def test_the_car_behind_and_the_ego_itself_notice_nothing(
     cleared = speeds()
     assert max(cleared) > 13.5  # it came up and slowed down
     assert cleared[-1] < 12.0
-    monkeypatch.setattr(ghost, "_clear_note", lambda *_: True)
+    monkeypatch.setattr(ghost, "clear_note", lambda *_: True)
     assert speeds() == cleared
 
 

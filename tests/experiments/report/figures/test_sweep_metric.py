@@ -8,11 +8,8 @@ import pytest
 from experiments.cli.app import app
 from experiments.comparison.results import rows
 from experiments.report.figures.save import save_metric_figure
-from experiments.report.figures.sweep_metric import (
-    FigureKind,
-    draw_metric,
-    swept_metric,
-)
+from experiments.report.figures.sweep_metric import FigureKind, draw_metric
+from experiments.report.figures.swept_metric import swept_metric
 from tests.experiments.report.run_folders import write_sweep
 
 PLANNERS = ["cruise", "old"]
