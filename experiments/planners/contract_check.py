@@ -7,9 +7,11 @@ it: the status is `planner_failed`.
 
 import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from numbers import Integral, Real
+from types import TracebackType
+from typing import cast
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from experiments.interrupts import is_interrupt
 from experiments.planners.road_seal import RoadSeal
 from planner.interface import (
     Alternative,
+    BatchPlanner,
     Indicator,
     Planner,
     PlanResult,
@@ -52,37 +55,115 @@ class CheckedPlanner:
         """
         if memory is None or self._seal is None:
             self._seal = RoadSeal(scene)
-        try:
-            result: object = self.planner.plan(scene, memory)
-        except BaseException as error:
+        with _Watched("plan()", self._seal):
+            result = self.planner.plan(scene, memory)
+        with _Returned("plan()"):
+            return checked(result)
+
+
+class CheckedBatchPlanner(CheckedPlanner):
+    """The same of a planner that plans for many egos at once."""
+
+    def __init__(self, planner: BatchPlanner) -> None:
+        super().__init__(planner)
+        self.batch = planner
+        self._calls = 0
+
+    def plan_many(
+        self, scenes: Sequence[Scene], memories: Sequence[object]
+    ) -> list[PlanResult]:
+        """Plan for each scene; the road of one of them, in turn, is watched.
+
+        Raises:
+            PlannerContractError: If the planner breaks its contract.
+        """
+        seal = RoadSeal(scenes[self._calls % len(scenes)])
+        self._calls += 1
+        with _Watched("plan_many()", seal):
+            found: object = self.batch.plan_many(scenes, memories)
+        with _Returned("plan_many()"):
+            if not isinstance(found, Sequence) or len(found) != len(scenes):
+                raise _wrong("plan_many()", found, f"{len(scenes)} results in a list")
+            return [checked(result, "plan_many()") for result in found]
+
+
+class _Watched:
+    """While a planner runs: it may raise only exceptions, and change no road."""
+
+    def __init__(self, call: str, seal: RoadSeal) -> None:
+        self._call, self._seal = call, seal
+
+    def __enter__(self) -> None:
+        """Do nothing."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Raise what breaks the contract."""
+        if error is not None:
             if isinstance(error, Exception) or is_interrupt(error):
-                raise
-            raise PlannerContractError(f"plan() raised {described(error)}") from error
+                return
+            words = f"{self._call} raised {described(error)}"
+            raise PlannerContractError(words) from error
         broken = self._seal.broken()
         if broken is not None:
             raise PlannerContractError(
-                f"plan() changed scene.{broken}; allowed: reading"
+                f"{self._call} changed scene.{broken}; allowed: reading"
             )
-        try:
-            return checked(result)
-        except PlannerContractError:
-            raise
-        except BaseException as error:  # what was returned may be anyone's code too
-            if is_interrupt(error):
-                raise
+
+
+class _Returned:
+    """While what was returned is looked at, which may be anyone's code too."""
+
+    def __init__(self, call: str) -> None:
+        self._call = call
+
+    def __enter__(self) -> None:
+        """Do nothing."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Raise what is wrong with it."""
+        if error is None or isinstance(error, PlannerContractError):
+            return
+        if not is_interrupt(error):
             raise PlannerContractError(
-                f"what plan() returned raises {described(error)}"
+                f"what {self._call} returned raises {described(error)}"
             ) from error
 
 
-def checked(result: object) -> PlanResult:
+def watched(planner: Planner) -> CheckedPlanner:
+    """Return a planner whose results are checked; one for many egos stays one."""
+    try:
+        for_many = isinstance(planner, BatchPlanner)
+    except BaseException as error:  # asking anyone's object for a method
+        if is_interrupt(error):
+            raise
+        for_many = False
+    if for_many:
+        return CheckedBatchPlanner(cast(BatchPlanner, planner))
+    return CheckedPlanner(planner)
+
+
+def checked(result: object, call: str = "plan()") -> PlanResult:
     """Check what a planner returned, and make NumPy's numbers plain ones.
+
+    Args:
+        result: What it returned.
+        call: Of what.
 
     Raises:
         PlannerContractError: Says what is wrong and what is allowed.
     """
     if not isinstance(result, PlanResult):
-        raise _wrong("plan()", result, "a PlanResult")
+        raise _wrong(call, result, "a PlanResult")
     if result.status not in list(PlanStatus):
         names = ", ".join(str(status) for status in PlanStatus)
         raise _wrong("status", result.status, names)

@@ -16,7 +16,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError, described
 from experiments.interrupts import is_interrupt
-from experiments.planners.contract_check import CheckedPlanner
+from experiments.planners.contract_check import watched
 from experiments.planners.factory_settings import check_factory_settings
 from experiments.planners.hints import file_hint
 from experiments.storage.provenance import PACKAGES
@@ -178,7 +178,7 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
         raise ConfigError(f"planner: {name}: {problem}")
     factory = _load(name)
     check_factory_settings(name, factory, settings)
-    return CheckedPlanner(_call(name, factory, **settings))
+    return watched(_call(name, factory, **settings))
 
 
 def user_module(name: str) -> str | None:

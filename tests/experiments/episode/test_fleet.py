@@ -84,6 +84,24 @@ def test_several_planners_share_a_simulation(tmp_path):
     assert outcome.folder.name.startswith("two-cruise_idm_mobil-0-")
 
 
+def test_a_planner_of_ones_own_plans_for_all_its_egos_at_once(tmp_path, monkeypatch):
+    (tmp_path / "at_once.py").write_text(
+        "from planner.cruise import proposed\n"
+        "class AtOnce:\n"
+        "    def plan(self, scene, memory):\n"
+        "        raise AssertionError('a batch was offered')\n"
+        "    def plan_many(self, scenes, memories):\n"
+        "        return [proposed().plan(*x) for x in zip(scenes, memories)]\n"
+        "def make():\n"
+        "    return AtOnce()\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    short = ("simulation.duration_s=3", "egos.planner=at_once:make")
+    at_once = run(tmp_path / "runs", *short)
+    assert at_once.row["status"] == "arrived"
+    assert at_once.row["egos_driven"] > 1
+
+
 def test_a_check_says_who_drives_what(tmp_path):
     found = preview_fleet(load_scenario(str(_with_two_groups(tmp_path))))
     facts = dict(found.facts)

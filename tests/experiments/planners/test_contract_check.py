@@ -17,11 +17,13 @@ from experiments.planners.contract_check import (
     CheckedPlanner,
     PlannerContractError,
     checked,
+    watched,
 )
 from experiments.world_setup.bodies_on_road import PlacedBody, obstacles_on_path
 from planner.interface import (
     KEPT,
     Alternative,
+    BatchPlanner,
     PlanResult,
     PlanStats,
     PlanStatus,
@@ -315,3 +317,59 @@ def test_ctrl_c_goes_through():
 
     with pytest.raises(KeyboardInterrupt):
         CheckedPlanner(Interrupted()).plan(scene(), None)
+
+
+class OfMany:
+    """A planner for many egos that does as it is told."""
+
+    def __init__(self, of_many) -> None:
+        self._of_many = of_many
+
+    def plan(self, scene, memory):
+        raise AssertionError("a batch was offered")
+
+    def plan_many(self, scenes, memories):
+        return self._of_many(scenes, memories)
+
+
+def leave(scenes, memories):
+    raise SystemExit(3)
+
+
+def spoil(scenes, memories):
+    scenes[1].road.left.setflags(write=True)
+    scenes[1].road.left[0] += 1.0
+    return [result() for _ in scenes]
+
+
+def test_a_planner_for_many_stays_one_and_gets_all_scenes():
+    planner = watched(
+        OfMany(lambda scenes, memories: [result(reason=m) for m in memories])
+    )
+    assert isinstance(planner, BatchPlanner)
+    plans = planner.plan_many([scene(), scene()], ["a", "b"])
+    assert [plan.stats.reason for plan in plans] == ["a", "b"]
+    assert not isinstance(watched(object()), BatchPlanner)
+
+
+@pytest.mark.parametrize(
+    ("of_many", "words"),
+    [
+        (lambda scenes, memories: None, "plan_many() is NoneType None; allowed: 2 res"),
+        (lambda scenes, memories: [result()], "plan_many() is list"),
+        (lambda scenes, memories: [result(), 1], "plan_many() is int 1"),
+        (leave, "plan_many() raised SystemExit: 3"),
+        (spoil, "plan_many() changed scene.road"),
+    ],
+)
+def test_what_a_planner_for_many_may_not_do(of_many, words):
+    planner = watched(OfMany(of_many))
+    scenes = [scene(), scene()]
+
+    def call_twice():  # the second road is watched in the second call
+        for _ in range(2):
+            planner.plan_many(scenes, [None, None])
+
+    with pytest.raises(PlannerContractError) as error:
+        call_twice()
+    assert words in str(error.value)
