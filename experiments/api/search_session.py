@@ -55,6 +55,10 @@ class SearchSession:
         limit: int | None = None,
     ) -> None:
         check_objective(search.objective, document)
+        if workers is not None:
+            from experiments.sweep.executors.local import require_few
+
+            require_few(workers)
         self._search, self._document = search, document
         self._folder = folder
         self._workers, self._limit = workers, limit

@@ -42,6 +42,10 @@ class SweepSession:
             raise ConfigError(
                 "--workers: not allowed with --cluster, which has its own workers"
             )
+        if workers is not None:
+            from experiments.sweep.executors.local import require_few
+
+            require_few(workers)
         self._sweep = sweep
         self._folder = folder
         self._workers = workers

@@ -64,7 +64,9 @@ class NetworkConfig(Strict):
     def _one_source(self) -> Self:
         """Reject a network given by both name and file, or incompletely."""
         if (self.name is None) == (self.file is None):
-            raise mismatch("", "allowed: a catalogue name, or file, route, lane")
+            given = "both name and file" if self.file is not None else "neither"
+            words = f"has {given}; allowed: one of name (of the catalogue) and file"
+            raise mismatch("", words)
         places = self.from_ is not None or self.to is not None or self.via is not None
         if self.name is not None and (self.route or places or self.lane is not None):
             raise mismatch("name", "has its own route and lane; allowed: name alone")

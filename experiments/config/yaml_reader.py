@@ -100,6 +100,8 @@ def read_document(path: Path) -> Document:
             `MAX_SIZE`.
     """
     try:
+        if path.is_fifo():  # nobody may ever write into it
+            raise ConfigError(f"{path}: is a pipe; allowed: a file")
         with path.open("rb") as file:
             read = file.read(MAX_SIZE + 1)
         _require_small(len(read), str(path))

@@ -80,7 +80,9 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError) as error:
         file = file_in_place_of(folder)
-        raise ResultsError(f"{file}: is a file; allowed: a folder") from error
+        is_link = file is not None and file.is_symlink() and not file.exists()
+        kind = "a link to nowhere" if is_link else "a file"
+        raise ResultsError(f"{file}: is {kind}; allowed: a folder") from error
     except OSError as error:
         raise ResultsError(f"{folder}: {_reason(error)}") from error
 
@@ -113,6 +115,8 @@ def file_in_place_of(folder: Path) -> Path | None:
     for place in (folder, *folder.parents):
         if place.exists():
             return None if place.is_dir() else place
+        if place.is_symlink():  # to nowhere
+            return place
     return None
 
 

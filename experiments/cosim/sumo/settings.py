@@ -98,7 +98,12 @@ def command_line(settings: SumoSettings | FleetSettings) -> list[str]:
     command += ["--collision.action", "warn"]
     command += ["--collision.mingap-factor", "0"]
     command += ["--collision.check-junctions", "true"]
-    command += [] if demand is None else command_options(demand)
+    if demand is not None:
+        if "route-steps" not in dict(demand.options):
+            # all at once: of a file that is not in the order of departure SUMO would
+            # leave out, without a word, who comes after somebody that departs late
+            command += ["--route-steps", "0"]
+        command += command_options(demand)
     resolution = 0.0 if settings.driver is None else settings.driver.lateral_resolution
     given = demand is not None and "lateral-resolution" in dict(demand.options)
     if resolution > 0.0 and not given:

@@ -3,9 +3,12 @@
 import os
 from queue import Empty, SimpleQueue
 
+from experiments.errors import ConfigError
 from experiments.sweep.executors.executor import WorkerSettings
 from experiments.sweep.executors.isolation import IsolatedWorkers
 from experiments.sweep.task import RunReport, RunTask
+
+MOST_PER_CORE = 8  # worker processes that a machine can bear
 
 
 class LocalExecutor:
@@ -42,3 +45,17 @@ def cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def require_few(workers: int) -> None:
+    """Refuse so many worker processes that the machine would come to a stand.
+
+    Raises:
+        ConfigError: If there are too many.
+    """
+    most = MOST_PER_CORE * cores()
+    if workers > most:
+        raise ConfigError(
+            f"--workers: is {workers}; allowed: up to {most}, {MOST_PER_CORE} for each "
+            "core of this machine"
+        )

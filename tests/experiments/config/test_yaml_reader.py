@@ -1,6 +1,7 @@
 """The traps of YAML, one by one."""
 
 import math
+import os
 from time import monotonic
 
 import pytest
@@ -89,6 +90,13 @@ def test_places_of_nested_keys():
 def test_plain_files_read_as_pyyaml_reads_them():
     text = "a: 1\nb: [x, 2.5, {c: true}]\nd: |\n  two\n  lines\ne: null\n"
     assert parse_document(text, "f").data == yaml.safe_load(text)
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    pipe = tmp_path / "pipe.yaml"
+    os.mkfifo(pipe)
+    with pytest.raises(ConfigError, match=r"pipe\.yaml: is a pipe; allowed: a file"):
+        read_document(pipe)
 
 
 def test_unreadable_files(tmp_path):

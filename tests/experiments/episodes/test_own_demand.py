@@ -55,6 +55,22 @@ def test_ego_joins_the_traffic_of_a_sumocfg(town, tmp_path):
     assert f"v{DRIVEN}" in seen
 
 
+def test_demand_need_not_be_in_the_order_of_departure(town, tmp_path):
+    """SUMO reads a file in parts, and forgets who is written after a late one."""
+    route = town[3][DRIVEN]
+    late, early = (
+        f'<vehicle id="{name}" depart="{depart}"><route edges="{" ".join(route)}"/>'
+        "</vehicle>"
+        for name, depart in (("late", 5000), ("early", 20))
+    )
+    (town[0] / "odd.rou.xml").write_text(f"<routes>{late}{early}</routes>")
+    scenario = load(
+        town, {"from": route[0], "to": route[-1]}, {"route_files": ["odd.rou.xml"]}
+    )
+    _, seen = watch(scenario, tmp_path)
+    assert "early" in seen
+
+
 def test_ego_takes_the_place_of_a_vehicle(town, tmp_path):
     traffic = {"route_files": ["town.rou.xml"], "additional_files": ["stops.add.xml"]}
     scenario = load(town, {"vehicle": f"v{DRIVEN}"}, traffic)

@@ -11,6 +11,7 @@ import pytest
 from experiments.errors import ResultsError
 from experiments.storage.atomic_folder import (
     atomic_folder,
+    make_folder,
     remove_unfinished,
     require_there,
 )
@@ -148,3 +149,11 @@ def test_a_missing_folder_hints_at_one_like_it(tmp_path, monkeypatch):
         assert str(refusal.value) == f"{missing}: there is no such folder; {hint}"
     with pytest.raises(ResultsError, match=r"there is no such folder$"):
         require_there(tmp_path / "x" / "y")
+
+
+def test_a_link_to_nowhere_is_no_folder(tmp_path):
+    link = tmp_path / "link"
+    link.symlink_to(tmp_path / "nowhere")
+    words = r"link: is a link to nowhere; allowed: a folder$"
+    with pytest.raises(ResultsError, match=words):
+        make_folder(link / "inner")

@@ -20,11 +20,12 @@ from experiments.cli.app import app
 from experiments.comparison.results import ATTEMPTS, WALL, rebuild, rows
 from experiments.config.scenario_file import CONFIG_FILE, config_text
 from experiments.config.sweep_file import load_sweep
-from experiments.errors import ResultsError
+from experiments.errors import ConfigError, ResultsError
 from experiments.metrics.catalogue import TIMING_COLUMNS
 from experiments.metrics.row import row_without_episode
 from experiments.sweep.execute import execute_run
 from experiments.sweep.executors.executor import WorkerSettings
+from experiments.sweep.executors.local import MOST_PER_CORE, cores, require_few
 from experiments.sweep.executors.sequential import SequentialExecutor
 from experiments.sweep.folder import (
     finished,
@@ -656,3 +657,10 @@ def wait_for(out: Path, count: float, process: subprocess.Popen) -> None:
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
         time.sleep(0.05)
+
+
+def test_more_workers_than_the_machine_can_bear_are_refused():
+    most = MOST_PER_CORE * cores()
+    require_few(most)
+    with pytest.raises(ConfigError, match=f"--workers: is {most + 1}; allowed: up to"):
+        require_few(most + 1)
