@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import wraps
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -60,9 +60,6 @@ from experiments.cli.user_errors import (
     report_user_errors,
 )
 from experiments.errors import ConfigError
-
-if TYPE_CHECKING:
-    pass
 
 # typer bundles click and exports only some of its exceptions
 _UsageError: type[Exception] = typer.BadParameter.__bases__[0]

@@ -76,8 +76,11 @@ def plan_once(planner: Planner, scene: Scene, memory: object) -> PlannedCycle:
 
 def plan_many(
     planner: BatchPlanner, scenes: Sequence[Scene], memories: Sequence[object]
-) -> list[PlannedCycle]:
+) -> list[PlannedCycle | PlannerOutputError]:
     """Plan one cycle of several egos in one call; each counts an equal share of time.
+
+    Returns:
+        For each its plan, or what is wrong with it.
 
     Raises:
         PlannerOutputError: If the planner raises, or does not return a plan for each.
@@ -91,7 +94,13 @@ def plan_many(
         )
     n = max(len(scenes), 1)
     share = PlanningTime(timing.wall_ms / n, timing.cpu_ms / n)
-    return [PlannedCycle(_checked(plan, "plan_many()"), share) for plan in plans]
+    out: list[PlannedCycle | PlannerOutputError] = []
+    for plan in plans:
+        try:
+            out.append(PlannedCycle(_checked(plan, "plan_many()"), share))
+        except PlannerOutputError as error:
+            out.append(error)
+    return out
 
 
 def _timed(call: Callable[[], Found]) -> tuple[Found, PlanningTime]:

@@ -81,7 +81,8 @@ def _foe(
         turn_speed=FASTEST * max(speed, STANDS),
         road=AHEAD,
         merges=False,
-        stood=STOOD if speed < STANDS else 0.0,
+        # one that is there already is in the way, however long it has stood
+        stood=STOOD if speed < STANDS and met[0] > 0.0 else 0.0,
         goes_first=True,
         gives_way=False,
         held=False,

@@ -20,7 +20,20 @@ LIKE = 0.75  # from which two names are alike, 0 to 1
 # Files that are waited for at a time: a disk writes them in one go, where one after the
 # other takes 5 ms each.
 AT_ONCE = 8
-_ASIDE = f".unfinished-{gethostname()}-"  # before the process that fills it
+
+
+def _process_space() -> int:
+    """Name the processes among which ids are unique.
+
+    Containers with the same host name have their own.
+    """
+    try:
+        return Path("/proc/self/ns/pid").stat().st_ino
+    except OSError:
+        return 0
+
+
+_ASIDE = f".unfinished-{gethostname()}.{_process_space()}-"  # then the process
 
 
 @contextmanager

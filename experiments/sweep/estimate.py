@@ -95,7 +95,8 @@ def compile_loops(config: Config) -> bool:
 def time_run(config: Config) -> float | None:
     """Return the wall-clock time of a run [s]; None if it raises.
 
-    Of a long one the beginning is timed, and the rest taken to be as slow.
+    Of one with many egos, which lasts its whole duration, only the beginning is timed
+    if it is slow, and the rest taken to be as slow.
     """
     started = begun = perf_counter()
     driven = 0.0
@@ -105,7 +106,7 @@ def time_run(config: Config) -> float | None:
         driven = record.index * scenario.simulation.step_s
         if driven == 0.0:
             begun = perf_counter()
-        elif perf_counter() - begun > TIMED:
+        elif scenario.egos and perf_counter() - begun > TIMED:
             raise _TimedError
 
     try:

@@ -44,6 +44,7 @@ BRAKING_JUDGED = 9.0  # harder braking counts as this when lanes are compared [m
 BEND_REACH = 80.0  # bends are looked at this far ahead [m]
 BEND_STEP = 2.0  # [m]
 CREEPING = 5.0  # the slower than this it is before a closure, the more room [m/s]
+QUEUE = 100.0  # who stands this near before a closure waits there [m]
 BEND_SHARE = 0.75  # of the lateral acceleration that is used in them [-]
 
 
@@ -152,6 +153,19 @@ class IdmMobilPlanner:
         desired = p.standstill_gap + max(dynamic, 0.0)
         interaction: float = (desired / max(gap, TOUCHING)) ** 2
         return p.acceleration * (free - interaction)
+
+    def comfortable_gap(self, speed: float, leader_speed: FloatArray) -> FloatArray:
+        """Return the gap at which a driver far below its wish brakes with b, (n,) [m].
+
+        Args:
+            speed: Own [m/s].
+            leader_speed: (n,) [m/s].
+        """
+        p = self.settings
+        braking = 2.0 * math.sqrt(p.acceleration * p.deceleration)
+        dynamic = speed * p.headway + speed * (speed - leader_speed) / braking
+        desired = p.standstill_gap + np.maximum(dynamic, 0.0)
+        return np.asarray(desired / math.sqrt(1.0 + p.deceleration / p.acceleration))
 
     def _drive(
         self, scene: Scene, kept: DriverMemory, wish: float, leader: _Ahead
@@ -281,8 +295,11 @@ class _Choice:
         share = np.where(road.static, 1.0, 0.0)
         if math.isfinite(closed):
             slow = np.maximum(1.0 - road.speed / CREEPING, 0.0)
-            share = np.where(road.s < closed, slow, share)
-        gaps = np.where(share > 0.0, np.maximum(gaps - share * room, TOUCHING), gaps)
+            share = np.where((road.s < closed) & (closed - road.s < QUEUE), slow, share)
+        # for the sake of the room, what moves is never braked for uncomfortably
+        gentle = self.driver.comfortable_gap(max(scene.ego.speed, 0.0), road.speed)
+        least = np.where(road.static, TOUCHING, np.minimum(gaps, gentle))
+        gaps = np.where(share > 0.0, np.maximum(gaps - share * room, least), gaps)
         found += [
             _Ahead(float(gaps[k]), float(road.speed[k]), road.ids[k])
             for k in np.flatnonzero(ahead)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from planner.right_of_way.gaps import (
     HARD_BRAKING,
+    OVERSHOOT,
     SLOW,
     STUCK,
     counts,
@@ -23,7 +24,6 @@ GAP = 2.0  # between the ego that leaves and the next one, when it sets off [s]
 KEPT_GAP = 1.0  # the same once it goes [s]
 AT_LINE = 4.0  # an ego that stands so near to its line has stopped there [m]
 STANDING = 0.1  # slower is standing [m/s]
-OVERSHOOT = 0.3  # a bumper stopped this far over the line still waits there [m]
 BEFORE_ZONE = 0.7  # from the front bumper to the zone, where the ego stops inside [m]
 DEADLOCK = 5.0  # standing before others that stand, after this the ego goes [s]
 FOES_STOOD = 3.0  # ... if they have stood for so long [s]

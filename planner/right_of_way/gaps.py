@@ -17,6 +17,7 @@ TURN_BRAKING = 3.0  # with which another slows down before it turns [m/s²]
 SLOW = 0.5  # a slower vehicle is not counted on to leave [m/s]
 GENTLE = 2.0  # braking of one behind a merging ego [m/s²]
 HARD_BRAKING = 4.5  # with which a vehicle that has to give way can stop [m/s²]
+OVERSHOOT = 0.3  # a bumper stopped this far over the line still waits there [m]
 STUCK = 5.0  # a vehicle that has stood so long does not use its right of way [s]
 MARGIN_BEHIND = 0.5  # between a vehicle that leaves and the ego [s]
 
@@ -119,10 +120,10 @@ def _seems_first(ego: AtJunction, junction: JunctionAhead, foe: Foe) -> bool:
     passed that line, although it would be the first where they meet.
     """
     way = junction.stop_s - ego.front
-    if not foe.goes_first or foe.entry <= 0.0 or way < 0.0:
+    if not foe.goes_first or foe.entry <= 0.0 or way < -OVERSHOOT:
         return False
     through = min(junction.speed, ego.target_speed)
-    enters = travel_time(way, ego.speed, EARLY_EGO, through)
+    enters = travel_time(max(way, 0.0), ego.speed, EARLY_EGO, through)
     return enters < foe.entry / max(foe.speed, SLOW)
 
 

@@ -107,6 +107,11 @@ def reference_frame(scene: Scene, lane: int) -> LaneFrame:
     return _frame(scene, lane, scene.path, (at, at, np.zeros(at.size)))
 
 
+def narrows_bends(frame: LaneFrame) -> bool:
+    """Tell whether the inner side of some bend of the frame is kept free."""
+    return bool((frame.inner < ANYWHERE).any())
+
+
 def without_inner_sides(frame: LaneFrame) -> LaneFrame:
     """Return a frame whose corridor goes to the lane's edges in sharp bends, too."""
     return replace(frame, inner=np.full_like(frame.inner, ANYWHERE))

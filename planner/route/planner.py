@@ -23,6 +23,7 @@ from planner.route.lane_frame import (
     corridor,
     in_frame,
     lane_frame,
+    narrows_bends,
     on_reference,
     reference_frame,
     seen_from,
@@ -203,8 +204,10 @@ class RoutePlanner:
             if _gets_on(by_path):
                 return by_path
         if look.scene.ego.speed < CRAWLING and not _gets_on(result):
-            # whoever has stopped at the inner side of a bend has to get out of it
-            eased = self._along(look, last, manoeuvre, lane, speed, eased=True)
+            eased = result
+            if narrows_bends(_frame_of(look.scene, lane, last)[0]):
+                # whoever has stopped at the inner side of a bend has to get out of it
+                eased = self._along(look, last, manoeuvre, lane, speed, eased=True)
             if not _gets_on(eased) and self._is_caught_in_bend(look, manoeuvre.lane):
                 # for the rest there is the road
                 now = replace(look, round_until=np.inf)

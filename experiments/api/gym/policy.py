@@ -19,39 +19,18 @@ PolicyOfMany = Callable[[Sequence[Observation]], Sequence[Action]]
 
 @dataclass(frozen=True, slots=True)
 class PolicyPlanner:
-    """Drives by a policy, each action for a number of steps.
-
-    Many egos in one simulation are asked for in one call, if there is `policy_of_many`.
-    """
+    """Drives by a policy, each action for a number of steps."""
 
     policy: Policy
     kind: ActionKind = ActionKind.LANE_AND_SPEED
     shape: ObservationShape = field(default_factory=ObservationShape)
     repeat: int = 1
-    policy_of_many: PolicyOfMany | None = None
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         """Ask the policy, or go on with its last action; `memory` is (action, age)."""
         if not self._is_over(memory):
             return self._going_on(scene, memory)
         return self._driven(scene, self.policy(observe(scene, self.shape)), 0)
-
-    def plan_many(
-        self, scenes: Sequence[Scene], memories: Sequence[object]
-    ) -> list[PlanResult]:
-        """Plan for each scene; see `planner.interface.BatchPlanner`."""
-        if self.policy_of_many is None:
-            return list(map(self.plan, scenes, memories))
-        asked = [k for k, memory in enumerate(memories) if self._is_over(memory)]
-        seen = [observe(scenes[k], self.shape) for k in asked]
-        actions = self.policy_of_many(seen) if seen else ()
-        new = dict(zip(asked, actions, strict=True))
-        return [
-            self._driven(scene, new[k], 0)
-            if k in new
-            else self._going_on(scene, memories[k])
-            for k, scene in enumerate(scenes)
-        ]
 
     def _is_over(self, memory: object) -> bool:
         """Tell whether the last action has been driven for as long as it lasts."""
@@ -73,6 +52,28 @@ class PolicyPlanner:
         return PlanResult(PlanStatus.OK, plan, kept)
 
 
+@dataclass(frozen=True, slots=True)
+class BatchPolicyPlanner(PolicyPlanner):
+    """The same with one call of the policy for all egos of a simulation."""
+
+    of_many: PolicyOfMany = field(kw_only=True)
+
+    def plan_many(
+        self, scenes: Sequence[Scene], memories: Sequence[object]
+    ) -> list[PlanResult]:
+        """Plan for each scene; see `planner.interface.BatchPlanner`."""
+        asked = [k for k, memory in enumerate(memories) if self._is_over(memory)]
+        seen = [observe(scenes[k], self.shape) for k in asked]
+        actions = self.of_many(seen) if seen else ()
+        new = dict(zip(asked, actions, strict=True))
+        return [
+            self._driven(scene, new[k], 0)
+            if k in new
+            else self._going_on(scene, memories[k])
+            for k, scene in enumerate(scenes)
+        ]
+
+
 def onnx_planner(
     file: str, action: str = "lane_and_speed", repeat: int = 1
 ) -> PolicyPlanner:
@@ -80,7 +81,8 @@ def onnx_planner(
 
     The model takes the arrays of an observation by their names, each with a first axis
     of 1 (it may take some of them only); its first output is the action, (1, n). If
-    the first axis of all is free, many egos are asked for in one call.
+    the first axis of all is free, many egos are asked for in one call; onnxruntime may
+    then round an ego's action differently with other egos beside it.
 
     Args:
         file: Of the model, absolute or relative to the working folder.
@@ -127,9 +129,15 @@ def onnx_planner(
         given = {name: np.stack([one[name] for one in observations]) for name in names}
         return list(np.asarray(session.run(None, given)[0]))
 
-    takes_many = not any(isinstance(one.shape[0], int) for one in session.get_inputs())
-    together = of_many if takes_many else None
-    return PolicyPlanner(policy, ActionKind(action), shape, repeat, together)
+    kind = ActionKind(action)
+    if _takes_many([*session.get_inputs(), *session.get_outputs()[:1]]):
+        return BatchPolicyPlanner(policy, kind, shape, repeat, of_many=of_many)
+    return PolicyPlanner(policy, kind, shape, repeat)
+
+
+def _takes_many(nodes: Sequence[Any]) -> bool:
+    """Tell whether the first axis of all inputs and of the action is free."""
+    return all(node.shape and not isinstance(node.shape[0], int) for node in nodes)
 
 
 def _shape_of(session: Any, names: list[str]) -> ObservationShape:

@@ -53,5 +53,5 @@ def _plan_batch(
     try:
         found = plan_many(planner, scenes, memories)
     except PlannerOutputError as error:
-        return dict.fromkeys(egos, error)
+        return {name: PlannerOutputError(str(error)) for name in egos}
     return dict(zip(egos, found, strict=True))

@@ -10,7 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from experiments.api.gym.policy import BatchPolicyPlanner
 from experiments.errors import ConfigError
+from planner.interface import BatchPlanner
 from planner.vehicle import Vehicle
 
 pytest.importorskip("gymnasium")
@@ -260,9 +262,11 @@ def test_a_policy_of_many_is_asked_once_for_all_whose_action_is_over(repeat):
     def of_one(observation):
         return of_many([observation])[0]
 
-    planner = learning.PolicyPlanner(
-        of_one, learning.ActionKind.CONTROL, repeat=repeat, policy_of_many=of_many
+    planner = BatchPolicyPlanner(
+        of_one, learning.ActionKind.CONTROL, repeat=repeat, of_many=of_many
     )
+    assert isinstance(planner, BatchPlanner)
+    assert not isinstance(steady(), BatchPlanner)
     memories = [None] * 3
     for _ in range(4):
         alone = list(map(planner.plan, scenes, memories))

@@ -4,12 +4,12 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from socket import gethostname
 
 import pytest
 
 from experiments.errors import ResultsError
 from experiments.storage.atomic_folder import (
+    _ASIDE,
     atomic_folder,
     make_folder,
     remove_unfinished,
@@ -88,8 +88,8 @@ def test_no_place(tmp_path):
 
 
 def test_what_a_dead_process_left_is_removed(tmp_path):
-    dead = tmp_path / f".unfinished-{gethostname()}-123-abc"
-    alive = tmp_path / f".unfinished-{gethostname()}-1234-abc"
+    dead = tmp_path / f"{_ASIDE}123-abc"
+    alive = tmp_path / f"{_ASIDE}1234-abc"
     for folder in (dead, alive):
         folder.mkdir()
     remove_unfinished(tmp_path, 123)

@@ -109,16 +109,24 @@ def test_a_run_that_takes_too_long_is_left_out_of_the_estimate(tmp_path, caplog)
     assert "BrokenProcessPool" not in caplog.text
 
 
+@pytest.mark.sumo
+def test_of_a_slow_run_with_many_egos_the_beginning_stands_for_all(monkeypatch):
+    short = ("simulation.warmup_s=5", "measurement=null")
+    ten, thousand = (
+        load_scenario("motorway", overrides=(*short, f"simulation.duration_s={time}"))
+        for time in (10, 1000)
+    )
+    monkeypatch.setattr(estimate, "TIMED", 0.0)
+    found = [time_run(one.resolved()) for one in (ten, thousand)]
+    assert found[1] > 10.0 * found[0]
+
+
 def test_time_of_a_run(scenario, monkeypatch):
     monkeypatch.chdir(HERE)
     drives = scenario("faulty_planner:make").resolved()
     seconds = time_run(drives)
     assert seconds is not None
     assert seconds > 0.0
-    monkeypatch.setattr(estimate, "TIMED", 0.0)
-    begun = time_run(scenario("cruise", "simulation.duration_s=600").resolved())
-    assert begun is not None
-    assert begun > 60.0 * seconds, "the first step stands for all others"
     leaves = scenario("faulty_planner:make", "planner.settings.fault=leave").resolved()
     with interrupts_between_steps():  # as in a sweep: it is no Ctrl-C
         assert time_run(leaves) is not None, "its planner fails, the run ends"

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -149,6 +150,35 @@ def test_a_closed_lane_is_waited_at_where_it_can_still_be_left(walls, lanes, que
     stood_before = (EGO_S + VEHICLE.front_reach + 60.0 if walls else 250.0) - front
     stood_before -= 4.8 * queue
     assert 14.0 < stood_before < 18.0
+
+
+@pytest.mark.parametrize("braking", [1.0, 2.0])
+def test_the_room_to_pull_out_is_not_braked_for_hard(braking):
+    """A leader slows down gently before the wall, a car abreast keeps the ego there."""
+    s, speed, memory, hardest = EGO_S, 8.0, None, 0.0
+    leader, leader_speed = EGO_S + VEHICLE.front_reach + 17.0, 8.0
+    walls = scene([], [(60.0, 0.0)])
+    for _ in range(200):
+        rows = [
+            (s + VEHICLE.centre_offset, 3.5, 0.0, speed, 0.0, 0.0, 4.8, 1.9),
+            (leader, 0.0, 0.0, leader_speed, 0.0, 0.0, 4.8, 1.9),
+        ]
+        users = RoadUsers.from_table(("beside", "leader"), np.array(rows).T)
+        ego = state_on_path(PATH, s, 0.0, speed)
+        seen = replace(
+            walls,
+            ego=ego,
+            ego_frenet=cartesian_to_frenet_one(PATH, ego),
+            vehicles=Vehicles.predicted(users, constant_speed(PATH, users, TIMES)),
+        )
+        plan = drive(seen, memory=memory)
+        memory, way = plan.memory, plan.trajectory
+        hardest = max(hardest, -float(way.acceleration[0]))
+        s, speed = float(way.s[1]), float(way.speed[1])
+        leader += 0.1 * leader_speed
+        leader_speed = max(leader_speed - 0.1 * braking, 0.0)
+    assert hardest < 2.2  # b is 2.0
+    assert leader - 2.4 - (s + VEHICLE.front_reach) > 3.0
 
 
 def test_a_change_ends_in_the_middle_of_its_lane_and_is_kept_to():
