@@ -160,7 +160,9 @@ def _start_forkserver(log: Path) -> None:
     """
     from multiprocessing import forkserver
 
-    forkserver.set_forkserver_preload(["experiments.sweep.executors.worker", "libsumo"])
+    preload = ["experiments.sweep.executors.fork_server"]
+    preload += ["experiments.sweep.executors.worker", "libsumo"]
+    forkserver.set_forkserver_preload(preload)
     with _stderr_into(log), chdir(ROOT):
         forkserver.ensure_running()
 
