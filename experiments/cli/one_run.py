@@ -10,14 +10,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
-from experiments.cli import (
-    report_commands,
-)
-from experiments.cli.user_errors import (
-    ARRIVED,
-    OTHER_OUTCOME,
-    report_user_errors,
-)
+from experiments.cli import report_commands
+from experiments.cli.user_errors import ARRIVED, OTHER_OUTCOME, report_user_errors
 from experiments.errors import ConfigError
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ it: the status is `planner_failed`.
 
 import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import fields
 from numbers import Integral, Real
-from types import TracebackType
 from typing import cast
 
 import numpy as np
@@ -55,9 +55,9 @@ class CheckedPlanner:
         """
         if memory is None or self._seal is None:
             self._seal = RoadSeal(scene)
-        with _Watched("plan()", self._seal):
+        with _running("plan()", self._seal):
             result = self.planner.plan(scene, memory)
-        with _Returned("plan()"):
+        with _looked_at("plan()"):
             return checked(result)
 
 
@@ -79,64 +79,48 @@ class CheckedBatchPlanner(CheckedPlanner):
         """
         seal = RoadSeal(scenes[self._calls % len(scenes)])
         self._calls += 1
-        with _Watched("plan_many()", seal):
+        with _running("plan_many()", seal):
             found: object = self.batch.plan_many(scenes, memories)
-        with _Returned("plan_many()"):
+        with _looked_at("plan_many()"):
             if not isinstance(found, Sequence) or len(found) != len(scenes):
                 raise _wrong("plan_many()", found, f"{len(scenes)} results in a list")
             return [checked(result, "plan_many()") for result in found]
 
 
-class _Watched:
-    """While a planner runs: it may raise only exceptions, and change no road."""
+@contextmanager
+def _running(call: str, seal: RoadSeal) -> Iterator[None]:
+    """Watch a planner while it runs: it may raise only exceptions, and change no road.
 
-    def __init__(self, call: str, seal: RoadSeal) -> None:
-        self._call, self._seal = call, seal
-
-    def __enter__(self) -> None:
-        """Do nothing."""
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Raise what breaks the contract."""
-        if error is not None:
-            if isinstance(error, Exception) or is_interrupt(error):
-                return
-            words = f"{self._call} raised {described(error)}"
-            raise PlannerContractError(words) from error
-        broken = self._seal.broken()
-        if broken is not None:
-            raise PlannerContractError(
-                f"{self._call} changed scene.{broken}; allowed: reading"
-            )
+    Raises:
+        PlannerContractError: If it does anything else.
+    """
+    try:
+        yield
+    except BaseException as error:
+        if isinstance(error, Exception) or is_interrupt(error):
+            raise
+        raise PlannerContractError(f"{call} raised {described(error)}") from error
+    broken = seal.broken()
+    if broken is not None:
+        raise PlannerContractError(f"{call} changed scene.{broken}; allowed: reading")
 
 
-class _Returned:
-    """While what was returned is looked at, which may be anyone's code too."""
+@contextmanager
+def _looked_at(call: str) -> Iterator[None]:
+    """Watch what was returned while it is looked at: it may be anyone's code, too.
 
-    def __init__(self, call: str) -> None:
-        self._call = call
-
-    def __enter__(self) -> None:
-        """Do nothing."""
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Raise what is wrong with it."""
-        if error is None or isinstance(error, PlannerContractError):
-            return
-        if not is_interrupt(error):
-            raise PlannerContractError(
-                f"what {self._call} returned raises {described(error)}"
-            ) from error
+    Raises:
+        PlannerContractError: Whatever it raises.
+    """
+    try:
+        yield
+    except PlannerContractError:
+        raise
+    except BaseException as error:
+        if is_interrupt(error):
+            raise
+        words = f"what {call} returned raises {described(error)}"
+        raise PlannerContractError(words) from error
 
 
 def watched(planner: Planner) -> CheckedPlanner:

@@ -148,23 +148,30 @@ class IdmMobilPlanner:
         free: float = 1.0 - (speed / max(wish, 0.1)) ** p.exponent
         if math.isinf(gap):
             return p.acceleration * free
-        braking = 2.0 * math.sqrt(p.acceleration * p.deceleration)
-        dynamic = speed * p.headway + speed * (speed - leader_speed) / braking
-        desired = p.standstill_gap + max(dynamic, 0.0)
+        desired = float(self._desired_gap(speed, leader_speed))
         interaction: float = (desired / max(gap, TOUCHING)) ** 2
         return p.acceleration * (free - interaction)
 
+    def _desired_gap(
+        self, speed: float, leader_speed: float | FloatArray
+    ) -> float | FloatArray:
+        """Return s* behind each leader [m]; [Treiber2000] eq. 3."""
+        p = self.settings
+        braking = 2.0 * math.sqrt(p.acceleration * p.deceleration)
+        dynamic = speed * p.headway + speed * (speed - leader_speed) / braking
+        return p.standstill_gap + np.maximum(dynamic, 0.0)
+
     def comfortable_gap(self, speed: float, leader_speed: FloatArray) -> FloatArray:
         """Return the gap at which a driver far below its wish brakes with b, (n,) [m].
+
+        Solves [Treiber2000] eq. 2 without its free term, a (1 - (s*/s)²) = -b.
 
         Args:
             speed: Own [m/s].
             leader_speed: (n,) [m/s].
         """
         p = self.settings
-        braking = 2.0 * math.sqrt(p.acceleration * p.deceleration)
-        dynamic = speed * p.headway + speed * (speed - leader_speed) / braking
-        desired = p.standstill_gap + np.maximum(dynamic, 0.0)
+        desired = self._desired_gap(speed, leader_speed)
         return np.asarray(desired / math.sqrt(1.0 + p.deceleration / p.acceleration))
 
     def _drive(

@@ -257,7 +257,8 @@ class FleetLoop:
         try:
             if isinstance(planned, PlannerOutputError):
                 raise planned
-            record, after = ego.driver.drive(record, seen.vehicles(), planned)
+            vehicles = seen.vehicles() if planned is None else None
+            record, after = ego.driver.drive(record, vehicles, planned)
         except PlannerOutputError as error:
             ending = Ending(EpisodeStatus.PLANNER_FAILED, str(error))
             return record, self._coasting(ego), ending

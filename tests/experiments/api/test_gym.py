@@ -22,6 +22,7 @@ import rearview
 import rearview.gym as learning
 from gymnasium.utils.env_checker import check_env
 
+from tests.experiments.api.onnx_file import write_linear_policy
 from tests.planner.scenes import Car, Disc, ego_on, make_scene, straight, winding
 
 NAMES = ("rearview/LaneChange-v0", "rearview/Cruise-v0", "rearview/Route-v0")
@@ -304,6 +305,27 @@ def test_a_policy_drives_in_runs_as_in_its_environment(repeat, tmp_path, monkeyp
     for time, s, l, speed in places:
         row = driven[round(time, 6)]
         assert (row.s_m, row.l_m, row.speed_mps) == pytest.approx((s, l, speed))
+
+
+@pytest.mark.parametrize("first", [1, None], ids=["one at a time", "any number"])
+def test_a_policy_of_an_onnx_file_drives_as_its_formula(first, tmp_path):
+    pytest.importorskip("onnxruntime")
+    width = learning.ObservationShape().shapes["ego"][0]
+    weights = np.random.default_rng(3).uniform(-0.2, 0.2, (width, 2))
+    write_linear_policy(tmp_path / "linear.onnx", weights, first)
+    planner = learning.onnx_planner(str(tmp_path / "linear.onnx"), action="control")
+    assert isinstance(planner, BatchPlanner) == (first is None)
+    path = straight()
+    scenes = [make_scene(path, ego_on(path, 50.0, 0.3, v)) for v in (5.0, 8.0, 11.0)]
+    plans = [planner.plan(scene, None) for scene in scenes]
+    if isinstance(planner, BatchPlanner):
+        plans += planner.plan_many(scenes, [None] * len(scenes))
+    for scene, plan in zip(2 * scenes, plans, strict=False):
+        seen = learning.observe(scene, learning.ObservationShape())["ego"]
+        action = seen @ weights.astype(np.float32)
+        np.testing.assert_allclose(plan.memory[0], action, atol=1e-6)
+        driven = learning.drive(learning.ActionKind.CONTROL, plan.memory[0], scene)
+        np.testing.assert_array_equal(plan.trajectory.x, driven.x)
 
 
 def test_onnx_planner_names_what_it_needs(tmp_path):

@@ -1,4 +1,5 @@
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from experiments.cosim.loop import run_loop
 from experiments.cosim.plant import PerfectTracking
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.cosim.road import EgoTask, Road, Start
+from experiments.cosim.waiting_lines import LINE_VIEW
 from planner.cruise import proposed
 from planner.interface import PlanResult, PlanStatus
 from planner.reference_path.path import ReferencePath
@@ -30,6 +32,7 @@ from planner.reference_path.segments import arc, line
 from planner.scene import RoadUsers
 from planner.states import CartesianState, Trajectory
 from planner.vehicle import Vehicle, centre_from_rear_axle
+from sumo_nets.route_path import StopLine
 
 CAR = Vehicle()
 PATH = ReferencePath.from_segments([line(40.0), arc(40.0, 0.01), line(60.0)])
@@ -369,3 +372,42 @@ def test_a_call_that_fails_ends_all_egos_of_the_planner(planner, reason):
     leavings = [x for step in steps for x in step.leavings]
     assert [x.id for x in leavings] == ["a", "b"]
     assert {(x.how, x.reason) for x in leavings} == {("planner_failed", reason)}
+
+
+class Noting(Egos):
+    """Notes where egos are after each step, and whether they are before a line."""
+
+    def __init__(self, starts) -> None:
+        super().__init__(starts)
+        self.noted: list[tuple[float, bool]] = []
+
+    def advance(self, egos, waiting) -> None:
+        super().advance(egos, waiting)
+        front = {name: ego.x + CAR.front_reach for name, ego in egos.items()}
+        self.noted += [(front[name], name in waiting) for name in egos]
+
+
+def test_egos_just_before_a_line_of_their_road_are_told_to_the_world():
+    line_at = 100.0
+    road = replace(WIDE_ROAD, stop_lines=(StopLine("light", 0, line_at),))
+    world = Noting({"a": (60.0, 0.0, 3.0), "b": (20.0, 0.0, 8.0)})
+    FleetLoop(
+        world,
+        [FleetGroup(proposed())],
+        EgoSelection([GroupShare(count=2)], 0),
+        lambda vehicle, group: EgoWay(road, EgoTask(CAR, 390.0, 8.0)),
+        EpisodeOptions(duration=12.0),
+        lambda step: None,
+    ).run()
+    near = [
+        told for front, told in world.noted if 0.1 < line_at - front < LINE_VIEW - 0.1
+    ]
+    assert len(near) > 4
+    assert all(near)
+    away = [
+        told
+        for front, told in world.noted
+        if not -0.1 < line_at - front < LINE_VIEW + 0.1
+    ]
+    assert len(away) > 100
+    assert not any(away)
