@@ -78,9 +78,13 @@ comfort-docs: $(DEV_STAMP) ## Drive the sweeps of comfort, or go on, and put the
 	@$(BIN)/rearview sweep comfort_dense $(ARGS)
 	@$(BIN)/python -m experiments.evidence.comfort sweeps/comfort_cruise sweeps/comfort_dense -o docs/comfort.md
 
-r157-docs: r157 ## The same, and put document and pictures into docs
+r157-docs: r157 ## The same, also with a follower and with a dynamic plant, and put documents and pictures into docs
+	@$(BIN)/rearview r157 --follower --out runs/r157_follower $(ARGS)
+	@$(BIN)/rearview r157 --plant dynamic --out runs/r157_dynamic $(ARGS)
 	@cp runs/r157/r157.md docs/
-	@cp runs/r157/r157_*.png docs/pictures/
+	@cp runs/r157_follower/r157.md docs/r157_follower.md
+	@cp runs/r157_dynamic/r157.md docs/r157_dynamic.md
+	@cp runs/r157*/r157_*.png docs/pictures/
 
 commonroad-docs: $(CHECKER_STAMP) $(DEV_STAMP) ## Drive CommonRoad scenarios, check them officially, and put the table into docs
 	@$(BIN)/python -m experiments.evidence.commonroad_study -o docs/commonroad.md

@@ -10,6 +10,7 @@ import typer
 from experiments.cli.user_errors import INTERRUPTED, report_user_errors
 
 if TYPE_CHECKING:
+    from experiments.cosim.plants.tracked import PlantSettings
     from experiments.evidence.r157.summary import KindStudy
 
 OUT = Path("runs/r157")
@@ -31,6 +32,14 @@ class ProfileName(StrEnum):
 
     LINEAR = "linear"
     QUINTIC = "quintic"
+
+
+class PlantName(StrEnum):
+    """How the ego follows its plans."""
+
+    PERFECT = "perfect"
+    KINEMATIC = "kinematic"
+    DYNAMIC = "dynamic"
 
 
 def add_to(app: typer.Typer) -> None:
@@ -57,6 +66,13 @@ def r157(
     follower: Annotated[
         bool, typer.Option("--follower", help="With a reacting vehicle behind the ego.")
     ] = False,
+    plant: Annotated[
+        PlantName,
+        typer.Option(
+            help="Model of the ego's motion, with the actuators autoware; the body "
+            "that planners keep clear grows by its measured errors."
+        ),
+    ] = PlantName.PERFECT,
     out: Annotated[Path, typer.Option(help="Output folder.")] = OUT,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
 ) -> None:
@@ -84,7 +100,11 @@ def r157(
             check_planner(name)
         make_folder(out)
         density = Density.FULL if full else Density.THINNED
-        settings = RunSettings(profile=LateralProfile(profile.value), follower=follower)
+        settings = RunSettings(
+            profile=LateralProfile(profile.value),
+            follower=follower,
+            plant=_plant_settings(plant),
+        )
         kinds = list(ConflictKind) if kind is KindName.ALL else [ConflictKind(kind)]
         studies = []
         try:
@@ -104,6 +124,21 @@ def r157(
         for study in studies:
             _print_headlines(study)
         sys.stdout.write(f"report: {page}\n")
+
+
+def _plant_settings(name: PlantName) -> "PlantSettings | None":
+    """Return the settings of a car with the wheelbase of the study's ego."""
+    if name is PlantName.PERFECT:
+        return None
+    from experiments.config.vehicle_model import ActuatorsConfig, PlantConfig
+    from experiments.cosim.conflicts import Sizes
+    from experiments.evidence.r157.planner_runs import WHEELBASE_SHARE
+    from experiments.world_setup.vehicle_model import model_settings
+
+    wheelbase = WHEELBASE_SHARE * Sizes().ego_length
+    actuators = ActuatorsConfig(preset="autoware")
+    model = PlantConfig.model_validate({"model": name.value})
+    return model_settings(model, actuators, None, wheelbase)
 
 
 def _print_headlines(study: "KindStudy") -> None:

@@ -1,13 +1,15 @@
 """`docs/robustness.md`: what imperfect vehicles and eyes cost, from a sweep."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from experiments.comparison.inference import tango
 from experiments.comparison.results import Row, query, rows
 from experiments.errors import ConfigError
+from experiments.metrics.verdict.records import Fault
 
 # axis of the sweep -> heading of its column
 AXES = {
@@ -20,16 +22,22 @@ AXES = {
     "ego.perception.range_m": "range [m]",
     "simulation.planning_delay_s": "planning delay [s]",
 }
+EGO_FAULT = (str(Fault.EGO), str(Fault.SHARED))
 # heading -> SQL over the runs of a row, digits
 MEASURES = {
     "runs": ("count(*)", 0),
     "arrived [%]": ("100.0 * avg(CAST(arrived AS INT))", 0),
     "collided [%]": ("100.0 * avg(CAST(collisions > 0 AS INT))", 0),
+    "its fault": (f"count(*) FILTER (verdict IN {EGO_FAULT})", 0),
     "min clearance [m]": ("min(min_clearance_m)", 2),
     "RMS jerk [m/s³]": ("avg(rms_jerk_mps3)", 2),
     "lateral error [m]": ("max(tracking_lateral_max_m)", 2),
     "plans anew": ("sum(plans_anew)", 0),
 }
+# headings over all roads; the difference is that of arrivals on common runs
+IN_ALL = ("runs", "arrived", "difference [pp], 95 %", "collided", "its fault")
+Point = tuple[str | None, ...]
+Pair = tuple[Any, ...]
 LEAST_VALUES = 3  # of an axis over which a curve is drawn
 
 
@@ -51,8 +59,9 @@ things and a planner that takes time. Each row is on the same seeds. Without a p
 the ego is where its plan says; `tube` tells whether plans keep the plant's measured
 errors clear. `rearview robustness SWEEP -o FILE` writes this file from a sweep such
 as `robustness`, `robustness_dense` or `perception`; clearance is the smallest of all
-runs, the lateral error the largest, jerk the mean. [Vehicles and
-eyes](vehicles_and_eyes.md) explains models and presets.
+runs, the lateral error the largest, jerk the mean. *Its fault* counts the runs whose
+first contact the ego could have avoided and had to, alone or with the other. [Vehicles
+and eyes](vehicles_and_eyes.md) explains models and presets.
 """
 
 
@@ -72,6 +81,7 @@ def robustness_page(folders: Sequence[Path]) -> str:
                 f"{folder}: has no axis of vehicle or perception; allowed: a sweep "
                 f"over {', '.join(AXES)}"
             )
+        parts.append(_in_all(folder, axes))
         groups = query(
             folder, "SELECT DISTINCT scenario, planner FROM runs ORDER BY ALL"
         ).fetchall()
@@ -88,6 +98,57 @@ def robustness_page(folders: Sequence[Path]) -> str:
                 parts.append(f"\n## {scenario}, {planner}\n\n")
                 parts.append(_table(folder, axes, scenario, planner))
     return "".join(parts)
+
+
+def _in_all(folder: Path, axes: Sequence[str]) -> str:
+    """Compare every point of a sweep with perfect vehicle and eyes, over all roads.
+
+    Args:
+        folder: Of the sweep.
+        axes: Of it, those of `AXES`.
+
+    Returns:
+        A table, or nothing if the sweep has no runs with perfect ones.
+    """
+    points: dict[Point, dict[Pair, Row]] = {}
+    for row in rows(folder):
+        point = tuple(None if row[a] is None else str(row[a]) for a in axes)
+        points.setdefault(point, {})[_pair(row)] = row
+    base = next(
+        (point for point in points if set(point) <= {None, "perfect", "0.0"}), None
+    )
+    if base is None:
+        return ""
+    heads = [*(AXES[axis] for axis in axes), *IN_ALL]
+    lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]
+    for point in sorted(points, key=lambda p: (p != base, [str(k) for k in p])):
+        names = [str(cell) if cell is not None else "-" for cell in point]
+        cells = [*names, *_against(points[base], points[point])]
+        lines.append(f"| {' | '.join(cells)} |")
+    return f"\n## {folder.name}, in all\n\n" + "\n".join(lines) + "\n"
+
+
+def _pair(row: Row) -> Pair:
+    """Return what runs of different points have in common."""
+    return row["scenario"], row["planner"], row["seed"]
+
+
+def _against(perfect: Mapping[Pair, Row], runs: Mapping[Pair, Row]) -> list[str]:
+    """Return the cells of `IN_ALL`: runs of a point beside the perfect ones."""
+    common = sorted(set(perfect) & set(runs), key=str)
+    both = [(bool(perfect[k]["arrived"]), bool(runs[k]["arrived"])) for k in common]
+    gained, lost = both.count((False, True)), both.count((True, False))
+    difference = "-"
+    if common and perfect is not runs:
+        found = tango(gained, lost, len(common))
+        difference = (
+            f"{100 * found.value:+.1f} [{100 * found.low:.1f}, {100 * found.high:.1f}]"
+        )
+    arrived = sum(bool(row["arrived"]) for row in runs.values())
+    hit = sum((row["collisions"] or 0) > 0 for row in runs.values())
+    fault = sum(row["verdict"] in EGO_FAULT for row in runs.values())
+    share = f"{arrived} ({100 * arrived / len(runs):.1f} %)"
+    return [str(len(runs)), share, difference, str(hit), str(fault)]
 
 
 def degradation_curves(folder: Path) -> list[DegradationCurve]:

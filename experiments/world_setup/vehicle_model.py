@@ -14,6 +14,7 @@ from experiments.config.vehicle_model import (
     ActuatorsConfig,
     ControllerConfig,
     PlanStartConfig,
+    PlantConfig,
 )
 from experiments.cosim.execution import PlanTiming, StartRule
 from experiments.cosim.perception.perceive import Perception
@@ -58,27 +59,46 @@ def plant_settings(scenario: Scenario) -> PlantSettings | None:
             "allowed: perfect"
         )
         raise scenario.error(("ego", "plant"), problem)
-    controller = ego.controller or ControllerConfig()
+    return model_settings(
+        config, ego.actuators, ego.controller, ego.vehicle.wheelbase_m
+    )
+
+
+def model_settings(
+    plant: PlantConfig,
+    actuators: ActuatorsConfig | None,
+    controller: ControllerConfig | None,
+    wheelbase: float,
+) -> PlantSettings:
+    """Return the settings of a vehicle model.
+
+    Args:
+        plant: Mass and tyres.
+        actuators: None for ideal ones.
+        controller: None for the default one.
+        wheelbase: [m].
+    """
+    control = controller or ControllerConfig()
     return PlantSettings(
-        PlantModel(config.model),
-        CHASSIS[config.parameters].with_wheelbase(ego.vehicle.wheelbase_m),
-        Tyres(saturate=config.tyres == "pacejka"),
-        config.friction,
-        config.understeer_gradient,
-        _actuators(ego.actuators or ActuatorsConfig()),
+        PlantModel(plant.model),
+        CHASSIS[plant.parameters].with_wheelbase(wheelbase),
+        Tyres(saturate=plant.tyres == "pacejka"),
+        plant.friction,
+        plant.understeer_gradient,
+        _actuators(actuators or ActuatorsConfig()),
         ControllerSettings(
-            ControllerKind(controller.name),
-            controller.period_s,
-            controller.delay_aware,
+            ControllerKind(control.name),
+            control.period_s,
+            control.delay_aware,
             LqrWeights(
-                controller.lateral_weight,
-                controller.heading_weight,
-                controller.steering_weight,
+                control.lateral_weight,
+                control.heading_weight,
+                control.steering_weight,
             ),
-            pursuit_time=controller.pursuit_time_s,
-            stanley_gain=controller.stanley_gain,
-            position_gain=controller.position_gain,
-            speed_gain=controller.speed_gain,
+            pursuit_time=control.pursuit_time_s,
+            stanley_gain=control.stanley_gain,
+            position_gain=control.position_gain,
+            speed_gain=control.speed_gain,
         ),
     )
 

@@ -2,9 +2,11 @@
 
 import base64
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
+from experiments.cosim.plants.tracked import PlantSettings
 from experiments.evidence.r157.drivers import CAREFUL_HUMAN, TITLES
 from experiments.evidence.r157.figure import draw_panels, save_panels
 from experiments.evidence.r157.grids import ConflictKind, Density
@@ -102,7 +104,7 @@ def _section(study: KindStudy, settings: RunSettings, out: Path) -> dict[str, An
     for planner in planners:
         runs = study.runs[planner] if planner else ()
         slug = "" if planner is None else "_" + planner.replace(":", "-")
-        file = f"r157_{study.kind}{slug}.png"
+        file = f"r157_{study.kind}{_variant(settings)}{slug}.png"
         save_panels(draw_panels(study.results, runs), out / file)
         who = planner or "the reference drivers"
         pictures.append({"title": f"{KINDS[study.kind]}: {who}", "file": file})
@@ -127,6 +129,12 @@ def _section(study: KindStudy, settings: RunSettings, out: Path) -> dict[str, An
     }
 
 
+def _variant(settings: RunSettings) -> str:
+    """Return what tells pictures with these settings from those without, or ''."""
+    follower = "_follower" if settings.follower else ""
+    return follower + (f"_{settings.plant.model}" if settings.plant else "")
+
+
 def _headline_row(found: Headline, settings: RunSettings) -> dict[str, Any]:
     """Return the headline of a planner as a row of a table."""
     row = {
@@ -148,7 +156,11 @@ def _headline_row(found: Headline, settings: RunSettings) -> dict[str, Any]:
 
 def _settings_words(settings: RunSettings) -> dict[str, Any]:
     """Return the settings as JSON."""
-    return {"profile": str(settings.profile), "follower": settings.follower}
+    return {
+        "profile": str(settings.profile),
+        "follower": settings.follower,
+        "plant": None if settings.plant is None else asdict(settings.plant),
+    }
 
 
 def _grid_words(density: Density, settings: RunSettings) -> str:
@@ -156,10 +168,21 @@ def _grid_words(density: Density, settings: RunSettings) -> str:
     words = (
         f"Grid of Mattas et al. (2022), {density}; lateral profile {settings.profile}"
     )
-    behind = (
-        "with a follower (IDM) behind" if settings.follower else "without a follower"
+    behind = "a follower (IDM)" if settings.follower else "nobody"
+    return f"{words}; {behind} behind the ego, {_plant_words(settings.plant)}."
+
+
+def _plant_words(plant: PlantSettings | None) -> str:
+    """Return how the ego follows its plans."""
+    if plant is None:
+        return "which is where its plan says"
+    steering, drive = plant.actuators.steering, plant.actuators.drive
+    return (
+        f"which follows its plans as a {plant.model} vehicle (steering: dead time "
+        f"{steering.dead_time:g} s, lag {steering.lag:g} s; drive: {drive.dead_time:g} "
+        f"s, {drive.lag:g} s) with the controller {plant.controller.kind}; planners "
+        "keep clear its body and its measured errors"
     )
-    return f"{words}; {behind} the ego."
 
 
 def _markdown(facts: Mapping[str, Any]) -> str:

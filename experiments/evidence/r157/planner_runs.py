@@ -22,7 +22,9 @@ from experiments.cosim.conflicts import STEP_S, Conflicts, LateralProfile, Sizes
 from experiments.cosim.ego_driver import EpisodeOptions
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.loop import run_loop
-from experiments.cosim.plant import PerfectTracking
+from experiments.cosim.plant import PerfectTracking, Plant
+from experiments.cosim.plants.tracked import PlantSettings, TrackedPlant
+from experiments.cosim.plants.tube import measure_tube, planned_vehicle
 from experiments.cosim.records import EpisodeStatus, StepRecord
 from experiments.cosim.road import EgoTask, Road, Start
 from experiments.evidence.r157.drivers import drivers_of
@@ -42,6 +44,7 @@ PATIENCE = 10.0  # after the other vehicle's last change [s]
 WAITING_FOR_FOLLOWER = 4.0  # after the ego's conflict is over [s]
 MAX_SPEED = 45.0  # of the ego [m/s]
 N_LANES = 3
+WHEELBASE_SHARE = 0.6  # of the ego's length
 SAME = 1e-6  # [m]
 
 
@@ -53,6 +56,7 @@ class RunSettings:
     profile: LateralProfile = LateralProfile.LINEAR
     side: float = -1.0  # from which a vehicle cuts in: 1 left, -1 right
     follower: bool = False
+    plant: PlantSettings | None = None  # None: the ego is where its plan says
 
 
 class RunRow(NamedTuple):
@@ -239,14 +243,29 @@ def _drive(
         duration=last * STEP_S + PATIENCE,
         blocked_after=math.inf,
         predictor=held_braking,
+        planned_body=_planned_body(settings.plant, task),
     )
     try:
-        ending = run_loop(world, planner, PerfectTracking(), task, options, trace)
+        ending = run_loop(world, planner, _plant(settings.plant), task, options, trace)
     except _ConflictOver:
         return trace.row()
     if ending.status not in (EpisodeStatus.COLLISION, EpisodeStatus.TIMEOUT):
         trace.outcome = ConflictEnd.FAILED
     return trace.row()
+
+
+def _plant(settings: PlantSettings | None) -> Plant:
+    """Make the plant of a run."""
+    return PerfectTracking() if settings is None else TrackedPlant(settings, STEP_S)
+
+
+def _planned_body(settings: PlantSettings | None, task: EgoTask) -> Vehicle | None:
+    """Return the body that plans keep clear: the ego's, grown by the plant's tube."""
+    if settings is None:
+        return None
+    speed = task.target_speed
+    bounds = measure_tube(settings).upto(speed)
+    return planned_vehicle(task.vehicle, settings, bounds, speed)
 
 
 def _road(sizes: Sizes, way: float) -> Road:
@@ -263,7 +282,7 @@ def _task(road: Road, sizes: Sizes, speed: float) -> EgoTask:
     vehicle = Vehicle(
         sizes.ego_length,
         sizes.ego_width,
-        wheelbase=0.6 * sizes.ego_length,
+        wheelbase=WHEELBASE_SHARE * sizes.ego_length,
         rear_overhang=0.2 * sizes.ego_length,
         limits=VehicleLimits(max_speed=MAX_SPEED),
     )

@@ -17,6 +17,7 @@ def run(arguments, monkeypatch):
         (["--planner", "careful"], "no such planner"),
         (["--planner", "nowhere:make"], "cannot import nowhere"),
         (["--kind", "cut_up"], "cut_up"),
+        (["--plant", "steam"], "steam"),
     ],
 )
 def test_bad_input_is_one_line(arguments, words, monkeypatch, capsys, tmp_path):

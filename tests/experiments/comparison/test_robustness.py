@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from experiments.cli.app import app
+from experiments.comparison.inference import tango
 from experiments.comparison.robustness import (
     HEAD,
     MEASURES,
@@ -43,12 +44,28 @@ def test_rows_are_counted_by_point(tmp_path):
             min_clearance_m=0.5 * n,
             tracking_lateral_max_m=0.1 * n,
             plans_anew=1,
+            verdict="shared" if n == 0 else None,
         )
     page = robustness_page([tmp_path])
     assert "## road, p" in page
     assert "| plant | actuators | runs | arrived [%] |" in page
-    assert "| perfect | - | 4 | 100 | 0 | 1.00 | - | - | - |" in page
-    assert "| dynamic | autoware | 4 | 75 | 25 | 0.00 | - | 0.30 | 4 |" in page
+    assert "| perfect | - | 4 | 100 | 0 | 0 | 1.00 | - | - | - |" in page
+    assert "| dynamic | autoware | 4 | 75 | 25 | 1 | 0.00 | - | 0.30 | 4 |" in page
+
+
+def test_points_are_compared_with_perfect_ones_on_common_seeds(tmp_path):
+    perfect, slow = {"ego.plant": "perfect"}, {"ego.plant": "dynamic"}
+    for n in range(40):
+        run(tmp_path, n, perfect, arrived=n > 0, collisions=0, seed=n)
+        bad = n in (1, 2)
+        verdict = {1: "ego at fault", 2: "unavoidable"}.get(n)
+        values = {"arrived": n > 2, "collisions": int(bad), "verdict": verdict}
+        run(tmp_path, 100 + n, slow, **values, seed=n)
+    page = robustness_page([tmp_path])
+    low, high = tango(0, 2, 40).low, tango(0, 2, 40).high
+    assert "| perfect | 40 | 39 (97.5 %) | - | 0 | 0 |" in page
+    words = f"-5.0 [{100 * low:.1f}, {100 * high:.1f}]"
+    assert f"| dynamic | 40 | 37 (92.5 %) | {words} | 2 | 1 |" in page
 
 
 LATENCY, NOISE = "ego.perception.latency_s", "ego.perception.position_noise_m"
@@ -70,7 +87,7 @@ def test_curves_vary_one_axis_about_the_common_point(tmp_path, capsys):
     assert over_latency.values == (0.0, 0.1, 0.5)
     assert [row[1] for row in over_latency.measures] == [100.0, 100.0, 50.0]
     assert over_noise.values == (0.0, 0.1, 0.5)
-    assert [row[3] for row in over_noise.measures] == [1.0, 0.9, 0.5]
+    assert [row[4] for row in over_noise.measures] == [1.0, 0.9, 0.5]
     assert "| 0.5 | 2 | 50 |" in robustness_page([tmp_path])
     picture = tmp_path / "curves.svg"
     with pytest.raises(SystemExit):

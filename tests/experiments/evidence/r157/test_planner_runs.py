@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from experiments.config.vehicle_model import ActuatorsConfig, PlantConfig
 from experiments.evidence.r157.grids import (
     ConflictKind,
     ConflictPanel,
@@ -16,6 +17,7 @@ from experiments.evidence.r157.planner_runs import (
 )
 from experiments.evidence.r157.simulate import ConflictEnd, collided, simulate
 from experiments.evidence.r157.unpreventable import judge_panel
+from experiments.world_setup.vehicle_model import model_settings
 from planner.interface import PlanResult, PlanStatus
 from planner.lane_change import proposed as lane_change
 
@@ -118,3 +120,45 @@ def test_lane_change_goes_on_after_fallbacks_within_a_change(gap):
     panel = ConflictPanel(ConflictKind.CUT_IN, 60, 20, np.array([gap]), np.array([0.6]))
     (row,) = drive_cells(lane_change(), panel, [0], RunSettings())
     assert row.outcome == ConflictEnd.AVOIDED
+
+
+PLANTS = {
+    model: model_settings(
+        PlantConfig(model=model), ActuatorsConfig(preset="autoware"), None, 2.58
+    )
+    for model in ("kinematic", "dynamic")
+}
+
+
+@pytest.mark.parametrize("model", PLANTS)
+def test_a_plant_brakes_nearly_as_its_plan(model):
+    panel = PANELS["cut_in"]
+    planner = reference_planner(panel, "careful_human")
+    settings = RunSettings(plant=PLANTS[model])
+    perfect = drive_cells(planner, panel, range(panel.cells), RunSettings())
+    tracked = drive_cells(planner, panel, range(panel.cells), settings)
+    assert drive_cells(planner, panel, range(panel.cells), settings) == tracked
+    assert tracked != perfect
+    braking = np.array(
+        [[row.hardest_braking for row in rows] for rows in (perfect, tracked)]
+    )
+    hard = braking[0] > 3.0  # lag and dead time let it overshoot
+    assert hard.sum() > 10
+    planned, driven = braking[:, hard].mean(axis=1)
+    assert driven == pytest.approx(planned, rel=0.3)
+
+
+def test_plans_keep_clear_the_body_and_its_errors():
+    bodies = []
+
+    class Looks:
+        def plan(self, scene, memory):
+            bodies.append(scene.vehicle)
+            return PlanResult(PlanStatus.INVALID_SCENE, None, None)
+
+    for plant in (None, PLANTS["dynamic"]):
+        drive_cells(Looks(), PANELS["cut_in"], [3], RunSettings(plant=plant))
+    exact, grown = bodies
+    assert grown.length > exact.length
+    assert grown.width > exact.width
+    assert grown.limits.max_deceleration <= exact.limits.max_deceleration
