@@ -32,10 +32,10 @@ from planner.lane_change.phases.memory import (
 from planner.lane_change.phases.yielding import with_yielding
 from planner.lane_change.place_on_path import rest_from
 from planner.lane_change.road_edges import worst_reach
-from planner.lane_change.settings import LaneChangeSettings
+from planner.lane_change.settings import LaneChangeSettings, SpeedSettings
 from planner.lane_change.speed.passing_orders import Side
 from planner.lane_change.speed.plan import SpeedPlan, plan_speed
-from planner.lane_change.surroundings import in_lane
+from planner.lane_change.surroundings import claims_lane, in_lane
 from planner.states import BoolArray, Path
 from planner.vehicle import body_scale
 
@@ -67,7 +67,7 @@ def go_on(
         users,
         ~followers,
         speed_task(here),
-        settings.committed if committed else settings.entering,
+        _margins(here, change.target, committed, settings),
     )
     counts.speeds(speed)
     entering = about_to_enter(scene, change.lane, change.target, scene.step)
@@ -91,12 +91,30 @@ def go_on(
         here.ahead,
         ~here.behind,
         speed_task(here),
-        settings.committed,
+        _margins(here, change.target, committed, settings),
     )
     counts.speeds(speed)
     if speed.profile is not None:
         return replace(candidate, speed=speed, why="those behind have to react")
     return soften(here, replace(candidate, speed=speed), settings)
+
+
+def _margins(
+    here: Situation,
+    target: int,
+    committed: bool,  # noqa: FBT001 - a state, not a switch
+    settings: LaneChangeSettings,
+) -> SpeedSettings:
+    """Return the gaps that a change keeps.
+
+    Inside the target lane the gap to who drives ahead there is opened. To who is ahead
+    in the lane that is left it is not: the ego is about to drive past.
+    """
+    bodies = here.bodies
+    ahead = claims_lane(here.scene, bodies, target) & (
+        bodies.s > here.scene.ego_frenet.s
+    )
+    return settings.committed if committed and ahead.any() else settings.entering
 
 
 def _is_given_up(
