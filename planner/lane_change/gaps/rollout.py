@@ -28,7 +28,6 @@ AIM_INSIDE = 4.0  # behind the nearest place behind a vehicle, or it takes for e
 RESPONSE_TIME = 1.2  # in which it comes to the speed for that [s]
 FOLLOW_TIME = 3.0  # in which it comes to its distance behind a vehicle [s]
 HARD = 3.0  # braking of the ego where it has to [m/s²]
-LOOK_EVERY = 4  # steps after which a later entry is looked at that costs others as much
 LEAST_GAIN = 0.4  # by which a later entry has to be cheaper for others [s]
 
 
@@ -189,8 +188,8 @@ def _entry_within(
         room = _room_at(i, place, v, case)
         price = rules.braking_weight * room.braking
         price += rules.missing_weight * room.missing
-        if price < cheapest - LEAST_GAIN or (i % LOOK_EVERY == 0 and price < np.inf):
-            cheapest = min(price, cheapest)
+        if price < cheapest - LEAST_GAIN:
+            cheapest = price
             lost, more = _follow(i, place, v, case, after)
             cost = lost + price + rules.wait_weight * rules.step * i
             spare = min(own.wait, own.leader_stop) - place

@@ -27,7 +27,6 @@ AT_ONCE = 1.0
 # A change into a gap that is as much too short begins: whether it is safe is decided
 # where the body is about to enter, a second and a half later [m]
 ALMOST = 3.0
-NEARLY_AS_GOOD = 0.5  # a gap whose time has come, beside a better one later [s]
 TRIED = 2  # gaps whose change is planned in full in one cycle
 
 
@@ -60,8 +59,6 @@ def seek_gap(
     if not plans:
         return None
     for plan in plans[:TRIED]:
-        if plan.cost > plans[0].cost + NEARLY_AS_GOOD and plans[0].entry > AT_ONCE:
-            break  # the better one is worth the wait
         if plan.entry > AT_ONCE or plan.missing > ALMOST:
             continue
         candidate = _change_into(here, lane, plan, settings, counts)
