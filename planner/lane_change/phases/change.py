@@ -35,9 +35,11 @@ from planner.lane_change.road_edges import worst_reach
 from planner.lane_change.settings import LaneChangeSettings, SpeedSettings
 from planner.lane_change.speed.passing_orders import Side
 from planner.lane_change.speed.plan import SpeedPlan, plan_speed
-from planner.lane_change.surroundings import claims_lane, in_lane
+from planner.lane_change.surroundings import in_lane
 from planner.states import BoolArray, Path
 from planner.vehicle import body_scale
+
+NEAR = 2.0  # who is farther ahead than it drives in that time is no matter [s]
 
 
 def go_on(
@@ -67,7 +69,7 @@ def go_on(
         users,
         ~followers,
         speed_task(here),
-        _margins(here, change.target, committed, settings),
+        _margins(here, change, committed, settings),
     )
     counts.speeds(speed)
     entering = about_to_enter(scene, change.lane, change.target, scene.step)
@@ -91,7 +93,7 @@ def go_on(
         here.ahead,
         ~here.behind,
         speed_task(here),
-        _margins(here, change.target, committed, settings),
+        _margins(here, change, committed, settings),
     )
     counts.speeds(speed)
     if speed.profile is not None:
@@ -101,20 +103,21 @@ def go_on(
 
 def _margins(
     here: Situation,
-    target: int,
+    change: Change,
     committed: bool,  # noqa: FBT001 - a state, not a switch
     settings: LaneChangeSettings,
 ) -> SpeedSettings:
     """Return the gaps that a change keeps.
 
-    Inside the target lane the gap to who drives ahead there is opened. To who is ahead
-    in the lane that is left it is not: the ego is about to drive past.
+    Inside the target lane the gap ahead is opened, where anybody is or may come there.
+    To who stays in the lane that is left it is not: the ego is about to drive past.
     """
-    bodies = here.bodies
-    ahead = claims_lane(here.scene, bodies, target) & (
-        bodies.s > here.scene.ego_frenet.s
-    )
-    return settings.committed if committed and ahead.any() else settings.entering
+    scene, bodies = here.scene, here.bodies
+    stays = in_lane(scene, bodies, change.lane)
+    ahead = bodies.s - bodies.half_length - scene.ego_frenet.s
+    near = ahead < scene.vehicle.front_reach + NEAR * max(scene.ego.speed, 0.0)
+    opened = committed and bool(np.any(near & ~stays & ~here.behind))
+    return settings.committed if opened else settings.entering
 
 
 def _is_given_up(
