@@ -32,12 +32,14 @@ from planner.lane_change.phases.memory import (
 from planner.lane_change.phases.yielding import with_yielding
 from planner.lane_change.place_on_path import rest_from
 from planner.lane_change.road_edges import worst_reach
-from planner.lane_change.settings import LaneChangeSettings
+from planner.lane_change.settings import LaneChangeSettings, SpeedSettings
 from planner.lane_change.speed.passing_orders import Side
 from planner.lane_change.speed.plan import SpeedPlan, plan_speed
 from planner.lane_change.surroundings import in_lane
 from planner.states import BoolArray, Path
 from planner.vehicle import body_scale
+
+NEAR = 2.0  # who is farther ahead than it drives in that time is no matter [s]
 
 
 def go_on(
@@ -67,7 +69,7 @@ def go_on(
         users,
         ~followers,
         speed_task(here),
-        settings.committed if committed else settings.entering,
+        _margins(here, change, committed, settings),
     )
     counts.speeds(speed)
     entering = about_to_enter(scene, change.lane, change.target, scene.step)
@@ -91,12 +93,31 @@ def go_on(
         here.ahead,
         ~here.behind,
         speed_task(here),
-        settings.committed,
+        _margins(here, change, committed, settings),
     )
     counts.speeds(speed)
     if speed.profile is not None:
         return replace(candidate, speed=speed, why="those behind have to react")
     return soften(here, replace(candidate, speed=speed), settings)
+
+
+def _margins(
+    here: Situation,
+    change: Change,
+    committed: bool,  # noqa: FBT001 - a state, not a switch
+    settings: LaneChangeSettings,
+) -> SpeedSettings:
+    """Return the gaps that a change keeps.
+
+    Inside the target lane the gap ahead is opened, where anybody is or may come there.
+    To who stays in the lane that is left it is not: the ego is about to drive past.
+    """
+    scene, bodies = here.scene, here.bodies
+    stays = in_lane(scene, bodies, change.lane)
+    ahead = bodies.s - bodies.half_length - scene.ego_frenet.s
+    near = ahead < scene.vehicle.front_reach + NEAR * max(scene.ego.speed, 0.0)
+    opened = committed and bool(np.any(near & ~stays & ~here.behind))
+    return settings.committed if opened else settings.entering
 
 
 def _is_given_up(

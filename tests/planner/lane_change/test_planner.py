@@ -134,6 +134,17 @@ def test_a_slow_leader_is_overtaken():
     assert driven.clearance > 0.3
 
 
+@pytest.mark.parametrize("gap", [9.0, 12.0, 16.0])
+def test_it_does_not_brake_for_who_is_ahead_in_the_lane_it_leaves(gap):
+    front = 100.0 + Vehicle().front_reach
+    ahead = Car(front + gap + 2.25, -1.75, 13.1)  # its rear bumper is `gap` ahead
+    driven = drive(130, cars=[ahead], speed=13.3, target_speed=16.67)
+    assert Phase.COMMITTED in driven.phases
+    assert driven.last.ego_frenet.l == pytest.approx(1.75, abs=0.05)
+    assert min(scene.ego.acceleration for scene in driven.scenes) > -1.0
+    assert driven.clearance > 0.8
+
+
 def test_it_lets_a_fast_car_pass_first():
     driven = drive(300, cars=[Car(85.0, 1.75, 16.0)], obstacles=wall(450.0))
     assert driven.clearance > 0.5
