@@ -22,7 +22,7 @@ SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collect
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs perception r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type contracts imports bench bench-docs bench-peers peers-docs comfort-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs robustness-docs r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type contracts imports bench bench-docs bench-peers peers-docs comfort-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -65,9 +65,11 @@ results-docs: results ## The same, put numbers and document into docs and their 
 r157: $(DEV_STAMP) ## Draw the picture of UN Regulation 157 into runs/r157, or go on: ARGS="--kind all --full"
 	@$(BIN)/rearview r157 $(ARGS)
 
-perception: $(USER_STAMP) ## Drive the sweep perception, or go on, and write tables and curves beside it: ARGS="--limit 500"
-	@$(BIN)/rearview sweep perception $(ARGS)
-	@$(BIN)/rearview robustness sweeps/perception -o sweeps/perception/robustness.md --figure sweeps/perception/robustness.svg
+IMPERFECT := imperfect_cruise imperfect_lane_change imperfect_route imperfect_dense perception perception_lane_change
+
+robustness-docs: $(DEV_STAMP) ## Drive the sweeps of imperfect vehicles and eyes, or go on, and put tables and curves into docs: ARGS="--limit 500"
+	@for sweep in $(IMPERFECT); do $(BIN)/rearview sweep $$sweep --yes $(ARGS) || exit $$?; done
+	@$(BIN)/rearview robustness $(addprefix sweeps/,$(IMPERFECT)) -o docs/robustness.md --figure docs/pictures/degradation.png
 
 peers-docs: $(DEV_STAMP) ## Drive the sweep peers, or go on, and put its table into docs: ARGS="--limit 500"
 	@$(BIN)/rearview sweep peers --yes $(ARGS)
