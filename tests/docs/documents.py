@@ -86,7 +86,7 @@ def rearview_arguments(command: str) -> list[str]:
         if line.startswith(".venv/bin/rearview ")
     ]
     through_make = {"experiment", "figure", "report", "sweep", "thesis", "results"}
-    through_make.add("perception")
+    through_make.add("robustness-docs")
     assert bool(calls) == (words[1] in {*through_make, "thesis-docs", "schema"}), words
     return calls[-1][1:] if words[1] in through_make else []
 
