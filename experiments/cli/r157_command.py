@@ -132,11 +132,11 @@ def _plant_settings(name: PlantName) -> "PlantSettings | None":
         return None
     from experiments.config.vehicle_model import ActuatorsConfig, PlantConfig
     from experiments.cosim.conflicts import Sizes
-    from experiments.evidence.r157.planner_runs import WHEELBASE_SHARE
+    from experiments.evidence.r157.planner_runs import ACTUATORS, WHEELBASE_SHARE
     from experiments.world_setup.vehicle_model import model_settings
 
     wheelbase = WHEELBASE_SHARE * Sizes().ego_length
-    actuators = ActuatorsConfig(preset="autoware")
+    actuators = ActuatorsConfig(preset=ACTUATORS)
     model = PlantConfig.model_validate({"model": name.value})
     return model_settings(model, actuators, None, wheelbase)
 

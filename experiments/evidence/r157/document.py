@@ -124,7 +124,7 @@ def _section(study: KindStudy, settings: RunSettings, out: Path) -> dict[str, An
         "preventable": [
             cell
             for runs in study.runs.values()
-            for cell in preventable_cells(study.results, runs)
+            for cell in preventable_cells(study.results, runs, settings)
         ],
     }
 

@@ -45,6 +45,7 @@ WAITING_FOR_FOLLOWER = 4.0  # after the ego's conflict is over [s]
 MAX_SPEED = 45.0  # of the ego [m/s]
 N_LANES = 3
 WHEELBASE_SHARE = 0.6  # of the ego's length
+ACTUATORS = "autoware"  # preset of a plant that is not perfect
 SAME = 1e-6  # [m]
 
 

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from experiments.cosim.conflicts import LateralProfile
 from experiments.evidence.r157.drivers import CAREFUL_HUMAN, drivers_of
 from experiments.evidence.r157.grids import (
     KMH,
@@ -15,7 +16,7 @@ from experiments.evidence.r157.grids import (
     Density,
     panels_of,
 )
-from experiments.evidence.r157.planner_runs import RunSettings
+from experiments.evidence.r157.planner_runs import ACTUATORS, RunSettings
 from experiments.evidence.r157.study import PlannerPanel, run_panel
 from experiments.evidence.r157.unpreventable import PanelResult, judge_panel
 from experiments.sweep.processes.parallel import Work
@@ -102,9 +103,17 @@ def headline(results: Sequence[PanelResult], runs: Sequence[PlannerPanel]) -> He
 
 
 def preventable_cells(
-    results: Sequence[PanelResult], runs: Sequence[PlannerPanel]
+    results: Sequence[PanelResult],
+    runs: Sequence[PlannerPanel],
+    settings: RunSettings,
 ) -> list[dict[str, Any]]:
-    """Return the cells in which a planner collided and the careful human does not."""
+    """Return the cells in which a planner collided and the careful human does not.
+
+    Args:
+        results: Of the reference drivers.
+        runs: Of one planner, in the same order.
+        settings: Of the runs, for the commands that replay them.
+    """
     found: list[dict[str, Any]] = []
     for result, run in zip(results, runs, strict=True):
         panel = result.panel
@@ -119,16 +128,22 @@ def preventable_cells(
                     X_NAMES[panel.kind]: x,
                     Y_NAMES[panel.kind]: y,
                     "impact [m/s]": impact,
-                    "replay": _replay(panel, run.planner, x, y),
+                    "replay": _replay(panel, run.planner, (x, y), settings),
                 }
             )
     return found
 
 
-def _replay(panel: ConflictPanel, planner: str, x: float, y: float) -> str:
+def _replay(
+    panel: ConflictPanel,
+    planner: str,
+    cell: tuple[float, float],
+    settings: RunSettings,
+) -> str:
     """Return the command that drives one cell with a whole trace and a page."""
+    x, y = cell
     kmh = x if panel.kind is ConflictKind.BRAKING else panel.ego_kmh
-    keys = {"ego.target_speed_mps": kmh * KMH}
+    keys: dict[str, float | str] = {"ego.target_speed_mps": kmh * KMH}
     if panel.kind is ConflictKind.BRAKING:
         keys["conflict.deceleration_mps2"] = y * GRAVITY
     else:
@@ -139,8 +154,19 @@ def _replay(panel: ConflictPanel, planner: str, x: float, y: float) -> str:
     if driver is not None and panel.kind is not ConflictKind.CUT_IN:
         speed = np.array([kmh * KMH])
         keys["conflict.following_gap_m"] = float(driver.following_gap(speed)[0])
-    words = " ".join(f"--set {key}={value:.6g}" for key, value in keys.items())
+    if panel.kind is ConflictKind.CUT_IN and settings.profile != LateralProfile.LINEAR:
+        keys["conflict.profile"] = str(settings.profile)
+    if settings.follower:
+        keys["conflict.follower"] = "true"
+    if settings.plant is not None:
+        keys |= {"ego.plant": str(settings.plant.model), "ego.actuators": ACTUATORS}
+    words = " ".join(f"--set {key}={_written(value)}" for key, value in keys.items())
     return f"rearview run {SCENARIOS[panel.kind]} --planner {planner} {words}"
+
+
+def _written(value: float | str) -> str:
+    """Write the value of a key."""
+    return value if isinstance(value, str) else f"{value:.6g}"
 
 
 def counts_rows(

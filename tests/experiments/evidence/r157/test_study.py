@@ -1,8 +1,11 @@
+import shlex
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from experiments.config.scenario_file import load_scenario
+from experiments.config.vehicle_model import ActuatorsConfig, PlantConfig
 from experiments.cosim.conflicts import LateralProfile
 from experiments.evidence.r157 import study
 from experiments.evidence.r157.document import write_study
@@ -10,6 +13,7 @@ from experiments.evidence.r157.grids import ConflictPanel, Density, cut_in_panel
 from experiments.evidence.r157.planner_runs import RunSettings
 from experiments.evidence.r157.summary import KindStudy, headline, preventable_cells
 from experiments.evidence.r157.unpreventable import judge_panel
+from experiments.world_setup.vehicle_model import model_settings
 
 WHOLE = cut_in_panel(60, 20, Density.THINNED)
 PANEL = ConflictPanel(WHOLE.kind, 60, 20, WHOLE.x[::6], WHOLE.y[::4])
@@ -68,7 +72,28 @@ def test_headline_counts_by_hand(runs):
     assert (found.collisions, found.cells) == (hit.sum(), 15)
     assert found.preventable == (hit & ~human).sum()
     assert (found.unpreventable, found.survived) == (human.sum(), (human & ~hit).sum())
-    assert len(preventable_cells([judged], [made])) == found.preventable
+    cells = preventable_cells([judged], [made], RunSettings())
+    assert len(cells) == found.preventable
+
+
+def test_commands_of_cells_have_the_settings_of_the_runs(runs):
+    _, made = runs
+    nobody = judge_panel(PANEL)
+    nobody.collided["careful_human"][:] = False  # every collision is preventable
+    plain = preventable_cells([nobody], [made], RunSettings())
+    assert plain
+    model, hands = PlantConfig(model="dynamic"), ActuatorsConfig(preset="autoware")
+    plant = model_settings(model, hands, None, 2.58)
+    settings = RunSettings(profile=LateralProfile.QUINTIC, follower=True, plant=plant)
+    varied = preventable_cells([nobody], [made], settings)
+    more = " --set conflict.profile=quintic --set conflict.follower=true"
+    more += " --set ego.plant=dynamic --set ego.actuators=autoware"
+    assert [row["replay"] for row in varied] == [row["replay"] + more for row in plain]
+    words = shlex.split(varied[0]["replay"])
+    changes = [word for word in words if "=" in word]
+    scenario = load_scenario("cut_in", overrides=changes)
+    assert scenario.ego.plant is not None
+    assert scenario.conflict.follower
 
 
 def test_page_document_and_pictures_are_written(runs, tmp_path):
