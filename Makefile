@@ -22,7 +22,7 @@ SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collect
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs robustness-docs r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type contracts imports bench bench-docs bench-peers peers-docs comfort-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs robustness-docs penetration-docs r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type contracts imports bench bench-docs bench-peers peers-docs comfort-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -70,6 +70,12 @@ IMPERFECT := imperfect_cruise imperfect_lane_change imperfect_route imperfect_de
 robustness-docs: $(DEV_STAMP) ## Drive the sweeps of imperfect vehicles and eyes, or go on, and put tables and curves into docs: ARGS="--limit 500"
 	@for sweep in $(IMPERFECT); do $(BIN)/rearview sweep $$sweep --yes $(ARGS) || exit $$?; done
 	@$(BIN)/rearview robustness $(addprefix sweeps/,$(IMPERFECT)) -o docs/robustness.md --figure docs/pictures/degradation.png
+
+PENETRATION := penetration_ring penetration_platoon penetration_bottleneck penetration_merge
+
+penetration-docs: $(DEV_STAMP) ## Drive the sweeps of many egos, or go on, and put their tables into docs: ARGS="--limit 18"
+	@for sweep in $(PENETRATION); do $(BIN)/rearview sweep $$sweep --yes $(ARGS) || exit $$?; done
+	@$(BIN)/python -m experiments.evidence.penetration $(addprefix sweeps/,$(PENETRATION)) -o docs/penetration.md
 
 peers-docs: $(DEV_STAMP) ## Drive the sweep peers, or go on, and put its table into docs: ARGS="--limit 500"
 	@$(BIN)/rearview sweep peers --yes $(ARGS)

@@ -43,11 +43,12 @@ PUBLISHED = {
 }
 INTRODUCTION = """# Many egos: what a planner makes of traffic
 
-Written by `python -m experiments.evidence.penetration` from finished sweeps; nothing is
-typed in by hand. Each line is the mean over the seeds; *difference* is that from the
-runs without an ego on the same seeds, with its 95 % interval. How the columns are
-defined stands in [Metrics](reference/metrics.md), how a scenario says which vehicles
-are egos in [Scenario files](reference/scenario_files.md#many-egos).
+Written by `python -m experiments.evidence.penetration` (`make penetration-docs`) from
+finished sweeps; nothing is typed in by hand. Each line is the mean over the seeds;
+*difference* is that from the runs without an ego on the same seeds, with its 95 %
+interval. How the columns are defined stands in [Metrics](reference/metrics.md), how a
+scenario says which vehicles are egos in [Scenario
+files](reference/scenario_files.md#many-egos).
 """
 
 
