@@ -55,6 +55,7 @@ class SumoFleetWorld:
         self._ghosts: dict[str, Ghost] = {}
         self._windows: dict[str, RouteWindow] = {}  # of egos that need one
         self._bodies: dict[str, Vehicle] = {}  # of the egos
+        self._moved: dict[str, CartesianState] = {}  # where the egos are
         self._users: RoadUsers | None = None  # as last observed
         # of a route its name for ghosts, and its lanes
         self._ways: dict[tuple[str, ...], tuple[str, list[Strip]]] = {}
@@ -99,6 +100,7 @@ class SumoFleetWorld:
         sumo = self._running()
         with sumo_errors(sumo, "reading the traffic"):
             users = cast(VehicleReader, self._reader).near((0.0, 0.0), math.inf)
+            users = self._with_true_places(users)
             numbers = self._read_numbers(sumo, users.ids)
             pending = len(sumo.simulation.getPendingVehicles())
         self._users = users
@@ -114,6 +116,22 @@ class SumoFleetWorld:
             co2,
             pending,
         )
+
+    def _with_true_places(self, users: RoadUsers) -> RoadUsers:
+        """Return road users with the egos where they are.
+
+        SUMO may have one elsewhere: before a line, or on the lanes beside which it
+        swings out; its ghost is where it is then, which egos do not see.
+        """
+        rows = [k for k, name in enumerate(users.ids) if name in self._moved]
+        if not rows:
+            return users
+        table = users.table.copy()
+        for k in rows:
+            ego, body = self._moved[users.ids[k]], self._bodies[users.ids[k]]
+            table[:2, k] = centre_from_rear_axle(ego, body)
+            table[2, k] = ego.heading
+        return RoadUsers.from_table(users.ids, table)
 
     def _read_numbers(self, sumo: Libsumo, ids: tuple[str, ...]) -> FloatArray:
         """Read lane, position on it, wished speed, fuel and CO2 of vehicles, (5, n)."""
@@ -239,6 +257,7 @@ class SumoFleetWorld:
     def _forget(self, name: str) -> None:
         """Remove the ghost of a vehicle that is no ego any more."""
         del self._bodies[name]
+        self._moved.pop(name, None)
         self._windows.pop(name, None)
         ghost = self._ghosts.pop(name, None)
         if ghost is not None:
@@ -300,6 +319,7 @@ class SumoFleetWorld:
                 api.moveToXY(name, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
             self._guard_egos(egos)
             sumo.simulationStep()
+        self._moved.update(egos)
         self._steps += 1
 
     def _guard_egos(self, egos: Mapping[str, CartesianState]) -> None:

@@ -1,4 +1,5 @@
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import rearview
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.fleet.loop import FleetLoop
 from experiments.cosim.sumo.fleet_world import SumoFleetWorld
+from experiments.cosim.sumo.ghost_vehicle import Ghost
 from experiments.cosim.sumo.lanes import route_strips
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.episode.drive import run_scenario
@@ -153,6 +155,36 @@ def test_egos_of_a_type_with_a_bounded_speed_factor_have_ghosts(tmp_path):
     scenario = load_scenario("platoon", overrides=short)
     row = run_scenario(scenario, out=tmp_path).row
     assert row["egos_driven"] == 8
+
+
+def test_egos_are_where_they_drive_not_where_sumo_has_them(tmp_path, monkeypatch):
+    # before a line, and where a body swings out, SUMO has it elsewhere
+    update = Ghost.update
+
+    def beside(ghost, ego, body, front, **options):
+        x, y = update(ghost, ego, body, front, **options)
+        return x - 0.8 * math.sin(ego.heading), y + 0.8 * math.cos(ego.heading)
+
+    monkeypatch.setattr(Ghost, "update", beside)
+    folder = run(tmp_path).folder
+    tables = [
+        read_table(FLEET_TABLES[name], folder / f"{name}.parquet")
+        for name in ("egos", "fleet")
+    ]
+    egos, fleet = (
+        {key: row for row, key in enumerate(zip(t["index"], t["id"], strict=True))}
+        for t in tables
+    )
+    rows = [(row, fleet[key]) for key, row in egos.items() if key in fleet]
+    assert len(rows) > 100
+    ego, seen = (
+        np.array([[t[c][row] for c in ("x_m", "y_m")] for row in picked], float)
+        for t, picked in zip(tables, zip(*rows, strict=True), strict=True)
+    )
+    heading = np.array([tables[0]["heading_rad"][row] for row, _ in rows], float)
+    away = seen - ego
+    sideways = away[:, 1] * np.cos(heading) - away[:, 0] * np.sin(heading)
+    assert np.abs(sideways).max() < 1e-6
 
 
 def test_pictures_and_trace_are_of_a_single_ego(motorway):
