@@ -7,11 +7,11 @@ import numpy as np
 from experiments.config.sections import scenario_name
 from experiments.config.yaml_reader import Document, Plain
 from experiments.errors import ConfigError
-from sumo_nets.demand_files import read_sumocfg
 from sumo_nets.errors import NetworkError
 from sumo_nets.map_files import is_map, network_of_map
 from sumo_nets.net_reader import read_net
 from sumo_nets.routes import random_route
+from sumo_nets.sumocfg import read_sumocfg
 
 NETWORK_FILES = (".net.xml", ".net.xml.gz")
 SIMULATION = ".sumocfg"
