@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -212,7 +213,7 @@ def _show(lines: "Sequence[Line]", table: TableFile) -> None:
     from experiments.comparison.table import cells, export, header
 
     if table.output is None:
-        _print(header(lines), cells(lines), Format.TABLE)
+        _print_blocks(header(lines), cells(lines))
     else:
         export(lines, table.output, table.caption)
         sys.stdout.write(f"{table.output}\n")
@@ -232,8 +233,23 @@ def _print(names: Sequence[str], rows: Sequence[Sequence[Any]], form: Format) ->
         _print_table(names, rows)
 
 
+def _print_blocks(names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a comparison below one another in as many tables as the terminal needs."""
+    from experiments.comparison.blocks import WIDTH, blocks, whole_width
+
+    width = shutil.get_terminal_size((WIDTH, 1)).columns
+    found = blocks(names, rows, width)
+    for block in found:
+        _print_table([names[k] for k in block], [[r[k] for k in block] for r in rows])
+    if len(found) > 1:
+        sys.stdout.write(
+            f"in {len(found)} parts; as one table: -o FILE.csv, .md or .tex, or "
+            f"COLUMNS={whole_width(names, rows)} rearview compare ...\n"
+        )
+
+
 def _print_table(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    """Print rows as a table, in full width unless a terminal limits it."""
+    """Print rows as a table, in full width."""
     from rich.console import Console
     from rich.table import Table
 
@@ -242,5 +258,4 @@ def _print_table(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
         table.add_column(name)
     for row in rows:
         table.add_row(*("-" if value is None else str(value) for value in row))
-    width = None if sys.stdout.isatty() else 10_000
-    Console(width=width, highlight=False).print(table, soft_wrap=True)
+    Console(width=10_000, highlight=False).print(table, soft_wrap=True)

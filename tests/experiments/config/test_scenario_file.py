@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.config import Scenario, Traffic
+from experiments.config.base import NAME
 from experiments.config.scenario_file import (
     SCENARIO_FOLDER,
     SCHEMA_FILE,
@@ -21,7 +22,7 @@ from experiments.config.scenario_file import (
     scenario_names,
     schema_text,
 )
-from experiments.config.sections import NAME, scenario_name
+from experiments.config.sections import scenario_name
 from experiments.config.traffic import CarModel
 from experiments.episode.run import make_scenario_planner
 from experiments.errors import ConfigError
