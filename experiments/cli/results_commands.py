@@ -235,12 +235,13 @@ def _print(names: Sequence[str], rows: Sequence[Sequence[Any]], form: Format) ->
 
 def _print_blocks(names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a comparison below one another in as many tables as the terminal needs."""
-    from experiments.comparison.blocks import WIDTH, blocks, whole_width
+    from experiments.comparison.blocks import WIDTH, blocks, says, whole_width
 
     width = shutil.get_terminal_size((WIDTH, 1)).columns
     found = blocks(names, rows, width)
     for block in found:
-        _print_table([names[k] for k in block], [[r[k] for k in block] for r in rows])
+        told = [[row[k] for k in block] for row in rows if says(row, block, names)]
+        _print_table([names[k] for k in block], told)
     if len(found) > 1:
         sys.stdout.write(
             f"in {len(found)} parts; as one table: -o FILE.csv, .md or .tex, or "
@@ -249,7 +250,7 @@ def _print_blocks(names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def _print_table(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    """Print rows as a table, in full width."""
+    """Print rows as a table, in full width unless a terminal limits it."""
     from rich.console import Console
     from rich.table import Table
 
@@ -258,4 +259,5 @@ def _print_table(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
         table.add_column(name)
     for row in rows:
         table.add_row(*("-" if value is None else str(value) for value in row))
-    Console(width=10_000, highlight=False).print(table, soft_wrap=True)
+    width = None if sys.stdout.isatty() else 10_000
+    Console(width=width, highlight=False).print(table, soft_wrap=True)

@@ -34,6 +34,11 @@ def blocks(
     return found or [keys]
 
 
+def says(row: Sequence[str], block: Sequence[int], names: Sequence[str]) -> bool:
+    """Tell whether a row has anything to say in a block but which row it is."""
+    return any(row[number] for number in block if names[number] not in KEYS)
+
+
 def whole_width(names: Sequence[str], rows: Sequence[Sequence[str]]) -> int:
     """Return the width of the whole table [characters]."""
     return sum(width + FRAME for width in _widths(names, rows)) + 1

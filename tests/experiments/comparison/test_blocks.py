@@ -3,7 +3,7 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.comparison.blocks import blocks, whole_width
+from experiments.comparison.blocks import blocks, says, whole_width
 
 NAMES = ("metric", "where", "planner", "runs", "value", "p", "note")
 TEXT = st.text("abc", max_size=12)
@@ -35,3 +35,9 @@ def test_a_table_that_fits_is_one_block(rows):
 
 def test_a_table_of_keys_alone_is_one_block():
     assert blocks(("metric", "planner"), [("a", "b")], 10) == [[0, 1]]
+
+
+def test_a_row_is_left_out_where_only_its_keys_are_filled():
+    row = ("m", "w", "p", "", "", "", "a note")
+    assert says(row, [0, 1, 2, 6], NAMES)
+    assert not says(row, [0, 1, 2, 3, 4], NAMES)
