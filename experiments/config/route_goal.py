@@ -27,6 +27,7 @@ from sumo_nets.sumocfg import read_sumocfg
 GOAL: KeyPath = ("ego", "goal_m")
 DURATION: KeyPath = ("simulation", "duration_s")
 BY_ROUTE = "the end of the route"  # the place of what is written here, for messages
+NAMED_BY = ("vehicle", "from", "to", "route")
 END_ROOM = 1.0  # left before the end of the road [m]
 # A path is smoothed, and shorter than the lanes by up to this share of their length.
 CUT = 0.005
@@ -54,28 +55,40 @@ def complete_goal(document: Document) -> None:
         return  # a network of the catalogue, or no section: the schema says so
     if not isinstance(network.get("file"), str) or _is_given(document, ego, GOAL):
         return
+    start = _number(ego.get("start_m"), 0.0)
     try:
-        net = read_net(_network_file(network["file"]))
-        route = _named_route(net, network, data.get("traffic"))
-        if route is None:
-            if is_network_file(document.name):
-                _write(document, GOAL, drawn_goal(net))
-            return
-        length = _length(net, route, network.get("lane"))
+        goal, is_end = _goal(document, network, ego, start)
     except NetworkError as error:
         where = document.where(("network",))
         raise ConfigError(f"{where}: network: {error}") from error
-    goal = _goal(length, ego)
-    start = _number(ego.get("start_m"), 0.0)
-    if goal <= start:
-        raise ConfigError(
-            f"{document.where(('network',))}: network: the route from edge "
-            f'"{route[0]}" to "{route[-1]}" has {length:.1f} m, which is too short for '
-            f"an ego that starts at {start:g} m; allowed: a longer one"
-        )
-    _write(document, GOAL, goal)
-    if not _is_given(document, simulation, DURATION):
+    if goal is not None:
+        _write(document, GOAL, goal)
+    if goal is not None and is_end and not _is_given(document, simulation, DURATION):
         _write(document, DURATION, usual_duration(goal - start))
+
+
+def _goal(
+    document: Document, network: dict[str, Any], ego: dict[str, Any], start: float
+) -> tuple[float | None, bool]:
+    """Return the goal [m], None if the scenario has to say it; and if it is an end."""
+    is_named = any(network.get(key) is not None for key in NAMED_BY)
+    is_bare = is_network_file(document.name)
+    if not is_named and not is_bare:
+        return None, False
+    net = read_net(_network_file(network["file"]))
+    data: Any = document.data
+    route = _named_route(net, network, data.get("traffic"))
+    if route is None:
+        return (drawn_goal(net) if is_bare and not is_named else None), False
+    length = _length(net, route, network.get("lane"))
+    goal = _end(length, ego)
+    if goal <= start:
+        raise NetworkError(
+            f'the route from edge "{route[0]}" to "{route[-1]}" has {length:.1f} m, '
+            f"which is too short for an ego that starts at {start:g} m; allowed: a "
+            "longer one"
+        )
+    return goal, True
 
 
 def _is_given(document: Document, section: dict[str, Any], key: KeyPath) -> bool:
@@ -146,7 +159,7 @@ def _length(net: Net, route: tuple[str, ...], lane: Any) -> float:
     return route_path(net.file, route, lane).length
 
 
-def _goal(length: float, ego: dict[str, Any]) -> float:
+def _end(length: float, ego: dict[str, Any]) -> float:
     """Return where the rear axle is when the front is at the end of the road [m]."""
     vehicle = ego.get("vehicle")
     body = vehicle if isinstance(vehicle, dict) else {}
