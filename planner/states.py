@@ -22,6 +22,7 @@ BoolArray = NDArray[np.bool_]
 
 State = TypeVar("State", "CartesianState", "FrenetState")
 Record = TypeVar("Record")
+_NUMBER_KINDS = "fiubO"  # of NumPy's types; objects may be numbers
 FLOAT = np.dtype(np.float64)  # a type given as such is found sooner than by its class
 
 
@@ -291,7 +292,8 @@ class SpeedProfile:
 def _record_of(kind: type[Record], rows: FloatArray) -> Record:
     """Make a record of the rows of a table, which is copied and read-only."""
     made = object.__new__(kind)
-    for name, row in zip(kind.__slots__, freeze(rows), strict=True):  # type: ignore[attr-defined]
+    frozen = _real_numbers("rows", rows)
+    for name, row in zip(kind.__slots__, frozen, strict=True):  # type: ignore[attr-defined]
         object.__setattr__(made, name, row)
     return made
 
@@ -313,10 +315,24 @@ def _check_times(t: FloatArray) -> None:
 def _freeze_fields(record: object) -> None:
     """Freeze every field of an array record and check that the shapes agree."""
     names = record.__slots__  # type: ignore[attr-defined]
-    arrays = [freeze(getattr(record, name)) for name in names]
+    arrays = [_real_numbers(name, getattr(record, name)) for name in names]
     shape = arrays[0].shape
     if any(array.shape != shape for array in arrays):
         shapes = {name: array.shape for name, array in zip(names, arrays, strict=True)}
         raise InvalidInputError(f"arrays must share one shape, got {shapes}")
     for name, array in zip(names, arrays, strict=True):
         object.__setattr__(record, name, array)
+
+
+def _real_numbers(name: str, values: ArrayLike) -> FloatArray:
+    """Freeze values; of texts and complex numbers NumPy would make real ones."""
+    try:
+        if getattr(values, "dtype", None) is not FLOAT:
+            kind = np.asarray(values).dtype
+            if kind.kind not in _NUMBER_KINDS:
+                raise InvalidInputError(f"{name} holds {kind}; must be real numbers")
+        return freeze(values)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InvalidInputError):
+            raise
+        raise InvalidInputError(f"{name} must be real numbers: {error}") from error

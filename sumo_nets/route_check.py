@@ -39,7 +39,7 @@ def check_route(net: Net, route: Sequence[str], lane: int | None = None) -> None
         if not net.edges[first].links_to(net.edges[second]):
             raise NetworkError(
                 f'{net.file}: no car can go from edge "{first}" to "{second}"; '
-                f"{_onward(net.edges[first])}"
+                f"{onward_hint(net.edges[first])}"
             )
     indices = [item.index for item in net.edges[route[0]].drivable_lanes]
     if lane is not None and lane not in indices:
@@ -48,7 +48,7 @@ def check_route(net: Net, route: Sequence[str], lane: int | None = None) -> None
         )
 
 
-def _onward(edge: Edge) -> str:
+def onward_hint(edge: Edge) -> str:
     """Name the edges that a car can go on to."""
     links = [x for lane in edge.drivable_lanes for x in lane.links if x.target.drivable]
     ids = sorted({link.target.edge.id for link in links})

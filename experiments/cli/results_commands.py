@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -212,7 +213,7 @@ def _show(lines: "Sequence[Line]", table: TableFile) -> None:
     from experiments.comparison.table import cells, export, header
 
     if table.output is None:
-        _print(header(lines), cells(lines), Format.TABLE)
+        _print_blocks(header(lines), cells(lines))
     else:
         export(lines, table.output, table.caption)
         sys.stdout.write(f"{table.output}\n")
@@ -230,6 +231,22 @@ def _print(names: Sequence[str], rows: Sequence[Sequence[Any]], form: Format) ->
             sys.stdout.write(json.dumps(line, default=str) + "\n")
     else:
         _print_table(names, rows)
+
+
+def _print_blocks(names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a comparison below one another in as many tables as the terminal needs."""
+    from experiments.comparison.blocks import WIDTH, blocks, says, whole_width
+
+    width = shutil.get_terminal_size((WIDTH, 1)).columns
+    found = blocks(names, rows, width)
+    for block in found:
+        told = [[row[k] for k in block] for row in rows if says(row, block, names)]
+        _print_table([names[k] for k in block], told)
+    if len(found) > 1:
+        sys.stdout.write(
+            f"in {len(found)} parts; as one table: -o FILE.csv, .md or .tex, or "
+            f"COLUMNS={whole_width(names, rows)} rearview compare ...\n"
+        )
 
 
 def _print_table(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:

@@ -16,6 +16,9 @@ Length = Annotated[float, Field(gt=0.0, le=100_000.0)]
 Rate = Annotated[float, Field(gt=0.0, le=30.0)]
 Flow = Annotated[float, Field(ge=0.0, le=9000.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
+NAME = r"^[A-Za-z0-9_]+$"
+LONGEST_NAME = 100  # names become parts of those of folders, which have 255 characters
+Name = Annotated[str, Field(pattern=NAME, max_length=LONGEST_NAME)]
 
 
 class Strict(BaseModel):

@@ -133,8 +133,9 @@ class Ego(Strict):
     target_speed_mps: Annotated[float, Field(gt=0.0, le=70.0)] = 13.89
     goal_m: Position | None = Field(
         default=None,
-        description="rear axle has arrived from here on; world commonroad: the file's "
-        "planning problem has the goal",
+        description="rear axle has arrived from here on; by default the end of a route "
+        "that network.from and to, vehicle or route name; world commonroad: the "
+        "planning problem of the file has the goal",
     )
     vehicle: EgoVehicle = EgoVehicle()
     plant: Annotated[

@@ -7,11 +7,12 @@ import numpy as np
 from experiments.config.sections import scenario_name
 from experiments.config.yaml_reader import Document, Plain
 from experiments.errors import ConfigError
-from sumo_nets.demand_files import read_sumocfg
 from sumo_nets.errors import NetworkError
 from sumo_nets.map_files import is_map, network_of_map
 from sumo_nets.net_reader import read_net
+from sumo_nets.net_records import Net
 from sumo_nets.routes import random_route
+from sumo_nets.sumocfg import read_sumocfg
 
 NETWORK_FILES = (".net.xml", ".net.xml.gz")
 SIMULATION = ".sumocfg"
@@ -30,9 +31,10 @@ def network_document(name: str) -> Document:
     """Make the scenario of a network file: which route it is decides the seed.
 
     A map is converted; of a simulation's configuration network and traffic are taken.
+    The goal follows once the options are known, which may name a route.
 
     Raises:
-        ConfigError: If the network cannot be read or has no room for a route.
+        ConfigError: If the network cannot be read.
     """
     path = source = Path(name)
     traffic: dict[str, Plain] = {
@@ -46,22 +48,15 @@ def network_document(name: str) -> Document:
             path = source = _network_of_simulation(path)
         if is_map(name):
             path = network_of_map(path)
-        net = read_net(path)
-        goal = next((goal for goal in GOALS if _has_room(path, goal)), None)
+        read_net(path)
     except NetworkError as error:
         raise ConfigError(str(error)) from error
-    if goal is None:
-        raise ConfigError(
-            f"{name}: no route of {GOALS[-1] + BEYOND_GOAL:g} m for cars was found "
-            f"among {len(net.roads)} edges; name one in a scenario file"
-        )
     stem = Path(name).name
     for suffix in (".gz", ".xml", ".net", ".osm", ".xodr", SIMULATION):
         stem = stem.removesuffix(suffix)
     data: dict[str, Plain] = {
         "name": scenario_name(stem),
         "network": {"file": str(source.resolve())},
-        "ego": {"goal_m": goal},
         "traffic": traffic,
     }
     return Document(name, data)
@@ -79,10 +74,19 @@ def _network_of_simulation(file: Path) -> Path:
     return found
 
 
-def _has_room(path: Path, goal: float) -> bool:
-    """Tell whether some route reaches beyond a goal."""
-    try:
-        random_route(read_net(path), np.random.default_rng(0), goal + BEYOND_GOAL)
-    except NetworkError:
-        return False
-    return True
+def drawn_goal(net: Net) -> float:
+    """Return how far an ego can drive on a random route [m].
+
+    Raises:
+        NetworkError: If the network has no room for a route.
+    """
+    for goal in GOALS:
+        try:
+            random_route(net, np.random.default_rng(0), goal + BEYOND_GOAL)
+        except NetworkError:
+            continue
+        return goal
+    raise NetworkError(
+        f"{net.file}: no route of {GOALS[-1] + BEYOND_GOAL:g} m for cars was found "
+        f"among {len(net.roads)} edges; name one in a scenario file"
+    )

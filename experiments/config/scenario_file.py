@@ -21,6 +21,7 @@ from experiments.config.ego import TUBE_WORDS
 from experiments.config.file_kinds import hint_at_search, hint_at_sweep
 from experiments.config.network_scenario import is_network_file, network_document
 from experiments.config.planner_modules import require_allowed
+from experiments.config.route_goal import complete_goal
 from experiments.config.traffic import FILES
 from experiments.config.validation_errors import describe, unknown_name
 from experiments.config.yaml_reader import (
@@ -124,6 +125,7 @@ def load_scenario(
         _override(document, *_parse_override(override))
     _anchor_files(document)
     complete(document)
+    complete_goal(document)
     scenario = check_scenario(document)
     for key, choice in scenario.planner_choices():
         named = document.where(key)
@@ -186,6 +188,7 @@ def changed(document: Document, changes: Sequence[Change]) -> Document:
             _override(copy, path, deepcopy(value), option)
     _anchor_files(copy)
     complete(copy)
+    complete_goal(copy)
     return copy
 
 

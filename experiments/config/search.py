@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from experiments.config.axes import MAX_SEED, Number, Value
-from experiments.config.base import Strict, as_section, mismatch
+from experiments.config.base import Name, Strict, as_section, mismatch
 from experiments.config.sweep import KeepTraces, SweptPlanner
 
 # objectives that are no columns: after a contact they go on as the impact speed
@@ -126,7 +126,7 @@ class Search(Strict):
 
     model_config = ConfigDict(title="rearview search")
 
-    name: str = Field(pattern=r"^[A-Za-z0-9_]+$")
+    name: Name
     purpose: str = ""
     scenario: str = Field(description="shipped name, or a file relative to this one")
     planner: Annotated[

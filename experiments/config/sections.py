@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Discriminator, Field, PrivateAttr, Tag
 
-from experiments.config.base import Strict, as_section
+from experiments.config.base import LONGEST_NAME, Name, Strict, as_section
 from experiments.config.conflict import Conflict
 from experiments.config.ego import Ego
 from experiments.config.egos import EgoGroup, Measurement, read_groups
@@ -33,8 +33,6 @@ from experiments.config.traffic import (
 from experiments.config.yaml_reader import Document, KeyPath, dotted
 from experiments.errors import ConfigError
 
-NAME = r"^[A-Za-z0-9_]+$"
-
 AnyTraffic = Annotated[
     Annotated[Traffic, Tag("flows")] | Annotated[SumoTraffic, Tag("files")],
     Discriminator(traffic_kind),
@@ -43,7 +41,7 @@ AnyTraffic = Annotated[
 
 def scenario_name(text: str) -> str:
     """Make the name of a scenario of any text, such as that of a file."""
-    return re.sub("[^A-Za-z0-9_]", "_", text) or "_"
+    return re.sub("[^A-Za-z0-9_]", "_", text)[:LONGEST_NAME] or "_"
 
 
 class ScenarioSections(Strict):
@@ -51,7 +49,7 @@ class ScenarioSections(Strict):
 
     _document: Document | None = PrivateAttr(None)
 
-    name: str = Field(pattern=NAME)
+    name: Name
     purpose: str = Field("", description="one sentence, shown by `rearview list`")
     world: Literal["sumo", "kinematic", "commonroad"] = "sumo"
     network: (

@@ -14,7 +14,11 @@ class Simulation(Strict):
     warmup_s: Annotated[float, Field(ge=0.0, le=3600.0)] = Field(
         default=60.0, description="duration of traffic before the ego enters"
     )
-    duration_s: Annotated[float, Field(gt=0.0, le=3600.0)] = 90.0
+    duration_s: Annotated[float, Field(gt=0.0, le=3600.0)] = Field(
+        default=90.0,
+        description="default: 90; for a route whose end is the goal by default, its "
+        "length at 2.5 m/s, from 90 to 3600",
+    )
     horizon_s: Annotated[float, Field(gt=0.0, le=20.0)] = Field(
         default=5.0, description="prediction horizon of vehicles"
     )

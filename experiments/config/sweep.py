@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from experiments.config.axes import MAX_SEED, Axes, Value, axis_points
-from experiments.config.base import Strict, as_section, mismatch
+from experiments.config.base import LONGEST_NAME, Name, Strict, as_section, mismatch
 
 MOST_VARIANTS = 256  # of one planner: each is a planner of its own in every table
 DEVELOPMENT_SEEDS = range(1000)  # planners are tuned on these
@@ -43,6 +43,7 @@ class SweptPlanner(Strict):
     label: str | None = Field(
         default=None,
         min_length=1,
+        max_length=LONGEST_NAME,
         description="label in tables; default: the planner's name, and what differs",
     )
 
@@ -132,7 +133,7 @@ class Sweep(Strict):
 
     model_config = ConfigDict(title="rearview sweep")
 
-    name: str = Field(pattern=r"^[A-Za-z0-9_]+$")
+    name: Name
     purpose: str = ""
     scenarios: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
         description="shipped names, or files relative to this one"

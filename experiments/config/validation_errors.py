@@ -11,6 +11,7 @@ from experiments.config.yaml_reader import Document, KeyPath, dotted
 Schema = Mapping[str, Any]
 
 # A list whose items were refused is reported as too short as well.
+LONGEST_SHOWN = 60  # characters of a text that is wrong
 _CONSEQUENCES = ("too_short", "default_factory_not_called")
 
 _TYPES = {
@@ -153,7 +154,10 @@ def _shown(value: Any) -> str:
         return "empty"
     if isinstance(value, bool):
         return str(value).lower()
-    return f"the text '{value}'" if isinstance(value, str) else f"{value}"
+    if not isinstance(value, str):
+        return f"{value}"
+    shown = value if len(value) <= LONGEST_SHOWN else f"{value[:LONGEST_SHOWN]}..."
+    return f"the text '{shown}'"
 
 
 def _branches(node: Schema, path: KeyPath, root: Schema) -> list[Schema]:
@@ -234,4 +238,10 @@ def _words(node: Schema) -> str:
         f"{sign} {node[key]:.10g}" for key, sign in _BOUNDS.items() if key in node
     ]
     pattern = [f"of the form {node['pattern']}"] if "pattern" in node else []
-    return " ".join([kind, " and ".join(bounds), *pattern]).strip().replace("  ", " ")
+    most = node.get("maxLength")
+    length = [] if most is None else [f"of at most {most} characters"]
+    return (
+        " ".join([kind, " and ".join(bounds), *pattern, *length])
+        .strip()
+        .replace("  ", " ")
+    )

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from experiments.config import Scenario
+from experiments.config.base import LONGEST_NAME
 from experiments.config.scenario_file import CONFIG_FILE, config_text
 from experiments.cosim.records import Ending
 from experiments.episode.newest_run import ENDED
@@ -73,7 +74,9 @@ def folder_name(scenario: Scenario, run_hash: str) -> str:
         c if c.isalnum() or c in "_." else "_" for c in scenario.driven_by
     )
     seed = scenario.simulation.seed
-    return f"{scenario.name}-{planner}-{seed}-{run_hash[:ID_LENGTH]}"
+    # of a planner's name so much as a folder's name has room for; the hash tells it
+    shown = planner[:LONGEST_NAME]
+    return f"{scenario.name}-{shown}-{seed}-{run_hash[:ID_LENGTH]}"
 
 
 def write_run(

@@ -50,6 +50,31 @@ def check_factory_settings(
             _check_type(one.name, value, hints[one.name])
 
 
+def check_call(name: str, made: object, method: str, arguments: str) -> None:
+    """Check that a method of a planner takes the arguments it is called with.
+
+    Args:
+        name: Of the planner.
+        made: The planner.
+        method: Its name.
+        arguments: As they are listed: `scene, memory`.
+
+    Raises:
+        ConfigError: If it takes fewer, or needs more.
+    """
+    try:
+        signature = inspect.signature(getattr(made, method))
+    except (TypeError, ValueError):  # not every callable has a signature
+        return
+    try:
+        signature.bind(*arguments.split(", "))
+    except TypeError as error:
+        raise ConfigError(
+            f"planner: {name}: {method}{signature} does not take what it is called "
+            f"with ({error}); allowed: {method}({arguments})"
+        ) from error
+
+
 def _hints(factory: Callable[..., object]) -> Mapping[str, Any]:
     """Return the annotations of a factory's parameters; none if they mean nothing."""
     annotated = factory.__init__ if isinstance(factory, type) else factory  # type: ignore[misc]

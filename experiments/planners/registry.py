@@ -16,8 +16,8 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError, described
 from experiments.interrupts import is_interrupt
-from experiments.planners.contract_check import watched
-from experiments.planners.factory_settings import check_factory_settings
+from experiments.planners.contract_check import CheckedBatchPlanner, watched
+from experiments.planners.factory_settings import check_call, check_factory_settings
 from experiments.planners.hints import file_hint
 from experiments.storage.provenance import PACKAGES
 from planner.errors import PlannerError
@@ -178,7 +178,12 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
         raise ConfigError(f"planner: {name}: {problem}")
     factory = _load(name)
     check_factory_settings(name, factory, settings)
-    return watched(_call(name, factory, **settings))
+    made = _call(name, factory, **settings)
+    check_call(name, made, "plan", "scene, memory")
+    planner = watched(made)
+    if isinstance(planner, CheckedBatchPlanner):
+        check_call(name, made, "plan_many", "scenes, memories")
+    return planner
 
 
 def user_module(name: str) -> str | None:

@@ -3,16 +3,12 @@
 from pathlib import Path
 
 from experiments.config import Scenario, SumoTraffic
-from sumo_nets.demand_files import (
-    DemandFiles,
-    NamedVehicle,
-    check_demand,
-    named_vehicle,
-    read_sumocfg,
-)
+from sumo_nets.demand_files import check_demand, named_vehicle
+from sumo_nets.demand_records import DemandFiles, NamedVehicle
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
 from sumo_nets.net_records import Net
+from sumo_nets.sumocfg import read_sumocfg
 
 
 def demand_files(scenario: Scenario) -> DemandFiles | None:

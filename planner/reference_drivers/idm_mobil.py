@@ -21,31 +21,34 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.bodies import bodies_of
 from planner.fallback.braking import braking_on_arc
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.numerics import polynomials
+from planner.reference_drivers.lane_road import (
+    MARKED,
+    LaneRoad,
+    beside,
+    in_lane,
+    lane_at,
+    lane_centre,
+    lane_end,
+    lane_road,
+    on_way,
+    wished_speed,
+)
 from planner.reference_path.frenet import frenet_trajectory
 from planner.scene import Scene
 from planner.scene_checks import invalid
 from planner.states import BoolArray, FloatArray, FrenetStates, Trajectory
 
 HORIZON = 5.0  # of the trajectories [s]
-MARKED = 0.5  # a lane narrower than this is none [m]
 SETTLED = 0.1  # as near to its lane's centre a change is over [m]
 TOUCHING = 0.1  # a gap below this counts as this, so that braking stays finite [m]
-LANE_END_STEP = 2.0  # at which the lane ahead is looked at [m]
-LANE_END_REACH = 600.0  # as far [m]
-NARROW = 2.5  # a lane narrower than this ends for a car [m]
-SIDE_ROOM = 0.3  # what is passed nearer than this is in the way [m]
 SETTLE_TIME = 3.0  # in which a driver beside the lane's centre returns to it [s]
 LEAST_REST = 5.0  # of a change, so that its end is not jerked [m]
 BRAKING_JUDGED = 9.0  # harder braking counts as this when lanes are compared [m/s²]
-BEND_REACH = 80.0  # bends are looked at this far ahead [m]
-BEND_STEP = 2.0  # [m]
 CREEPING = 5.0  # the slower than this it is before a closure, the more room [m/s]
 QUEUE = 100.0  # who stands this near before a closure waits there [m]
-BEND_SHARE = 0.75  # of the lateral acceleration that is used in them [-]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,19 +89,6 @@ class DriverMemory:
     end: float | None = None  # s where a change is over; None while keeping a lane [m]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Road:
-    """Everybody on the road now, in the frame of the path; arrays are (n,)."""
-
-    ids: tuple[str, ...]
-    s: FloatArray  # centre [m]
-    l: FloatArray
-    half_length: FloatArray  # along the road [m]
-    half_width: FloatArray
-    speed: FloatArray  # along the road, at least 0 [m/s]
-    static: BoolArray
-
-
 @dataclass(frozen=True, slots=True)
 class _Ahead:
     """The leader of a vehicle: gap from bumper to bumper, and speed."""
@@ -120,9 +110,9 @@ class IdmMobilPlanner:
         if reason is not None:
             stats = PlanStats(reason=reason)
             return PlanResult(PlanStatus.INVALID_SCENE, None, memory, stats)
-        road = _road(scene)
+        road = lane_road(scene)
         last = memory if isinstance(memory, DriverMemory) else None
-        wish = _wished_speed(scene, self.settings.deceleration)
+        wish = wished_speed(scene, self.settings.deceleration)
         choice = _Choice(self, scene, road, wish)
         kept, why = choice.lane(last)
         leader = choice.leader(kept)
@@ -214,18 +204,18 @@ class _Choice:
 
     driver: IdmMobilPlanner
     scene: Scene
-    road: _Road
+    road: LaneRoad
     wish: float  # speed on a free road [m/s]
 
     def lane(self, last: DriverMemory | None) -> tuple[DriverMemory, str]:
         """Return the lane to keep or to change to, and why."""
         scene, settings = self.scene, self.driver.settings
         ego = scene.ego_frenet
-        own = _lane_at(scene, ego.l)
+        own = lane_at(scene, ego.l)
         if own < 0:
             return DriverMemory(-1), "no marked lanes"
         if last is not None and last.end is not None and last.lane >= 0:
-            settled = abs(_centre(scene, last.lane) - ego.l) < SETTLED
+            settled = abs(lane_centre(scene, last.lane) - ego.l) < SETTLED
             if ego.s < last.end or not settled:
                 return last, "changes lanes"
         best, gain = None, settings.threshold
@@ -249,15 +239,15 @@ class _Choice:
         centres, widths = scene.lanes.at(scene.ego_frenet.s)
         if not 0 <= lane < centres.size or widths[lane] <= MARKED:
             return None
-        new = _in_lane(scene, road, lane)
-        if np.any(new & _beside(scene, road, settings.standstill_gap)):
+        new = in_lane(scene, road, lane)
+        if np.any(new & beside(scene, road, settings.standstill_gap)):
             return None
         there, here = self._ahead(lane), self._ahead(own)
         own_after = self._follow(there)
         before, after = self._follower(new, there)
         if min(after, own_after) < -settings.safe_braking:
             return None
-        relieved, held_up = self._follower(_in_lane(scene, road, own), here)
+        relieved, held_up = self._follower(in_lane(scene, road, own), here)
         others = (after - before) + (relieved - held_up)
         return own_after - self._follow(here) + settings.politeness * others
 
@@ -266,20 +256,20 @@ class _Choice:
         scene, road = self.scene, self.road
         if kept.lane < 0:
             offset = np.full(road.s.size, scene.ego_frenet.l)
-            return self._nearest(_on_way(scene, road, offset), math.inf, 0.0)
+            return self._nearest(on_way(scene, road, offset), math.inf, 0.0)
         if kept.end is None:
             return self._ahead(kept.lane)
         touching = road.s - road.half_length - scene.vehicle.front_reach
         length = self.driver.settings.change_length
         offset, _, _ = _way(scene, kept, length, touching)
-        on_way = self._nearest(_on_way(scene, road, offset), math.inf, 0.0)
-        return min(on_way, self._ahead(kept.lane), key=self._follow)
+        met = self._nearest(on_way(scene, road, offset), math.inf, 0.0)
+        return min(met, self._ahead(kept.lane), key=self._follow)
 
     def _ahead(self, lane: int) -> _Ahead:
         """Return the leader in a lane; its end is one that stands."""
-        there = _in_lane(self.scene, self.road, lane)
+        there = in_lane(self.scene, self.road, lane)
         room = self.driver.settings.waiting_room
-        return self._nearest(there, _lane_end(self.scene, lane), room)
+        return self._nearest(there, lane_end(self.scene, lane), room)
 
     def _nearest(self, there: BoolArray, end: float, room: float) -> _Ahead:
         """Return the leader that is braked for most.
@@ -340,82 +330,6 @@ class _Choice:
             driver.idm(speed, wish, gap, max(ego.s_dot, 0.0)),
         )
         return max(rates[0], -BRAKING_JUDGED), max(rates[1], -BRAKING_JUDGED)
-
-
-def _road(scene: Scene) -> _Road:
-    """Collect obstacles and vehicles in the frame of the path, obstacles first."""
-    table = bodies_of(scene, 1).table
-    s, l = table.s[:, 0], table.l[:, 0]
-    fixed, moving = scene.obstacles, scene.vehicles
-    heading = np.concatenate([fixed.heading, moving.heading])
-    turned = heading - scene.path.at(np.where(np.isfinite(s), s, 0.0)).heading
-    cos, sin = np.abs(np.cos(turned)), np.abs(np.sin(turned))
-    half_length, half_width, radius = table.extents.T
-    return _Road(
-        (*fixed.ids, *moving.ids),
-        s,
-        l,
-        half_length * cos + half_width * sin + radius,
-        half_length * sin + half_width * cos + radius,
-        np.maximum(table.speed * np.cos(turned), 0.0),
-        np.arange(s.size) < table.n_static,
-    )
-
-
-def _wished_speed(scene: Scene, braking: float) -> float:
-    """Return the speed on a free road: the target, less before sharp bends [m/s]."""
-    ahead = scene.ego_frenet.s + np.arange(0.0, BEND_REACH, BEND_STEP)
-    ahead = ahead[ahead <= scene.path.length]
-    bend = np.abs(scene.path.at(ahead).curvature) if ahead.size else np.zeros(0)
-    most = BEND_SHARE * scene.vehicle.limits.max_lateral_acceleration
-    square = most / np.maximum(bend, 1e-6) + 2.0 * braking * (ahead - ahead[:1])
-    return float(min(scene.target_speed, np.sqrt(square.min(initial=np.inf))))
-
-
-def _lane_at(scene: Scene, l: float) -> int:
-    """Return the lane nearest to an offset, -1 without lanes."""
-    centres, widths = scene.lanes.at(scene.ego_frenet.s)
-    there = widths > MARKED
-    if not there.any():
-        return -1
-    return int(np.argmin(np.where(there, np.abs(centres - l), np.inf)))
-
-
-def _centre(scene: Scene, lane: int) -> float:
-    """Return the offset of a lane's centre here [m]."""
-    return float(scene.lanes.at(scene.ego_frenet.s)[0][lane])
-
-
-def _lane_end(scene: Scene, lane: int) -> float:
-    """Find where a lane ends ahead [m]; inf if it goes on."""
-    here = scene.ego_frenet.s
-    s = here + np.arange(0.0, LANE_END_REACH, LANE_END_STEP)
-    width = np.interp(s, scene.lanes.s, scene.lanes.width[lane])
-    gone = np.flatnonzero(width < NARROW)
-    return float(s[max(gone[0] - 1, 0)]) if gone.size else math.inf
-
-
-def _in_lane(scene: Scene, road: _Road, lane: int) -> BoolArray:
-    """Mark the bodies that reach into a lane as far as the ego needs it."""
-    lanes = scene.lanes
-    centre = np.interp(road.s, lanes.s, lanes.centre[lane])
-    reach = road.half_width + scene.vehicle.width / 2.0
-    return np.asarray(np.abs(road.l - centre) < reach)
-
-
-def _on_way(scene: Scene, road: _Road, offset: FloatArray) -> BoolArray:
-    """Mark the bodies that the ego touches at its offset where it reaches them."""
-    reach = road.half_width + scene.vehicle.width / 2.0 + SIDE_ROOM
-    return np.asarray(np.abs(road.l - offset) < reach)
-
-
-def _beside(scene: Scene, road: _Road, gap: float) -> BoolArray:
-    """Mark the bodies alongside the ego, or nearer than `gap` to that."""
-    ego, vehicle = scene.ego_frenet, scene.vehicle
-    rear, front = ego.s - vehicle.rear_overhang, ego.s + vehicle.front_reach
-    behind = road.s + road.half_length < rear - gap
-    ahead = road.s - road.half_length > front + gap
-    return np.asarray(~behind & ~ahead)
 
 
 def _way(

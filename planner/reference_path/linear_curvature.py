@@ -22,7 +22,7 @@ S, X, Y, COS, SIN, CURVATURE, RATE, HEADING = range(8)
 
 BIN_WIDTH = 0.5  # [m], of the look-up from arc length to piece
 MAX_SPACING = 0.5  # [m], between knots
-# The series below are cut where they err by less than 1e-13 m up to these bounds.
+# The series below are cut where they err by less than 2e-13 m up to these bounds.
 MAX_TURN = 0.125  # [rad], of one piece by its curvature
 MAX_TURN_BY_RATE = 1.0 / 64.0  # [rad], of one piece by its curvature rate
 

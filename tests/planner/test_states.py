@@ -1,5 +1,6 @@
 import math
-from dataclasses import replace
+import re
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -141,3 +142,28 @@ def test_kernels_see_one_order_of_elements_and_one_kind_of_array():
     assert not view.flags.writeable
     assert mine.flags.writeable
     assert np.shares_memory(view, mine)
+
+
+@pytest.mark.parametrize(
+    ("values", "problem"),
+    [
+        (np.array([1.0 + 2.0j, 0.0]), "x holds complex128; must be real numbers"),
+        ([1j, 2.0], "x holds complex128; must be real numbers"),
+        (["1.0", "2.0"], "x holds <U3; must be real numbers"),
+        (np.array(["a", None], dtype=object), "x must be real numbers"),
+        ([[1.0], [1.0, 2.0]], "x must be real numbers"),
+    ],
+)
+def test_what_is_no_real_number_is_named(values, problem):
+    columns = {one.name: np.zeros(2) for one in fields(Trajectory)}
+    columns |= {"t": np.array([0.0, 1.0]), "x": values}
+    with pytest.raises(InvalidInputError, match=re.escape(problem)):
+        Trajectory(**columns)
+
+
+def test_whole_numbers_and_objects_that_are_numbers_are_taken():
+    columns = {one.name: np.zeros(2) for one in fields(Trajectory)}
+    columns |= {"t": [0, 1], "x": np.array([1, 2.5], dtype=object), "y": [True, False]}
+    made = Trajectory(**columns)
+    assert made.x.tolist() == [1.0, 2.5]
+    assert made.y.dtype == np.float64

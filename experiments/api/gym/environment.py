@@ -1,27 +1,34 @@
 """The environment: one episode at a time, driven by actions instead of a planner."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from typing import Any, Protocol
+from typing import Any
 from weakref import finalize
 
 import gymnasium as gym
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 
 from experiments.api.gym.actions import (
-    LANE_CHOICES,
-    SPEED_CHOICES,
     Action,
     ActionKind,
     drive,
 )
 from experiments.api.gym.observation import Observation, ObservationShape, observe
+from experiments.api.gym.options import (
+    LARGEST_SEED,
+    TRAINING_SEEDS,
+    require_count,
+    require_seeds,
+)
 from experiments.api.gym.picture import picture
+from experiments.api.gym.process_holder import take_process
+from experiments.api.gym.rewards import Reward, progress_reward, require_reward
+from experiments.api.gym.spaces import action_space, cast_action, observation_space
+from experiments.api.gym.transition import TERMINAL, Transition, step_facts
 from experiments.api.scenarios import Scenario
 from experiments.config.self_driven import SELF_DRIVEN
 from experiments.cosim.loop import RunningEpisode
@@ -38,62 +45,8 @@ from experiments.world_setup.world import make_world
 from planner.interface import PlanResult, PlanStatus
 from planner.scene import OFF_ROAD_TOLERANCE, Scene
 
-TRAINING_SEEDS = range(1000)  # that episodes are drawn from
 MOST_TRIES = 20  # to find a drawn seed in which the ego finds room to enter
-LARGEST_SEED = 2**31 - 1
 OF_ACTIONS = "cruise"  # any planner that leaves the ego's motion to its plans
-
-# an outcome of the driving; anything else ends an episode from outside
-TERMINAL = frozenset(
-    {
-        EpisodeStatus.ARRIVED,
-        EpisodeStatus.COLLISION,
-        EpisodeStatus.OFF_ROAD,
-        EpisodeStatus.BLOCKED,
-        EpisodeStatus.PLANNER_FAILED,
-    }
-)
-
-
-@dataclass(frozen=True, slots=True)
-class Transition:
-    """One step, as a reward sees it."""
-
-    before: StepRecord
-    after: StepRecord  # the same as before if the action could not be driven
-    step: float  # [s]
-    target_speed: float  # [m/s]
-    ending: Ending | None  # of the episode, if it ended
-
-
-Reward = Callable[[Transition], float]
-
-FAILURE, ARRIVAL = -10.0, 5.0  # rewards of endings
-EFFORT = 0.01  # per (m/s²)² of acceleration and lateral acceleration, a second
-
-
-def progress_reward(transition: Transition) -> float:
-    """Reward progress at the target speed with 1 a second; punish effort and failure.
-
-    Returns:
-        Way over the target speed [s], less `EFFORT` for accelerations, less 10 where
-        the ego collides, leaves the road, is blocked or cannot be driven, plus 5 where
-        it arrives.
-    """
-    before, after = transition.before, transition.after
-    way = 0.0
-    if before.ego_frenet is not None and after.ego_frenet is not None:
-        way = after.ego_frenet.s - before.ego_frenet.s
-    ego = after.ego
-    lateral = ego.curvature * ego.speed**2
-    effort = min(ego.acceleration**2 + lateral**2, 100.0) * transition.step
-    reward = way / transition.target_speed - EFFORT * effort
-    if transition.ending is not None:
-        status = transition.ending.status
-        reward += ARRIVAL if status is EpisodeStatus.ARRIVED else 0.0
-        failed = status in TERMINAL and status is not EpisodeStatus.ARRIVED
-        reward += FAILURE if failed else 0.0
-    return reward
 
 
 @dataclass(slots=True)
@@ -347,94 +300,6 @@ class DrivingEnv(gym.Env[Observation, Action]):
         if self._running is not None:
             self._running.world.close()
             self._running = None
-
-
-# The one whose episode runs here; kept, for who is dropped unclosed leaves SUMO behind
-_holders: "set[HoldsProcess]" = set()
-
-
-class HoldsProcess(Protocol):
-    """An environment whose episode is the one simulation of its process."""
-
-    def end_episode(self) -> None:
-        """End the episode, if one runs."""
-
-
-def take_process(env: HoldsProcess) -> None:
-    """End the episode of another environment in this process."""
-    for other in list(_holders):
-        if other is not env:
-            other.end_episode()
-    _holders.clear()
-    _holders.add(env)
-
-
-def step_facts(record: StepRecord, ending: Ending | None) -> dict[str, Any]:
-    """Return the facts about a step that `info` holds."""
-    frenet = record.ego_frenet
-    return {
-        "status": "running" if ending is None else ending.status.value,
-        "reason": "" if ending is None else ending.reason,
-        "time_s": record.time,
-        "s_m": None if frenet is None else frenet.s,
-        "l_m": None if frenet is None else frenet.l,
-        "speed_mps": record.ego.speed,
-        "clearance_m": record.clearance,
-        "is_success": ending is not None and ending.status is EpisodeStatus.ARRIVED,
-    }
-
-
-def require_seeds(seeds: object) -> None:
-    """Raise ConfigError unless these are whole numbers to draw from."""
-    allowed = f"a range or list of whole numbers from 0 to {LARGEST_SEED}"
-    if not isinstance(seeds, Sequence) or isinstance(seeds, str | bytes):
-        raise ConfigError(f"seeds: is {seeds!r}; allowed: {allowed}")
-    if not seeds:
-        raise ConfigError(f"seeds: are {seeds!r}; allowed: at least one")
-    ends = (seeds[0], seeds[-1]) if isinstance(seeds, range) else seeds
-    for seed in ends:
-        whole = isinstance(seed, int) and not isinstance(seed, bool)
-        if not whole or not 0 <= seed <= LARGEST_SEED:
-            raise ConfigError(f"seeds: hold {seed!r}; allowed: {allowed}")
-
-
-def require_reward(reward: object) -> None:
-    """Raise ConfigError unless it can be called."""
-    if not callable(reward):
-        raise ConfigError(
-            f"reward: is {reward!r}; allowed: a function of a Transition, see "
-            "rearview.gym.progress_reward"
-        )
-
-
-def require_count(name: str, value: object, most: int = 10**6) -> None:
-    """Raise a ConfigError unless an option is a whole number from 1 on."""
-    if not isinstance(value, int) or not 1 <= value <= most:
-        raise ConfigError(f"{name}: is {value!r}; allowed: 1 to {most}")
-
-
-def observation_space(shape: ObservationShape) -> spaces.Dict:
-    """Return the space of observations of a shape."""
-    boxes: dict[str, spaces.Space[Any]] = {
-        name: spaces.Box(0.0 if name == "mask" else -1.0, 1.0, size, np.float32)
-        for name, size in shape.shapes.items()
-    }
-    return spaces.Dict(boxes)
-
-
-def action_space(kind: ActionKind) -> spaces.Space[Any]:
-    """Return the space of a kind of actions."""
-    if kind is ActionKind.LANE_AND_SPEED:
-        return spaces.MultiDiscrete([LANE_CHOICES, SPEED_CHOICES])
-    size = 2 if kind is ActionKind.CONTROL else 3
-    return spaces.Box(-1.0, 1.0, (size,), np.float32)
-
-
-def cast_action(space: spaces.Space[Any], action: Any) -> Any:
-    """Cast an array of numbers to the precision of its space; others stay."""
-    if isinstance(space, spaces.Box) and isinstance(action, np.ndarray):
-        return action.astype(space.dtype) if action.dtype.kind in "fiu" else action
-    return action
 
 
 def _mute(_: StepRecord) -> None:

@@ -14,23 +14,17 @@ from gymnasium.error import ResetNeeded
 from pettingzoo import ParallelEnv
 
 from experiments.api.gym.actions import Action, ActionKind, drive
-from experiments.api.gym.environment import (
-    LARGEST_SEED,
-    TERMINAL,
-    TRAINING_SEEDS,
-    Reward,
-    Transition,
-    action_space,
-    cast_action,
-    observation_space,
-    progress_reward,
-    require_count,
-    require_reward,
-    require_seeds,
-    step_facts,
-    take_process,
-)
 from experiments.api.gym.observation import Observation, ObservationShape, observe
+from experiments.api.gym.options import (
+    LARGEST_SEED,
+    TRAINING_SEEDS,
+    require_count,
+    require_seeds,
+)
+from experiments.api.gym.process_holder import take_process
+from experiments.api.gym.rewards import Reward, progress_reward, require_reward
+from experiments.api.gym.spaces import action_space, cast_action, observation_space
+from experiments.api.gym.transition import TERMINAL, Transition, step_facts
 from experiments.api.scenarios import Scenario
 from experiments.config.egos import MOST_EGOS
 from experiments.cosim.fleet.egos import FleetMoment, SeenEgo

@@ -17,15 +17,12 @@ except ModuleNotFoundError as _error:
     ) from _error
 
 from experiments.api.gym.actions import ActionKind, drive
-from experiments.api.gym.environment import (
-    DrivingEnv,
-    Reward,
-    Transition,
-    observation_space,
-    progress_reward,
-)
+from experiments.api.gym.environment import DrivingEnv
 from experiments.api.gym.observation import Observation, ObservationShape, observe
 from experiments.api.gym.policy import PolicyPlanner, onnx_planner
+from experiments.api.gym.rewards import Reward, progress_reward
+from experiments.api.gym.spaces import observation_space
+from experiments.api.gym.transition import Transition
 from experiments.errors import ConfigError
 
 _ENTRY = "experiments.api.gym.environment:DrivingEnv"

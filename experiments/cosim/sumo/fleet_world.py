@@ -24,8 +24,8 @@ from experiments.cosim.sumo.lanes import Strip, route_strips
 from experiments.cosim.sumo.libsumo_api import Libsumo
 from experiments.cosim.sumo.movements import MovementReader
 from experiments.cosim.sumo.route_window import RouteWindow
-from experiments.cosim.sumo.settings import FleetSettings, command_line
-from experiments.cosim.sumo.start import ready_libsumo
+from experiments.cosim.sumo.settings import FleetSettings
+from experiments.cosim.sumo.start import ready_libsumo, refusals_of, start
 from experiments.cosim.sumo.sumo_errors import sumo_errors
 from experiments.cosim.sumo.traffic_lights import read_signals
 from experiments.cosim.sumo.vehicle_reader import VehicleReader
@@ -78,14 +78,14 @@ class SumoFleetWorld:
         """Start SUMO and run the warm-up.
 
         Raises:
+            ConfigError: If SUMO refuses the user's own demand.
             SimulationError: If SUMO does not start.
         """
         settings = self._settings
         sumo = ready_libsumo(settings.net_file)
         self._sumo = sumo  # from here on close() has something to end
-        with sumo_errors(sumo, "starting"):
-            sumo.start(command_line(settings))
-        with sumo_errors(sumo, "warming up"):
+        start(sumo, settings)
+        with refusals_of(settings.demand), sumo_errors(sumo, "warming up"):
             sumo.simulationStep(settings.begin + settings.warm_up)
         self._reader = VehicleReader(sumo, self._hidden, left_hand=self._left_hand)
         if settings.lane_change_guard:

@@ -7,7 +7,8 @@ from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.sumo.cooperation import CooperationSettings
 from experiments.cosim.sumo.driver_errors import DriverErrorSettings
 from experiments.cosim.sumo.driver_settings import SumoDriverSettings
-from sumo_nets.demand_files import DemandFiles, command_options
+from sumo_nets.demand_records import DemandFiles
+from sumo_nets.sumocfg import command_options
 
 EGO_TYPE = "ego"  # vehicle type in the route file
 BEGIN = 0.0  # of the demand [s]

@@ -1,14 +1,29 @@
 """Starts SUMO, and checks that it has what the settings speak of."""
 
+import os
+import re
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
 from experiments.cosim.sumo.libsumo_api import Libsumo
-from experiments.cosim.sumo.settings import EGO_TYPE
+from experiments.cosim.sumo.settings import (
+    EGO_TYPE,
+    FleetSettings,
+    SumoSettings,
+    command_line,
+)
+from experiments.cosim.sumo.sumo_errors import sumo_errors
 from experiments.cosim.sumo.system_libraries import load_libsumo
-from experiments.errors import SimulationError
+from experiments.errors import ConfigError, SimulationError
 from planner.vehicle import Vehicle
+from sumo_nets.demand_files import explained_refusal
+from sumo_nets.demand_records import DemandFiles
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
 
@@ -29,6 +44,57 @@ def ready_libsumo(net_file: Path) -> Libsumo:
     return sumo
 
 
+def start(sumo: Libsumo, settings: SumoSettings | FleetSettings) -> None:
+    """Start SUMO on the settings' files.
+
+    Raises:
+        ConfigError: If it refuses the user's own demand; in its words, with the file.
+        SimulationError: If it does not start for another reason.
+    """
+    command, demand = command_line(settings), settings.demand
+    if demand is None:
+        with sumo_errors(sumo, "starting"):
+            sumo.start(command)
+        return
+    with tempfile.TemporaryFile() as said:
+        try:
+            with _stderr_to(said.fileno()):
+                sumo.start(command)
+        except (sumo.TraCIException, sumo.FatalTraCIError) as error:
+            others, words = split_messages(_text(said))
+            sys.stderr.write(others)
+            problem = explained_refusal(demand, words or str(error))
+            raise ConfigError(problem) from error
+        sys.stderr.write(_text(said))
+
+
+def split_messages(text: str) -> tuple[str, str]:
+    """Split what was written to stderr while SUMO failed.
+
+    Returns:
+        What is not SUMO's, and SUMO's errors in one line.
+    """
+    others, *errors = re.split(r"^Error: ", text, flags=re.MULTILINE)
+    words = [" ".join(error.split()).rstrip(".") for error in errors]
+    # the name of its exception is no news
+    return others, "; ".join(word for word in words if word != "Process Error")
+
+
+@contextmanager
+def refusals_of(demand: DemandFiles | None) -> Iterator[None]:
+    """Take what SUMO fails on for a mistake in a user's demand, if there is one.
+
+    Raises:
+        ConfigError: Instead of a SimulationError.
+    """
+    try:
+        yield
+    except SimulationError as error:
+        if demand is None:
+            raise
+        raise ConfigError(explained_refusal(demand, str(error))) from error
+
+
 def check_ego_type(sumo: Libsumo, vehicle: Vehicle) -> None:
     """Raise if the ego's SUMO type has another size than the ego.
 
@@ -42,3 +108,23 @@ def check_ego_type(sumo: Libsumo, vehicle: Vehicle) -> None:
             f"vehicle type {name!r} measures {size[0]:g} x {size[1]:g} m, "
             f"the ego {vehicle.length:g} x {vehicle.width:g} m"
         )
+
+
+def _text(file: IO[bytes]) -> str:
+    """Return all that was written to a file."""
+    file.seek(0)
+    return file.read().decode(errors="replace")
+
+
+@contextmanager
+def _stderr_to(descriptor: int) -> Iterator[None]:
+    """Let what anybody writes to stderr, also SUMO, go to a file."""
+    sys.stderr.flush()
+    kept = os.dup(2)
+    try:
+        os.dup2(descriptor, 2)
+        yield
+    finally:
+        sys.stderr.flush()
+        os.dup2(kept, 2)
+        os.close(kept)

@@ -26,9 +26,13 @@ from experiments.cosim.sumo.settings import (
     EGO_TYPE,
     VIEW_RADIUS,
     SumoSettings,
-    command_line,
 )
-from experiments.cosim.sumo.start import check_ego_type, ready_libsumo
+from experiments.cosim.sumo.start import (
+    check_ego_type,
+    ready_libsumo,
+    refusals_of,
+    start,
+)
 from experiments.cosim.sumo.sumo_errors import sumo_errors
 from experiments.cosim.sumo.traffic_drivers import TrafficDrivers
 from experiments.cosim.sumo.traffic_lights import check_stop_lines, read_signals
@@ -99,6 +103,7 @@ class SumoWorld:
             The rear axle on the reference path, with the speed SUMO allowed.
 
         Raises:
+            ConfigError: If SUMO refuses the user's own demand.
             SimulationError: If SUMO does not start, or finds no gap in time.
         """
         settings = self._settings
@@ -287,7 +292,7 @@ class SumoWorld:
             self._drivers = TrafficDrivers(sumo, settings, self._hidden)
             check_ego_type(sumo, self._vehicle)
             check_stop_lines(sumo, self.road.stop_lines)
-        with sumo_errors(sumo, "warming up"):
+        with refusals_of(settings.demand), sumo_errors(sumo, "warming up"):
             if settings.warm_up > 0.0:
                 sumo.simulationStep(settings.begin + settings.warm_up)
         return sumo, entering
@@ -297,8 +302,7 @@ class SumoWorld:
         sumo = ready_libsumo(self._settings.net_file)
         # From here on close() has something to end, also after a failed start.
         self._sumo = sumo
-        with sumo_errors(sumo, "starting"):
-            sumo.start(command_line(self._settings))
+        start(sumo, self._settings)
         return sumo
 
     def _place_obstacles(self, sumo: Libsumo) -> frozenset[str]:

@@ -569,6 +569,8 @@ def test_messages_are_not_longer_than_a_few_lines(tmp_path, refusal):
     file = tmp_path / "long.yaml"
     file.write_text(EMPTY_ROAD.replace("60", "x" * 20_000))
     message = refusal("run", str(file))
+    assert "xxx...'; allowed: a number" in message  # long values are cut first
+    message = refusal("run", f"{tmp_path}/{'x' * 20_000}.yaml")
     assert message.endswith("...\n")
     assert len(message) < 520
 

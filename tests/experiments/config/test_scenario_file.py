@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.config import Scenario, Traffic
+from experiments.config.base import NAME
 from experiments.config.scenario_file import (
     SCENARIO_FOLDER,
     SCHEMA_FILE,
@@ -21,9 +22,10 @@ from experiments.config.scenario_file import (
     scenario_names,
     schema_text,
 )
-from experiments.config.sections import NAME, scenario_name
+from experiments.config.sections import scenario_name
 from experiments.config.traffic import CarModel
 from experiments.episode.run import make_scenario_planner
+from experiments.episode.run_folder import folder_name
 from experiments.errors import ConfigError
 from experiments.world_setup.layout import make_layout
 from experiments.world_setup.scenario_network import scenario_network
@@ -571,3 +573,19 @@ def test_mistakes_about_many_egos(overrides, message):
 )
 def test_shares_of_all_vehicles_and_of_different_ones_are_allowed(egos):
     assert load_scenario("motorway", overrides=[f"egos={egos}"]).egos is not None
+
+
+def test_a_name_that_no_folder_can_have_is_shown_in_part():
+    with pytest.raises(ConfigError) as caught:
+        load_scenario("straight", overrides=[f"name={'n' * 210}"])
+    assert str(caught.value).endswith(
+        f"name: is the text '{'n' * 60}...'; allowed: text of the form "
+        "^[A-Za-z0-9_]+$ of at most 100 characters"
+    )
+
+
+def test_the_longest_names_make_a_folder(tmp_path):
+    scenario = load_scenario("straight", overrides=[f"name={'n' * 100}"])
+    planner = scenario.planner.model_copy(update={"name": f"{'m' * 200}:make"})
+    longest = scenario.model_copy(update={"planner": planner})
+    (tmp_path / folder_name(longest, "0" * 64)).mkdir()

@@ -257,6 +257,7 @@ def _loop(folder: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_an_ego_keeps_to_its_pass_where_its_route_crosses_itself(tmp_path, monkeypatch):
     expected, driven = [], []
     advance = SumoFleetWorld.advance

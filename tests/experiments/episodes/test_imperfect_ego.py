@@ -34,7 +34,7 @@ def drive(tmp_path, overrides=(), name="cut_in"):
     [
         pytest.param(
             case,
-            marks=[] if case in ("perfect", "kinematic", "all") else [pytest.mark.slow],
+            marks=[] if case in ("perfect", "all") else [pytest.mark.slow],
         )
         for case in CASES
     ],

@@ -7,7 +7,7 @@ from typing import Literal
 import pytest
 
 from experiments.errors import ConfigError
-from experiments.planners.factory_settings import check_factory_settings
+from experiments.planners.factory_settings import check_call, check_factory_settings
 from experiments.planners.registry import make_planner
 from planner.vehicle import Vehicle
 
@@ -90,3 +90,43 @@ def test_a_planner_without_settings():
         make_planner("cruise_thesis", {"x": 1})
     expected = "planner.settings.x: unknown key; cruise_thesis has none"
     assert str(refusal.value) == expected
+
+
+class Planners:
+    def fits(self, scene, memory): ...
+
+    def takes_more(self, scene, memory=None, *, careful=False): ...
+
+    def takes_any(self, *arguments): ...
+
+    def takes_none(self): ...
+
+    def takes_one(self, scene): ...
+
+    def needs_more(self, scene, memory, other): ...
+
+
+@pytest.mark.parametrize("method", ["fits", "takes_more", "takes_any"])
+def test_methods_that_take_what_they_are_called_with_are_fine(method):
+    check_call("my:make", Planners(), method, "scene, memory")
+
+
+@pytest.mark.parametrize(
+    ("method", "written"),
+    [
+        ("takes_none", r"takes_none\(\)"),
+        ("takes_one", r"takes_one\(scene\)"),
+        ("needs_more", r"needs_more\(scene, memory, other\)"),
+    ],
+)
+def test_methods_of_another_signature_are_refused(method, written):
+    expected = rf"planner: my:make: {written} .*allowed: {method}\(scene, memory\)"
+    with pytest.raises(ConfigError, match=expected):
+        check_call("my:make", Planners(), method, "scene, memory")
+
+
+def test_methods_without_a_signature_are_left_alone():
+    class Odd:
+        plan = dict  # of the interpreter: it has none to be read
+
+    check_call("my:make", Odd(), "plan", "scene, memory")

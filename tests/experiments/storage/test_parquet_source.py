@@ -6,7 +6,7 @@ import shutil
 import duckdb
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from experiments.comparison.results import RESULTS, rebuild, rows
@@ -68,6 +68,7 @@ PARTS = st.text(
 ).filter(lambda name: name not in (".", ".."))
 
 
+@settings(max_examples=30)
 @given(name=PARTS | st.text("[]*?!=-ab^'", min_size=1, max_size=8))
 @example("k=v")
 @example("[[]]")

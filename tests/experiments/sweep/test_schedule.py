@@ -152,7 +152,7 @@ def test_a_file_of_the_users_called_experiments(tmp_path, monkeypatch):
 def test_sweep_resume_rerun(tmp_path, refusal):
     sweep = write_sweep(tmp_path, 5, {3: "raise"})
     out = tmp_path / "out"
-    done = rearview("sweep", sweep, "--out", out, "--limit", "2", "--workers", "2")
+    done = rearview("sweep", sweep, "--out", out, "--limit", "2", "--workers", "0")
     assert done.returncode == 0, done.stderr
     assert "light: 5 runs\n" in done.stdout
     assert len(finished(out)) == 2

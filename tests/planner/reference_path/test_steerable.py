@@ -219,7 +219,7 @@ def drive_turns(count, seed):
 
 
 def test_random_turns_keep_curvature_and_area():
-    assert drive_turns(15, 11) > 0.5
+    assert drive_turns(6, 11) > 0.5
 
 
 @pytest.mark.slow

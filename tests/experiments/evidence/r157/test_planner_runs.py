@@ -48,7 +48,7 @@ PANELS = {
         "cut_in",
         pytest.param("fast cut_in", marks=pytest.mark.slow),
         "braking",
-        "cut_out",
+        pytest.param("cut_out", marks=pytest.mark.slow),
     ],
 )
 def test_a_driver_as_planner_ends_as_in_the_batch(grid, name):

@@ -1,0 +1,97 @@
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from experiments.commonroad.records import Box
+from experiments.commonroad.shapes import (
+    LEAST_SIZE,
+    box_along,
+    box_polygon,
+    covering_boxes,
+    placed,
+    smallest_box,
+)
+
+coordinates = st.floats(-20.0, 20.0)
+headings = st.floats(-math.pi, math.pi)
+boxes = st.builds(
+    Box, coordinates, coordinates, headings, st.floats(0.5, 10), st.floats(0.5, 10)
+)
+clouds = st.lists(
+    st.tuples(coordinates, coordinates), min_size=3, max_size=8, unique=True
+).filter(lambda points: shapely.MultiPoint(points).convex_hull.area > 1.0)
+
+
+@given(boxes)
+def test_an_outline_has_the_size_and_place_of_its_box(box):
+    outline = box_polygon(box)
+    assert outline.area == pytest.approx(box.length * box.width)
+    assert outline.centroid.coords[0] == pytest.approx((box.x, box.y), abs=1e-9)
+    ahead = shapely.Point(
+        box.x + 0.49 * box.length * math.cos(box.heading),
+        box.y + 0.49 * box.length * math.sin(box.heading),
+    )
+    assert outline.contains(ahead)
+
+
+@given(boxes)
+def test_the_smallest_box_about_a_box_is_itself(box):
+    found = smallest_box(box_polygon(box))
+    assert found.length * found.width == pytest.approx(box.length * box.width)
+    assert found.length >= found.width
+    assert box_polygon(found).symmetric_difference(box_polygon(box)).area < 1e-6
+
+
+@given(clouds)
+def test_no_box_in_another_direction_is_smaller(points):
+    area = shapely.MultiPoint(points).convex_hull
+    found = smallest_box(area)
+    assert box_polygon(found).buffer(1e-6).covers(area)
+    for heading in np.linspace(0.0, math.pi / 2.0, 46):
+        other = box_along(area, float(heading))
+        assert found.length * found.width <= other.length * other.width + 1e-9
+
+
+@given(clouds, headings)
+def test_a_box_along_a_direction_holds_the_area_and_touches_it(points, heading):
+    area = shapely.MultiPoint(points).convex_hull
+    box = box_along(area, heading)
+    outline = box_polygon(box)
+    assert outline.buffer(1e-6).covers(area)
+    for a, b in zip(outline.exterior.coords, outline.exterior.coords[1:], strict=False):
+        assert shapely.LineString([a, b]).distance(area) < 1e-6
+
+
+@settings(max_examples=30)
+@given(clouds, coordinates, coordinates)
+def test_rectangles_cover_a_polygon_and_little_more(points, x, y):
+    area = shapely.make_valid(shapely.Polygon([*points, (x, y)]))
+    if area.area < 1.0:
+        return
+    found = [box_polygon(box) for box in covering_boxes(area)]
+    together = shapely.union_all(found)
+    assert area.difference(together.buffer(1e-6)).area < 1e-6
+    assert together.area <= smallest_box(area).length * smallest_box(area).width + 1e-6
+    assert len(found) <= 2**5
+
+
+def test_points_and_lines_have_a_least_size():
+    point = smallest_box(shapely.Point(3.0, 4.0))
+    assert point == Box(3.0, 4.0, 0.0, LEAST_SIZE, LEAST_SIZE)
+    line = smallest_box(shapely.LineString([(0.0, 0.0), (0.0, 2.0)]))
+    assert (line.length, line.width) == pytest.approx((2.0, LEAST_SIZE))
+    assert list(covering_boxes(shapely.Polygon())) == []
+
+
+@given(boxes, coordinates, coordinates, headings)
+def test_a_placed_box_is_turned_and_moved_with_its_body(box, x, y, heading):
+    moved = box_polygon(placed(box, x, y, heading))
+    turned = shapely.affinity.rotate(
+        box_polygon(box), heading, origin=(0, 0), use_radians=True
+    )
+    expected = shapely.affinity.translate(turned, x, y)
+    assert moved.symmetric_difference(expected).area < 1e-6
