@@ -22,6 +22,10 @@ from planner.right_of_way.records import (
 
 GAP = 2.0  # between the ego that leaves and the next one, when it sets off [s]
 KEPT_GAP = 1.0  # the same once it goes [s]
+PATIENT = 5.0  # who has waited for longer takes shorter gaps ... [s]
+IMPATIENT = 20.0  # ... the shortest after this [s]
+SHORTEST_GAP = 1.0  # for an ego that sets off [s]
+SHORTEST_KEPT = 0.5  # once it goes [s]
 AT_LINE = 4.0  # an ego that stands so near to its line has stopped there [m]
 STANDING = 0.1  # slower is standing [m/s]
 BEFORE_ZONE = 0.7  # from the front bumper to the zone, where the ego stops inside [m]
@@ -80,7 +84,8 @@ def _waited(
         return memory._replace(stood=0.0)
     near = ego.front >= junction.stop_s - AT_LINE
     stood = memory.stood + step if near else 0.0
-    return memory._replace(stopped=memory.stopped or near, stood=stood)
+    waited = memory.waited + step if near else memory.waited
+    return memory._replace(stopped=memory.stopped or near, stood=stood, waited=waited)
 
 
 def _at_line(ego: AtJunction, junction: JunctionAhead) -> bool:
@@ -98,9 +103,30 @@ def _blocks(
         return False
     if junction.rule is Rule.ALL_WAY_STOP and foe.to_line > -OVERSHOOT:
         return _comes_before(foe, memory)
-    if not counts(foe):
+    if not counts(foe) or (_stands_for_good(foe) and memory.waited >= DEADLOCK):
         return False
-    return not is_open(ego, junction, foe, KEPT_GAP if memory.goes else GAP)
+    hurry = _hurry(memory)
+    gap, least = (KEPT_GAP, SHORTEST_KEPT) if memory.goes else (GAP, SHORTEST_GAP)
+    gap += hurry * (least - gap)
+    return not is_open(ego, junction, foe, gap, hurry)
+
+
+def _stands_for_good(foe: Foe) -> bool:
+    """Check whether the other has stood for so long that it may not go at all.
+
+    It may also stand in a queue, or wait for somebody else: an ego that has waited for
+    long itself goes nevertheless, others only if it may set off now.
+    """
+    return foe.entry > 0.0 and foe.stood >= STUCK
+
+
+def _hurry(memory: Waiting) -> float:
+    """Return how much shorter the gaps are that an ego takes after its wait, 0 to 1.
+
+    Drivers accept shorter gaps the longer they have waited: in dense flows those that
+    hold with all margins may not come at all.
+    """
+    return min(max((memory.waited - PATIENT) / (IMPATIENT - PATIENT), 0.0), 1.0)
 
 
 def _lets_pass(foe: Foe) -> bool:

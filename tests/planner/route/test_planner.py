@@ -322,6 +322,25 @@ def test_the_lane_that_turns_is_kept_where_the_path_is_not_in_its_middle_yet():
     assert 80.0 < ends[1] < 110.0
 
 
+def test_the_lane_that_leads_on_does_not_end_where_the_path_moves_over_to_it():
+    """On a short edge the path swings over sharply; its lanes are straight."""
+    k = 0.09
+    path = ReferencePath.from_segments(
+        [line(30.0), arc(6.0, -k), arc(6.0, k), line(30.0)]
+    )
+    s = np.arange(0.0, path.length, 0.5)
+    at = path.at(s)
+    over = float(at.y[-1])  # the lane that leads on is so far to the right
+    centre = np.array([(y - at.y) / at.cos_heading for y in (over, 0.0)])
+    width = np.full((2, s.size), -over)
+    width[1, s > path.length - 20.0] = 0.0
+    lanes = Lanes(s, centre, width)
+    scene = replace(make_scene(path, ego_on(path)), lanes=lanes)
+    ends = lane_ends(lanes_to_follow(scene), 0.0)
+    assert math.isinf(ends[0])
+    assert ends[1] < path.length - 15.0
+
+
 def test_a_line_that_may_not_be_crossed_is_not_crossed_for_the_speed():
     path = straight(500.0)
     slow = [Car(s=90.0, l=-WIDTH, speed=4.0)]
