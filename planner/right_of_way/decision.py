@@ -1,6 +1,7 @@
 """May the ego drive over a junction now, and if not, where does it stop."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from planner.right_of_way.gaps import (
     HARD_BRAKING,
@@ -67,11 +68,19 @@ def decide(
     memory = _waited(ego, junction, memory, step)
     if junction.rule in MUST_STOP and not memory.stopped and _at_line(ego, junction):
         return _closed(ego, junction, (), memory, "stop sign")
-    blocking = tuple(foe for foe in foes if _blocks(ego, junction, foe, memory))
+    standing = [foe for foe in foes if _stands_for_good(foe)]
+    blocking = tuple(
+        foe
+        for foe in foes
+        if _blocks(ego, junction, foe, memory)
+        and not any(_is_behind(foe, first) for first in standing)
+    )
     if blocking and _is_deadlock(blocking, memory):
         blocking = ()
     if not blocking:
         return Permission(None, memory._replace(goes=True), "")
+    if any(_comes_through(ego, junction.wait_s, foe) for foe in foes):
+        junction = replace(junction, wait_s=None)
     first = min(blocking, key=lambda foe: (foe.entry, foe.vehicle))
     return _closed(ego, junction, blocking, memory, first.vehicle)
 
@@ -120,6 +129,16 @@ def _stands_for_good(foe: Foe) -> bool:
     return foe.entry > 0.0 and foe.stood >= STUCK
 
 
+def _is_behind(foe: Foe, first: Foe) -> bool:
+    """Check whether one of two comes behind the other on the same way.
+
+    Behind one that stands it cannot come before that, however it creeps up.
+    """
+    same = foe.begin_s == first.begin_s and foe.end_s == first.end_s
+    same = same and foe.road == first.road and foe.turn_speed == first.turn_speed
+    return same and foe.to_line > first.to_line
+
+
 def _hurry(memory: Waiting) -> float:
     """Return how much shorter the gaps are that an ego takes after its wait, 0 to 1.
 
@@ -127,6 +146,19 @@ def _hurry(memory: Waiting) -> float:
     hold with all margins may not come at all.
     """
     return min(max((memory.waited - PATIENT) / (IMPATIENT - PATIENT), 0.0), 1.0)
+
+
+def _comes_through(ego: AtJunction, place: float | None, foe: Foe) -> bool:
+    """Check whether an ego that waits inside the junction stands in another's way.
+
+    Args:
+        ego: Near the junction.
+        place: Where its front would wait, if it may [m].
+        foe: One of all at the junction.
+    """
+    if place is None or not (foe.goes_first and counts(foe)) or foe.entry <= 0.0:
+        return False
+    return foe.begin_s < place and place - (ego.front - ego.rear) < foe.end_s
 
 
 def _lets_pass(foe: Foe) -> bool:

@@ -55,6 +55,12 @@ ALONG = 0.06  # and as parallel to it, dl/ds [-]
 CHANGE_TIME = 2.5  # a change needs so much way before its lanes end [s]
 CHANGE_ROOM = 9.0  # ... and at least so much [m]
 LEAST_MOVED = 0.1  # to the side, of a change that is not over within a plan [m]
+# From what stands beside the way of an ego that is caught; the discs that cover the
+# ego reach over its sides, so that about 0.3 m remain [m] ...
+CLOSE = 0.0
+CLOSE_TO_EDGE = 0.03  # and from the road's edge [m]
+CLOSE_WAY = 15.0  # for so long [m] ...
+CLOSE_SPEED = 2.0  # at this speed [m/s]
 OVER_TIME = 3.5  # after so much way a change has left its lane [s]
 OVER_ROOM = 12.0  # ... and at least so much [m]
 
@@ -68,6 +74,7 @@ class _Look:
     ends: FloatArray  # of the lanes [m]
     stood: float  # for how long the ego has stood [s]
     round_until: float  # see RouteMemory
+    close_until: float  # see RouteMemory
 
     @property
     def front(self) -> float:
@@ -81,10 +88,15 @@ class RoutePlanner:
 
     settings: RouteSettings
     _cruise: CruisePlanner = field(init=False, repr=False)
+    _close: CruisePlanner = field(init=False, repr=False)  # past what leaves no margin
 
     def __post_init__(self) -> None:
         """Make the families."""
-        object.__setattr__(self, "_cruise", CruisePlanner(self.settings.cruise))
+        cruise = self.settings.cruise
+        margins = min(cruise.margin, CLOSE), min(cruise.road_margin, CLOSE_TO_EDGE)
+        close = replace(cruise, margin=margins[0], road_margin=margins[1])
+        object.__setattr__(self, "_cruise", CruisePlanner(cruise))
+        object.__setattr__(self, "_close", CruisePlanner(close))
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         """Plan one cycle; see `planner.interface.Planner`."""
@@ -128,9 +140,10 @@ class RoutePlanner:
         held = any(front - 1.0 < x < front + self.settings.quiet for x in waits)
         if stood >= self.settings.patience and not held:
             until = ego.s + ROUND
-        return _Look(
-            scene, bodies_on_road(scene), lane_ends(scene.lanes, ego.s), stood, until
-        )
+        ends, close = lane_ends(scene.lanes, ego.s), 0.0
+        if last is not None:
+            close = last.close_until
+        return _Look(scene, bodies_on_road(scene), ends, stood, until, close)
 
     # lanes
 
@@ -214,6 +227,9 @@ class RoutePlanner:
                 eased = self._along(now, last, manoeuvre, lane, speed)
                 eased = _keeping(eased, look.round_until)
             result = eased if _gets_on(eased) else result
+        settings = self.settings
+        if look.stood >= settings.patience and not _gets_on(result):
+            result = self._past_closely(look, last, manoeuvre, lane, speed, result)
         # who has stood, or has no lane left, goes over as far as there is road
         has_to = look.stood >= self.settings.stuck_after or _is_late(look, manoeuvre)
         if (
@@ -225,6 +241,25 @@ class RoutePlanner:
             back = replace(manoeuvre, phase=Phase.SEEK, beside=beside)
             return self._along(look, last, back, back.lane, speed)
         return result
+
+    def _past_closely(
+        self,
+        look: _Look,
+        last: RouteMemory | None,
+        manoeuvre: LaneManoeuvre,
+        lane: int,
+        speed: float,
+        otherwise: PlanResult,
+    ) -> PlanResult:
+        """Creep past what stands beside the way and leaves room, but no margin.
+
+        Two that have stopped beside each other in a junction would wait for ever.
+        """
+        if not self._is_caught(look, manoeuvre.lane):
+            return otherwise
+        near = replace(look, close_until=look.scene.ego_frenet.s + CLOSE_WAY)
+        result = self._along(near, last, manoeuvre, lane, speed)
+        return result if _gets_on(result) else otherwise
 
     def _along(
         self,
@@ -261,12 +296,15 @@ class RoutePlanner:
         if seen is None:
             frame = reference_frame(scene, lane)
             seen = replace(scene, stop_lines=tuple(sorted(lines)))
+        closely = scene.ego_frenet.s < look.close_until
+        speed = min(speed, CLOSE_SPEED) if closely else speed
         seen = replace(seen, target_speed=min(speed, seen.target_speed))
         before = None
         if last is not None:
             before = CruiseMemory(in_frame(frame, last.trajectory))
-        result = self._cruise.plan(seen, before)
+        result = (self._close if closely else self._cruise).plan(seen, before)
         how = "round what stands" if kind is LaneCorridor.ROAD else ""
+        how = "closely past what stands" if closely else how
         how = "along the planned path" if by_path else how
         return _told(look, result, manoeuvre, frame, frames, how)
 
@@ -329,14 +367,19 @@ class RoutePlanner:
         ends = look.ends[manoeuvre.lane] - front < OVER_ROOM + LEAST_DRIVEN
         return bool(ends) and not held and not queued
 
-    def _is_caught_in_bend(self, look: _Look, lane: int) -> bool:
-        """Check whether the ego has stood in a bend, in no queue and at no line."""
+    def _is_caught(self, look: _Look, lane: int) -> bool:
+        """Check whether the ego has stood in no queue and at no line."""
         scene, front = look.scene, look.front
         if look.stood < self.settings.stuck_after or queues(scene, look.bodies, lane):
             return False
-        if any(front - 1.0 < x < front + OVER_ROOM for x in scene.stop_lines):
+        return not any(front - 1.0 < x < front + OVER_ROOM for x in scene.stop_lines)
+
+    def _is_caught_in_bend(self, look: _Look, lane: int) -> bool:
+        """Check whether the ego has stood in a bend, in no queue and at no line."""
+        if not self._is_caught(look, lane):
             return False
-        at = np.arange(scene.ego_frenet.s, front + OVER_ROOM)
+        scene = look.scene
+        at = np.arange(scene.ego_frenet.s, look.front + OVER_ROOM)
         return bool((np.abs(scene.path.at(at).curvature) > TURN).any())
 
     def _is_stuck(self, look: _Look) -> bool:
@@ -503,6 +546,7 @@ def _told(
         trajectory,
         stood=look.stood,
         round_until=look.round_until,
+        close_until=look.close_until,
         frames=frames,
     )
     words = [f"{manoeuvre.phase} lane {manoeuvre.lane}"]

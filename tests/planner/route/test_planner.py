@@ -452,3 +452,54 @@ def test_whoever_stands_at_the_inner_side_of_a_bend_gets_out_of_it(s, l, error):
     lanes = Lanes(ends, np.zeros((1, 2)), np.full((1, 2), 3.2))
     plan = proposed().plan(replace(scene, lanes=lanes), None)
     assert plan.trajectory.s[-1] - plan.trajectory.s[0] > 3.0
+
+
+@pytest.mark.parametrize(
+    ("gap", "stood", "line_ahead", "passes"),
+    [
+        (0.45, 13.0, None, True),
+        (0.15, 13.0, None, False),  # no room at all
+        (0.45, 3.0, None, False),  # not yet
+        (0.45, 13.0, 8.0, False),  # it waits at a line
+    ],
+)
+def test_who_is_caught_beside_another_creeps_past_without_a_margin(
+    gap, stood, line_ahead, passes
+):
+    """In a narrow street, once it has waited in vain, and not in a queue."""
+    path, planner = straight(200.0), proposed()
+    other = Car(56.0, 1.9 + gap, speed=0.0)
+    scene = make_scene(
+        path,
+        ego_on(path, 50.0, speed=0.0),
+        vehicles=[other],
+        bounds=road(path, 4.0, -1.06),
+    )
+    s = np.array([0.0, 200.0])
+    lanes = Lanes(s, np.zeros((1, 2)), np.full((1, 2), 2.12))
+    scene = replace(scene, lanes=lanes)
+    if line_ahead is not None:
+        front = 50.0 + scene.vehicle.front_reach
+        scene = replace(scene, stop_lines=(front + line_ahead,))
+    before = replace(planner.plan(scene, None).memory, stood=stood)
+    plan = planner.plan(scene, before)
+    driven = plan.trajectory.s[-1] - plan.trajectory.s[0]
+    assert bool(driven > 3.0) is passes
+    assert ("closely" in plan.stats.explanation) is passes
+    if passes:
+        assert plan.trajectory.speed.max() < 2.1
+        assert planner.plan(scene, plan.memory).trajectory.s[-1] > 53.0
+
+
+def test_inside_a_junction_the_ego_keeps_to_its_lane():
+    """However wide the junction is: what stands in its lane there is waited for."""
+    path = straight(200.0)
+    scene = make_scene(path, ego_on(path, 50.0), bounds=road(path, 8.0, -8.0))
+    s = np.array([0.0, 200.0])
+    lanes = Lanes(s, np.zeros((1, 2)), np.full((1, 2), WIDTH))
+    scene = replace(scene, lanes=lanes)
+    frame = lane_frame(scene, 0)
+    for kind, half in ((LaneCorridor.LANE, WIDTH / 2 + 0.3), (LaneCorridor.ROAD, 8.0)):
+        left, right = corridor(scene, frame, kind, None).at(np.array([60.0, 90.0]))
+        assert left == pytest.approx(half, abs=0.02)
+        assert right == pytest.approx(-half, abs=0.02)
