@@ -111,7 +111,14 @@ def _met(
         length: Of the vehicle; what its rear has not left yet counts [m].
     """
     s = np.arange(at - length, min(at + AHEAD, float(line[0, -1])), SPACING)
+    if not taken.size:
+        return None
     x, y = np.interp(s, line[0], line[1]), np.interp(s, line[0], line[2])
+    low, high = taken.min(axis=0) - MEETS, taken.max(axis=0) + MEETS
+    about = (x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1])
+    s, x, y = s[about], x[about], y[about]
+    if not s.size:
+        return None
     gap = np.hypot(x[:, None] - taken[:, 0], y[:, None] - taken[:, 1])
-    near = s[gap.min(axis=1) < MEETS] if s.size and taken.size else s[:0]
+    near = s[gap.min(axis=1) < MEETS]
     return (float(near[0]) - at, float(near[-1]) - at) if near.size else None
