@@ -172,7 +172,7 @@ class RoutePlanner:
         scene = look.scene
         if look.ends[target] < scene.ego_frenet.s:
             return None
-        if is_over(scene, now.lane, target):
+        if is_over(scene, now.lane, target) or self._goes_on_over(look, target):
             return LaneManoeuvre(target)
         enters = about_to_enter(scene, now.lane, target, scene.step)
         if not (enters and now.phase is Phase.COMMITTED):
@@ -180,6 +180,16 @@ class RoutePlanner:
             if not gap.is_safe:
                 return None
         return replace(now, phase=Phase.COMMITTED if enters else Phase.CHANGE)
+
+    def _goes_on_over(self, look: Look, target: int) -> bool:
+        """Check whether an ego that stands in its new lane has to leave that, too.
+
+        Where both end there is no way left on which the first change could be ended.
+        """
+        scene, ego = look.scene, look.scene.ego_frenet
+        ends = look.ends[target] - look.front < OVER_ROOM
+        stands = look.stood >= self.settings.stuck_after
+        return bool(ends) and stands and lane_at(scene.lanes, ego.s, ego.l) == target
 
     # driving
 

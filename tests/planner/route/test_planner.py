@@ -503,3 +503,23 @@ def test_inside_a_junction_the_ego_keeps_to_its_lane():
         left, right = corridor(scene, frame, kind, None).at(np.array([60.0, 90.0]))
         assert left == pytest.approx(half, abs=0.02)
         assert right == pytest.approx(-half, abs=0.02)
+
+
+@pytest.mark.parametrize(("end", "lane"), [(106.5, 1), (190.0, 2)])
+def test_who_stands_half_over_where_both_lanes_end_goes_on_to_the_next_one(end, lane):
+    """The first change cannot be ended any more; where there is way, it is."""
+    path, planner = straight(300.0), proposed()
+    s = np.array([0.0, end, end + 0.1, 300.0])
+    centre = np.array([np.full(4, (k - 2) * WIDTH) for k in range(3)])
+    width = np.full((3, 4), WIDTH)
+    width[1:, 2:] = 0.0
+    lanes = Lanes(s, centre, width)
+    ego = ego_on(path, 100.0, -2.4, speed=0.0)
+    made = make_scene(path, ego, bounds=road(path, WIDTH / 2, -2.5 * WIDTH))
+    scene = replace(made, lanes=lanes)
+    going = LaneManoeuvre(2, Phase.COMMITTED, 1, "it ends")
+    before = planner.plan(scene, None).memory
+    look = planner._look(scene, replace(before, manoeuvre=going, stood=3.0))
+    now = planner._go_on(look, going, 1)
+    assert now is not None
+    assert now.lane == lane
