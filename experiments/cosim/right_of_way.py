@@ -10,7 +10,7 @@ from experiments.cosim.junctions import RoadJunction
 from experiments.cosim.records import TrafficState
 from experiments.cosim.road import EgoTask, Road
 from experiments.cosim.signals import CLEARING, STOP
-from experiments.cosim.swinging_out import oncoming
+from experiments.cosim.swinging_out import STANDS, oncoming
 from planner.right_of_way.decision import decide, is_near
 from planner.right_of_way.records import (
     AtJunction,
@@ -79,6 +79,7 @@ class RightOfWay:
         self._traffic = traffic
         self._step = step
         self._memory: dict[int, Waiting] = {}
+        self._stood: dict[str, float] = {}  # of those that stand [s]
         along = np.arange(0.0, road.path.length, SPACING)
         self._bends = along[np.abs(road.path.at(along).curvature) > BENT]
 
@@ -105,13 +106,15 @@ class RightOfWay:
         if not near and not self._bends_near(at):
             return state, []
         found, ways = self._traffic.movements(set(near), state.vehicles)
+        if any(self._road.junctions[number].swings for number in near):
+            self._watch(state.vehicles)
         decided, junctions = [], []
         foes: list[Foe] = []
         for place, number in enumerate(near):
             junction = self._road.junctions[number]
             own = [x._replace(junction=place) for x in found if x.junction == number]
             if junction.swings:
-                own += oncoming(place, junction, state.vehicles, ways)
+                own += oncoming(place, junction, state.vehicles, ways, self._stood)
             ahead = self._ahead(junction, state, at)
             if ahead is not None and self._clears(junction, state, at):
                 own = [x._replace(goes_first=x.to_line <= 0.0) for x in own]
@@ -123,6 +126,12 @@ class RightOfWay:
                 decided.append(self._first(at, junction.ahead, state))
         state = replace(state, ways=ways, junctions=tuple(junctions), foes=tuple(foes))
         return state, decided
+
+    def _watch(self, vehicles: RoadUsers) -> None:
+        """Remember for how long the others have stood, near a swing."""
+        standing = np.flatnonzero(vehicles.speed < STANDS).tolist()
+        names = [vehicles.ids[row] for row in standing]
+        self._stood = {x: self._stood.get(x, -self._step) + self._step for x in names}
 
     def _bends_near(self, at: AtJunction) -> bool:
         """Check whether the road bends near the ego.

@@ -3,6 +3,8 @@
 No rule of the network says who goes first there: whoever is in its own lane does.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from experiments.cosim.junctions import RoadJunction, Swing
@@ -17,12 +19,17 @@ SPACING = 0.5  # of the places that are looked at [m]
 FASTEST = 1.2  # times its speed, another may come [-]
 STAYS = 1000.0  # to the exit of one that is not counted on to leave [m]
 AT_LINE = 3.0  # a stretch that begins no farther behind the line begins there [m]
-STANDS = 0.3  # a slower one does not use its lane now [m/s]
-STOOD = 60.0  # it counts as standing for so long [s]
+SETS_OFF = 3.0  # one that is slower now may come as one with this speed [m/s]
+STANDS = 0.3  # a slower one does not use its lane now [m/s] ...
+A_WHILE = 2.0  # ... after so long: who stands for a moment goes on at once [s]
 
 
 def oncoming(
-    place: int, junction: RoadJunction, vehicles: RoadUsers, ways: Ways
+    place: int,
+    junction: RoadJunction,
+    vehicles: RoadUsers,
+    ways: Ways,
+    stood: Mapping[str, float],
 ) -> list[Foe]:
     """List those on whose ways the ego would swing out.
 
@@ -31,6 +38,7 @@ def oncoming(
         junction: Where the ego leaves its lanes.
         vehicles: Others, n of them.
         ways: Of these vehicles.
+        stood: For how long those that stand have done so [s].
     """
     found = []
     for row in np.flatnonzero(ways.way != NO_WAY).tolist():
@@ -48,6 +56,9 @@ def oncoming(
                 continue  # it waits at a line before
             speed = max(float(vehicles.speed[row]), 0.0)
             foe = _foe(vehicles.ids[row], speed, met, 2.0 * half, swing)
+            # one that is there already is in the way, however long it has stood
+            if foe.entry > 0.0 and stood.get(foe.vehicle, 0.0) >= A_WHILE:
+                continue
             inside = swing.begin_s > junction.ahead.stop_s + AT_LINE
             if inside and foe.entry > 0.0:
                 # behind its line, in the turn, the ego waits for nobody who comes
@@ -77,12 +88,11 @@ def _foe(
         exit=met[1] + length,
         to_line=met[0],
         speed=speed,
-        limit=FASTEST * max(speed, STANDS),
-        turn_speed=FASTEST * max(speed, STANDS),
+        limit=FASTEST * max(speed, SETS_OFF),
+        turn_speed=FASTEST * max(speed, SETS_OFF),
         road=AHEAD,
         merges=False,
-        # one that is there already is in the way, however long it has stood
-        stood=STOOD if speed < STANDS and met[0] > 0.0 else 0.0,
+        stood=0.0,
         goes_first=True,
         gives_way=False,
         held=False,
@@ -101,7 +111,14 @@ def _met(
         length: Of the vehicle; what its rear has not left yet counts [m].
     """
     s = np.arange(at - length, min(at + AHEAD, float(line[0, -1])), SPACING)
+    if not taken.size:
+        return None
     x, y = np.interp(s, line[0], line[1]), np.interp(s, line[0], line[2])
+    low, high = taken.min(axis=0) - MEETS, taken.max(axis=0) + MEETS
+    about = (x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1])
+    s, x, y = s[about], x[about], y[about]
+    if not s.size:
+        return None
     gap = np.hypot(x[:, None] - taken[:, 0], y[:, None] - taken[:, 1])
-    near = s[gap.min(axis=1) < MEETS] if s.size and taken.size else s[:0]
+    near = s[gap.min(axis=1) < MEETS]
     return (float(near[0]) - at, float(near[-1]) - at) if near.size else None

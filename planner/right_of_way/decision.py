@@ -1,6 +1,7 @@
 """May the ego drive over a junction now, and if not, where does it stop."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from planner.right_of_way.gaps import (
     HARD_BRAKING,
@@ -22,6 +23,10 @@ from planner.right_of_way.records import (
 
 GAP = 2.0  # between the ego that leaves and the next one, when it sets off [s]
 KEPT_GAP = 1.0  # the same once it goes [s]
+PATIENT = 5.0  # who has waited for longer takes shorter gaps ... [s]
+IMPATIENT = 20.0  # ... the shortest after this [s]
+SHORTEST_GAP = 1.0  # for an ego that sets off [s]
+SHORTEST_KEPT = 0.5  # once it goes [s]
 AT_LINE = 4.0  # an ego that stands so near to its line has stopped there [m]
 STANDING = 0.1  # slower is standing [m/s]
 BEFORE_ZONE = 0.7  # from the front bumper to the zone, where the ego stops inside [m]
@@ -63,11 +68,19 @@ def decide(
     memory = _waited(ego, junction, memory, step)
     if junction.rule in MUST_STOP and not memory.stopped and _at_line(ego, junction):
         return _closed(ego, junction, (), memory, "stop sign")
-    blocking = tuple(foe for foe in foes if _blocks(ego, junction, foe, memory))
+    standing = [foe for foe in foes if _stands_for_good(foe)]
+    blocking = tuple(
+        foe
+        for foe in foes
+        if _blocks(ego, junction, foe, memory)
+        and not any(_is_behind(foe, first) for first in standing)
+    )
     if blocking and _is_deadlock(blocking, memory):
         blocking = ()
     if not blocking:
         return Permission(None, memory._replace(goes=True), "")
+    if any(_comes_through(ego, junction.wait_s, foe) for foe in foes):
+        junction = replace(junction, wait_s=None)
     first = min(blocking, key=lambda foe: (foe.entry, foe.vehicle))
     return _closed(ego, junction, blocking, memory, first.vehicle)
 
@@ -80,7 +93,8 @@ def _waited(
         return memory._replace(stood=0.0)
     near = ego.front >= junction.stop_s - AT_LINE
     stood = memory.stood + step if near else 0.0
-    return memory._replace(stopped=memory.stopped or near, stood=stood)
+    waited = memory.waited + step if near else memory.waited
+    return memory._replace(stopped=memory.stopped or near, stood=stood, waited=waited)
 
 
 def _at_line(ego: AtJunction, junction: JunctionAhead) -> bool:
@@ -98,9 +112,53 @@ def _blocks(
         return False
     if junction.rule is Rule.ALL_WAY_STOP and foe.to_line > -OVERSHOOT:
         return _comes_before(foe, memory)
-    if not counts(foe):
+    if not counts(foe) or (_stands_for_good(foe) and memory.waited >= DEADLOCK):
         return False
-    return not is_open(ego, junction, foe, KEPT_GAP if memory.goes else GAP)
+    hurry = _hurry(memory)
+    gap, least = (KEPT_GAP, SHORTEST_KEPT) if memory.goes else (GAP, SHORTEST_GAP)
+    gap += hurry * (least - gap)
+    return not is_open(ego, junction, foe, gap, hurry)
+
+
+def _stands_for_good(foe: Foe) -> bool:
+    """Check whether the other has stood for so long that it may not go at all.
+
+    It may also stand in a queue, or wait for somebody else: an ego that has waited for
+    long itself goes nevertheless, others only if it may set off now.
+    """
+    return foe.entry > 0.0 and foe.stood >= STUCK
+
+
+def _is_behind(foe: Foe, first: Foe) -> bool:
+    """Check whether one of two comes behind the other on the same way.
+
+    Behind one that stands it cannot come before that, however it creeps up.
+    """
+    same = foe.begin_s == first.begin_s and foe.end_s == first.end_s
+    same = same and foe.road == first.road and foe.turn_speed == first.turn_speed
+    return same and foe.to_line > first.to_line
+
+
+def _hurry(memory: Waiting) -> float:
+    """Return how much shorter the gaps are that an ego takes after its wait, 0 to 1.
+
+    Drivers accept shorter gaps the longer they have waited: in dense flows those that
+    hold with all margins may not come at all.
+    """
+    return min(max((memory.waited - PATIENT) / (IMPATIENT - PATIENT), 0.0), 1.0)
+
+
+def _comes_through(ego: AtJunction, place: float | None, foe: Foe) -> bool:
+    """Check whether an ego that waits inside the junction stands in another's way.
+
+    Args:
+        ego: Near the junction.
+        place: Where its front would wait, if it may [m].
+        foe: One of all at the junction.
+    """
+    if place is None or not (foe.goes_first and counts(foe)) or foe.entry <= 0.0:
+        return False
+    return foe.begin_s < place and place - (ego.front - ego.rear) < foe.end_s
 
 
 def _lets_pass(foe: Foe) -> bool:

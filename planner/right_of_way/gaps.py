@@ -10,8 +10,10 @@ import math
 from planner.right_of_way.records import AtJunction, Foe, JunctionAhead
 
 EARLY_EGO = 2.0  # acceleration with which the ego may arrive early [m/s²]
-LATE_EGO = 1.2  # with which it surely leaves [m/s²]
-START = 0.6  # that a standing ego takes to move off [s]
+LATE_EGO = 1.2  # with which it surely leaves [m/s²] ...
+LATE_IN_A_HURRY = 1.6  # ... at least once it has waited for long: it drives so [m/s²]
+START = 0.6  # that a standing ego takes to move off [s] ...
+START_IN_A_HURRY = 0.4  # ... once it has waited for long [s]
 EARLY_FOE = 1.5  # acceleration with which another may arrive early [m/s²]
 TURN_BRAKING = 3.0  # with which another slows down before it turns [m/s²]
 SLOW = 0.5  # a slower vehicle is not counted on to leave [m/s]
@@ -45,18 +47,26 @@ def travel_time(
 
 
 def ego_interval(
-    ego: AtJunction, junction: JunctionAhead, foe: Foe
+    ego: AtJunction, junction: JunctionAhead, foe: Foe, hurry: float = 0.0
 ) -> tuple[float, float]:
     """Compute when the ego arrives at the zone at the earliest, and has surely left.
+
+    Args:
+        ego: On its way to the junction.
+        junction: Of the foe.
+        foe: With the other vehicle.
+        hurry: From 0 to 1: how long it has waited, see `planner.right_of_way.decision`.
 
     Returns:
         (early, late) from now on [s].
     """
     through = min(junction.speed, ego.target_speed)
     early = travel_time(foe.begin_s - ego.front, ego.speed, EARLY_EGO, through)
-    start = START if ego.speed < SLOW else 0.0
+    standing = START + hurry * (START_IN_A_HURRY - START)
+    start = standing if ego.speed < SLOW else 0.0
     slow = min(ego.speed, through)
-    late = travel_time(foe.end_s - ego.rear, slow, LATE_EGO, through)
+    pulls = LATE_EGO + hurry * (LATE_IN_A_HURRY - LATE_EGO)
+    late = travel_time(foe.end_s - ego.rear, slow, pulls, through)
     return early, start + late
 
 
@@ -127,7 +137,13 @@ def _seems_first(ego: AtJunction, junction: JunctionAhead, foe: Foe) -> bool:
     return enters < foe.entry / max(foe.speed, SLOW)
 
 
-def is_open(ego: AtJunction, junction: JunctionAhead, foe: Foe, gap: float) -> bool:
+def is_open(
+    ego: AtJunction,
+    junction: JunctionAhead,
+    foe: Foe,
+    gap: float,
+    hurry: float = 0.0,
+) -> bool:
     """Check whether the ego can go without getting into the other's way.
 
     Args:
@@ -135,8 +151,9 @@ def is_open(ego: AtJunction, junction: JunctionAhead, foe: Foe, gap: float) -> b
         junction: Of the foe.
         foe: With the other vehicle.
         gap: Time between the ego that leaves and the other that arrives [s].
+        hurry: From 0 to 1: how long the ego has waited.
     """
-    early, late = ego_interval(ego, junction, foe)
+    early, late = ego_interval(ego, junction, foe, hurry)
     foe_early, foe_late = foe_interval(foe)
     if early > foe_late + MARGIN_BEHIND and not _seems_first(ego, junction, foe):
         return True
@@ -147,16 +164,15 @@ def is_open(ego: AtJunction, junction: JunctionAhead, foe: Foe, gap: float) -> b
 def counts(foe: Foe) -> bool:
     """Check whether the other vehicle is one to give way to.
 
-    One with the right of way is, unless it has stood for long; one that is in the zone
-    is; and one without the right of way, or before a yellow or red light, if it cannot
-    stop.
+    One with the right of way is; one that is in the zone is; and one without the right
+    of way, or before a yellow or red light, if it cannot stop.
     """
     if foe.exit <= 0.0:
         return False
     if foe.entry <= 0.0:
         return True
     if foe.goes_first and not foe.held:
-        return foe.stood < STUCK
+        return True
     return foe.speed**2 / (2.0 * HARD_BRAKING) > (
         foe.to_line if foe.held else foe.entry
     )

@@ -75,6 +75,7 @@ class Waiting(NamedTuple):
     stopped: bool = False  # whether the ego has come to a stand at its line
     stood: float = 0.0  # for how long it has stood there [s]
     goes: bool = False  # whether it was free to go in the cycle before
+    waited: float = 0.0  # for how long it has stood there, creeping apart [s]
 
 
 class Permission(NamedTuple):

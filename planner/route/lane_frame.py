@@ -36,6 +36,7 @@ TIGHT = 0.3  # a road that leaves no more beside the body in a bend is narrow [m
 BENT = 0.02  # a path that curves more is in a bend [1/m]
 EASING = 0.02  # by which this grows with each metre before the bend [-]
 SHORT = 0.1  # over which a bound steps [m]
+OPEN_SIDE = 0.3  # beyond a lane's edge, where no lane is beside it [m]
 ANYWHERE = 100.0  # half the width of a road that is not narrowed [m]
 
 
@@ -191,8 +192,8 @@ def corridor(
 ) -> RoadBounds:
     """Return the bounds of what may be used.
 
-    A line is a bound only where there is a lane beyond it; a body that needs more in a
-    bend gets it.
+    A body that needs more in a bend gets it. Inside junctions, however wide they are,
+    the ego stays in its lane: beside it drive those of whom it knows nothing.
 
     Args:
         scene: Along the reference path.
@@ -210,7 +211,7 @@ def corridor(
     left, right = _edges(lanes, frame.lane, at)
     if kind is LaneCorridor.CHANGE and origin is not None:
         other_left, other_right = _edges(lanes, origin, at)
-        # nan, without a line on that side, stays: the road's edge is the bound there
+        # nan, without one of the lanes, stays: the road's edge is the bound there
         both = np.maximum(left, other_left), np.minimum(right, other_right)
         left = np.where(at < until, both[0], left)
         right = np.where(at < until, both[1], right)
@@ -246,7 +247,11 @@ def _refined(frame: LaneFrame, lanes: Lanes, places: tuple[float, ...]) -> RoadB
 
 
 def _edges(lanes: Lanes, lane: int, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a lane's lines beyond which there are other lanes, else nan, (n,) [m]."""
+    """Return how far a lane goes to its sides, nan where it is missing, (n,) [m].
+
+    Up to the lines beyond which there are other lanes; where there is none, as in
+    junctions, a little farther.
+    """
     centre = np.interp(at, lanes.s, lanes.centre[lane])
     width = np.interp(at, lanes.s, lanes.width[lane])
     sides = []
@@ -254,9 +259,9 @@ def _edges(lanes: Lanes, lane: int, at: FloatArray) -> tuple[FloatArray, FloatAr
         edge = np.where(width > GONE, centre + sign * width, np.nan)
         if 0 <= neighbour < lanes.width.shape[0]:
             beside = np.interp(at, lanes.s, lanes.width[neighbour]) > GONE
-            sides.append(np.where(beside, edge, np.nan))
+            sides.append(np.where(beside, edge, edge + 2.0 * sign * OPEN_SIDE))
         else:
-            sides.append(np.full(at.size, np.nan))
+            sides.append(edge + 2.0 * sign * OPEN_SIDE)
     return sides[0], sides[1]
 
 

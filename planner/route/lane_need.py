@@ -13,7 +13,7 @@ from planner.lane_change.lane_choice import (
 from planner.reference_path.path import ReferencePath
 from planner.route.settings import RouteSettings
 from planner.scene import Lanes, Scene
-from planner.states import FloatArray
+from planner.states import BoolArray, FloatArray
 
 ENDS_TOGETHER = 1.0  # lanes whose ends are nearer than this end together [m]
 
@@ -52,13 +52,31 @@ def lanes_to_follow(scene: Scene) -> Lanes:
     bent = np.abs(path.at(at).curvature) > TURN
     # the path may still be on its way to the middle of its lane where it begins to turn
     nearest = np.where(width > GONE, np.abs(centre), np.inf).argmin(axis=0)
+    # ... or on its way over to the lane that leads on, which is the route's
+    leads = _leading(at, width)
+    moves_over = ~np.take_along_axis(leads, nearest[None], axis=0)[0]
     for lane, (row, beside) in enumerate(zip(width, centre, strict=True)):
         own = np.interp(at, grid, _bend(path, grid, np.interp(grid, at, beside)))
         other = (np.abs(beside) > BESIDE) & (nearest != lane)
+        other &= ~(leads[lane] & moves_over)
         row[bent & (own > TURN) & other] = 0.0
     held = np.maximum(np.searchsorted(lanes.s, at, side="right") - 1, 0)
     left, right = lanes.solid_left[:, held], lanes.solid_right[:, held]
     return Lanes(at, centre, width, lanes.left_hand, left, right)
+
+
+def _leading(s: FloatArray, width: FloatArray) -> BoolArray:
+    """Mark where each lane leads on as far as any beside it, (n_lanes, n).
+
+    Args:
+        s: Arc lengths of the samples, growing, (n,) [m].
+        width: Of the lanes there, (n_lanes, n) [m].
+    """
+    there = width > GONE
+    ends = np.where(there, np.inf, s)
+    ends = np.minimum.accumulate(ends[:, ::-1], axis=1)[:, ::-1]
+    ends = np.where(there, ends, -np.inf)
+    return np.asarray(there & (ends >= ends.max(axis=0) - ENDS_TOGETHER))
 
 
 def _bend(path: ReferencePath, grid: FloatArray, offset: FloatArray) -> FloatArray:

@@ -37,6 +37,7 @@ class RouteMemory:
     driver: Driver = Driver.CRUISE
     stood: float = 0.0  # for how long the ego has stood [s]
     round_until: float = 0.0  # the whole road may be used up to this s [m]
+    close_until: float = 0.0  # bodies may be passed without a margin up to this s [m]
     crawled: float = 0.0  # for how long `dense` has not got on [s]
     dense: object = None  # memory of that family, while it drives
     given: Lanes | None = None  # the scene's lanes ...

@@ -8,13 +8,24 @@ from planner.cruise import CruisePlanner
 from planner.cruise.planner import CruiseMemory
 from planner.dense import proposed as dense_proposed
 from planner.interface import Indicator, PlanResult, PlanStats, PlanStatus
-from planner.lane_change.lane_choice import BodiesAhead, bodies_on_road, lane_at
+from planner.lane_change.lane_choice import bodies_on_road, lane_at
 from planner.lane_change.phases.memory import (
     Phase,
     about_to_enter,
-    reaches_over,
 )
-from planner.lane_change.surroundings import in_lane
+from planner.route.changes import (
+    OVER_ROOM,
+    STANDING,
+    Look,
+    ahead_in,
+    goes_over,
+    has_room,
+    is_late,
+    is_over,
+    kept,
+    lane_end,
+    name_of,
+)
 from planner.route.gaps import gap_beside, grows_calm, seeking_speed
 from planner.route.lane_frame import (
     LaneCorridor,
@@ -33,7 +44,6 @@ from planner.route.lane_need import (
     TURN,
     lane_ends,
     lanes_to_follow,
-    leads_farthest,
     wish,
 )
 from planner.route.memory import Driver, LaneManoeuvre, RouteMemory
@@ -41,38 +51,19 @@ from planner.route.open_road import obstacle_ahead, opens_at, queues
 from planner.route.settings import RouteSettings
 from planner.scene import Scene
 from planner.scene_checks import invalid
-from planner.states import FloatArray
 
-STANDING = 0.3  # [m/s]
 MOST_FRAMES = 6  # kept
 ROUND = 40.0  # for which the road stays open round what stands [m]
 LEAST_DRIVEN = 3.0  # a plan that drives less stands [m]
 CRAWLING = 1.0  # slower, the dense family does not get on either [m/s]
 CRAWLED = 4.0  # after so much of it cruising is tried again [s]
-FIRM = 3.0  # braking that a lane's end may ask for at once [m/s²]
-NEARLY = 0.4  # as near to its lane's centre a change is over [m]
-ALONG = 0.06  # and as parallel to it, dl/ds [-]
-CHANGE_TIME = 2.5  # a change needs so much way before its lanes end [s]
-CHANGE_ROOM = 9.0  # ... and at least so much [m]
-LEAST_MOVED = 0.1  # to the side, of a change that is not over within a plan [m]
+# From what stands beside the way of an ego that is caught; the discs that cover the
+# ego reach over its sides, so that about 0.3 m remain [m] ...
+CLOSE = 0.0
+CLOSE_TO_EDGE = 0.03  # and from the road's edge [m]
+CLOSE_WAY = 15.0  # for so long [m] ...
+CLOSE_SPEED = 2.0  # at this speed [m/s]
 OVER_TIME = 3.5  # after so much way a change has left its lane [s]
-OVER_ROOM = 12.0  # ... and at least so much [m]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Look:
-    """What one cycle sees, computed once."""
-
-    scene: Scene
-    bodies: BodiesAhead
-    ends: FloatArray  # of the lanes [m]
-    stood: float  # for how long the ego has stood [s]
-    round_until: float  # see RouteMemory
-
-    @property
-    def front(self) -> float:
-        """Where the front bumper is [m]."""
-        return self.scene.ego_frenet.s + self.scene.vehicle.front_reach
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,10 +72,15 @@ class RoutePlanner:
 
     settings: RouteSettings
     _cruise: CruisePlanner = field(init=False, repr=False)
+    _close: CruisePlanner = field(init=False, repr=False)  # past what leaves no margin
 
     def __post_init__(self) -> None:
         """Make the families."""
-        object.__setattr__(self, "_cruise", CruisePlanner(self.settings.cruise))
+        cruise = self.settings.cruise
+        margins = min(cruise.margin, CLOSE), min(cruise.road_margin, CLOSE_TO_EDGE)
+        close = replace(cruise, margin=margins[0], road_margin=margins[1])
+        object.__setattr__(self, "_cruise", CruisePlanner(cruise))
+        object.__setattr__(self, "_close", CruisePlanner(close))
 
     def plan(self, scene: Scene, memory: object) -> PlanResult:
         """Plan one cycle; see `planner.interface.Planner`."""
@@ -101,11 +97,11 @@ class RoutePlanner:
         look = self._look(scene, last)
         result = self._chosen(look, last)
         if isinstance(result.memory, RouteMemory):
-            kept = replace(result.memory, given=given, followed=scene.lanes)
-            return replace(result, memory=kept)
+            memory_now = replace(result.memory, given=given, followed=scene.lanes)
+            return replace(result, memory=memory_now)
         return result
 
-    def _chosen(self, look: _Look, last: RouteMemory | None) -> PlanResult:
+    def _chosen(self, look: Look, last: RouteMemory | None) -> PlanResult:
         """Let the family drive whose situation this is."""
         scene = look.scene
         by_dense = self._dense(look, last)
@@ -116,7 +112,7 @@ class RoutePlanner:
         manoeuvre, speed = self._decide(look, last)
         return self._drive(look, last, manoeuvre, speed)
 
-    def _look(self, scene: Scene, last: RouteMemory | None) -> _Look:
+    def _look(self, scene: Scene, last: RouteMemory | None) -> Look:
         """Compute what the cycle sees."""
         ego = scene.ego_frenet
         stands = scene.ego.speed < STANDING
@@ -128,18 +124,19 @@ class RoutePlanner:
         held = any(front - 1.0 < x < front + self.settings.quiet for x in waits)
         if stood >= self.settings.patience and not held:
             until = ego.s + ROUND
-        return _Look(
-            scene, bodies_on_road(scene), lane_ends(scene.lanes, ego.s), stood, until
-        )
+        ends, close = lane_ends(scene.lanes, ego.s), 0.0
+        if last is not None:
+            close = last.close_until
+        return Look(scene, bodies_on_road(scene), ends, stood, until, close)
 
     # lanes
 
     def _decide(
-        self, look: _Look, last: RouteMemory | None
+        self, look: Look, last: RouteMemory | None
     ) -> tuple[LaneManoeuvre, float]:
         """Decide which lane is followed, and how fast at most [m/s]."""
         scene, ego = look.scene, look.scene.ego_frenet
-        now = _kept(look, last)
+        now = kept(look, last)
         if now.phase in (Phase.CHANGE, Phase.COMMITTED) and now.target is not None:
             going = self._go_on(look, now, now.target)
             if going is not None:
@@ -153,19 +150,19 @@ class RoutePlanner:
         stuck = wanted.forced and look.stood >= self.settings.stuck_after
         room = float(look.ends[now.lane]) - look.front
         waits = wanted.forced and grows_calm(scene, look.bodies, wanted.lane, room)
-        has_room = stuck or _has_room(look, now.lane, wanted.lane)
-        if gap.is_safe and has_room and not waits:
+        fits = stuck or has_room(look, now.lane, wanted.lane)
+        if gap.is_safe and fits and not waits:
             begun = LaneManoeuvre(now.lane, Phase.CHANGE, wanted.lane, wanted.why)
             return begun, scene.target_speed
         speed = scene.target_speed
         if wanted.forced:
             speed = seeking_speed(scene, look.bodies, gap, room)
-        beside = _name(scene, gap.because_of)
+        beside = name_of(scene, gap.because_of)
         seeks = LaneManoeuvre(now.lane, Phase.SEEK, wanted.lane, wanted.why, beside)
         return seeks, speed
 
     def _go_on(
-        self, look: _Look, now: LaneManoeuvre, target: int
+        self, look: Look, now: LaneManoeuvre, target: int
     ) -> LaneManoeuvre | None:
         """Continue a change; None where it is given up.
 
@@ -175,7 +172,7 @@ class RoutePlanner:
         scene = look.scene
         if look.ends[target] < scene.ego_frenet.s:
             return None
-        if _is_over(scene, now.lane, target):
+        if is_over(scene, now.lane, target) or self._goes_on_over(look, target):
             return LaneManoeuvre(target)
         enters = about_to_enter(scene, now.lane, target, scene.step)
         if not (enters and now.phase is Phase.COMMITTED):
@@ -184,11 +181,21 @@ class RoutePlanner:
                 return None
         return replace(now, phase=Phase.COMMITTED if enters else Phase.CHANGE)
 
+    def _goes_on_over(self, look: Look, target: int) -> bool:
+        """Check whether an ego that stands in its new lane has to leave that, too.
+
+        Where both end there is no way left on which the first change could be ended.
+        """
+        scene, ego = look.scene, look.scene.ego_frenet
+        ends = look.ends[target] - look.front < OVER_ROOM
+        stands = look.stood >= self.settings.stuck_after
+        return bool(ends) and stands and lane_at(scene.lanes, ego.s, ego.l) == target
+
     # driving
 
     def _drive(
         self,
-        look: _Look,
+        look: Look,
         last: RouteMemory | None,
         manoeuvre: LaneManoeuvre,
         speed: float,
@@ -214,21 +221,43 @@ class RoutePlanner:
                 eased = self._along(now, last, manoeuvre, lane, speed)
                 eased = _keeping(eased, look.round_until)
             result = eased if _gets_on(eased) else result
+        settings = self.settings
+        if look.stood >= settings.patience and not _gets_on(result):
+            result = self._past_closely(look, last, manoeuvre, lane, speed, result)
         # who has stood, or has no lane left, goes over as far as there is road
-        has_to = look.stood >= self.settings.stuck_after or _is_late(look, manoeuvre)
+        has_to = look.stood >= self.settings.stuck_after or is_late(look, manoeuvre)
         if (
             manoeuvre.phase is Phase.CHANGE
             and not has_to
-            and not _goes_over(look, result, lane)
+            and not goes_over(look, result, lane)
         ):
-            beside = _name(look.scene, _ahead_in(look, lane))
+            beside = name_of(look.scene, ahead_in(look, lane))
             back = replace(manoeuvre, phase=Phase.SEEK, beside=beside)
             return self._along(look, last, back, back.lane, speed)
         return result
 
+    def _past_closely(
+        self,
+        look: Look,
+        last: RouteMemory | None,
+        manoeuvre: LaneManoeuvre,
+        lane: int,
+        speed: float,
+        otherwise: PlanResult,
+    ) -> PlanResult:
+        """Creep past what stands beside the way and leaves room, but no margin.
+
+        Two that have stopped beside each other in a junction would wait for ever.
+        """
+        if not self._is_caught(look, manoeuvre.lane):
+            return otherwise
+        near = replace(look, close_until=look.scene.ego_frenet.s + CLOSE_WAY)
+        result = self._along(near, last, manoeuvre, lane, speed)
+        return result if _gets_on(result) else otherwise
+
     def _along(
         self,
-        look: _Look,
+        look: Look,
         last: RouteMemory | None,
         manoeuvre: LaneManoeuvre,
         lane: int,
@@ -245,10 +274,10 @@ class RoutePlanner:
         frame, frames = _frame_of(scene, lane, last)
         origin = manoeuvre.lane if lane != manoeuvre.lane else None
         kind = LaneCorridor.LANE if origin is None else LaneCorridor.CHANGE
-        if _is_late(look, manoeuvre) or scene.ego_frenet.s < look.round_until:
+        if is_late(look, manoeuvre) or scene.ego_frenet.s < look.round_until:
             kind = LaneCorridor.ROAD
         room = self.settings.end_room if origin is None else 0.0
-        lines = (*scene.stop_lines, *_lane_end(look, lane, room))
+        lines = (*scene.stop_lines, *lane_end(look, lane, room))
         until = look.front + max(OVER_ROOM, OVER_TIME * scene.ego.speed)
         opened = opens_at(scene, look.bodies, frame.lane)
         within = without_inner_sides(frame) if eased else frame
@@ -261,16 +290,19 @@ class RoutePlanner:
         if seen is None:
             frame = reference_frame(scene, lane)
             seen = replace(scene, stop_lines=tuple(sorted(lines)))
+        closely = scene.ego_frenet.s < look.close_until
+        speed = min(speed, CLOSE_SPEED) if closely else speed
         seen = replace(seen, target_speed=min(speed, seen.target_speed))
         before = None
         if last is not None:
             before = CruiseMemory(in_frame(frame, last.trajectory))
-        result = self._cruise.plan(seen, before)
+        result = (self._close if closely else self._cruise).plan(seen, before)
         how = "round what stands" if kind is LaneCorridor.ROAD else ""
+        how = "closely past what stands" if closely else how
         how = "along the planned path" if by_path else how
         return _told(look, result, manoeuvre, frame, frames, how)
 
-    def _without_lanes(self, look: _Look, last: RouteMemory | None) -> PlanResult:
+    def _without_lanes(self, look: Look, last: RouteMemory | None) -> PlanResult:
         """Let `cruise` drive where nothing is marked."""
         before = None if last is None else CruiseMemory(last.trajectory)
         result = self._cruise.plan(look.scene, before)
@@ -281,7 +313,7 @@ class RoutePlanner:
 
     # the dense family
 
-    def _dense(self, look: _Look, last: RouteMemory | None) -> PlanResult | None:
+    def _dense(self, look: Look, last: RouteMemory | None) -> PlanResult | None:
         """Let `dense` drive where obstacles leave cruising no way; None elsewhere.
 
         It takes no queue for obstacles, and gives way to cruising again where it does
@@ -313,7 +345,7 @@ class RoutePlanner:
         stats = replace(result.stats, explanation=why)
         return replace(result, memory=memory, stats=stats)
 
-    def _has_no_way(self, look: _Look, manoeuvre: LaneManoeuvre) -> bool:
+    def _has_no_way(self, look: Look, manoeuvre: LaneManoeuvre) -> bool:
         """Check whether the ego stands at its lane's end for want of a way over.
 
         Neither in a queue nor before a closed line.
@@ -329,17 +361,22 @@ class RoutePlanner:
         ends = look.ends[manoeuvre.lane] - front < OVER_ROOM + LEAST_DRIVEN
         return bool(ends) and not held and not queued
 
-    def _is_caught_in_bend(self, look: _Look, lane: int) -> bool:
-        """Check whether the ego has stood in a bend, in no queue and at no line."""
+    def _is_caught(self, look: Look, lane: int) -> bool:
+        """Check whether the ego has stood in no queue and at no line."""
         scene, front = look.scene, look.front
         if look.stood < self.settings.stuck_after or queues(scene, look.bodies, lane):
             return False
-        if any(front - 1.0 < x < front + OVER_ROOM for x in scene.stop_lines):
+        return not any(front - 1.0 < x < front + OVER_ROOM for x in scene.stop_lines)
+
+    def _is_caught_in_bend(self, look: Look, lane: int) -> bool:
+        """Check whether the ego has stood in a bend, in no queue and at no line."""
+        if not self._is_caught(look, lane):
             return False
-        at = np.arange(scene.ego_frenet.s, front + OVER_ROOM)
+        scene = look.scene
+        at = np.arange(scene.ego_frenet.s, look.front + OVER_ROOM)
         return bool((np.abs(scene.path.at(at).curvature) > TURN).any())
 
-    def _is_stuck(self, look: _Look) -> bool:
+    def _is_stuck(self, look: Look) -> bool:
         """Check whether the ego stands before obstacles, not in a queue."""
         scene, ego = look.scene, look.scene.ego_frenet
         lane = lane_at(scene.lanes, ego.s, ego.l)
@@ -370,103 +407,6 @@ def _after_a_crawl(last: RouteMemory) -> RouteMemory:
     return last
 
 
-def _kept(look: _Look, last: RouteMemory | None) -> LaneManoeuvre:
-    """Return the manoeuvre of the cycle before, if its lane is still there."""
-    scene, ego = look.scene, look.scene.ego_frenet
-    here = lane_at(scene.lanes, ego.s, ego.l)
-    if last is None or last.manoeuvre.lane >= look.ends.size:
-        return LaneManoeuvre(here)
-    changes = last.manoeuvre.phase in (Phase.CHANGE, Phase.COMMITTED)
-    if changes and abs(last.manoeuvre.lane - here) <= 1:
-        return last.manoeuvre
-    if last.manoeuvre.lane != here:  # it was led elsewhere, or its lane is gone
-        return LaneManoeuvre(here)
-    return last.manoeuvre
-
-
-def _is_over(scene: Scene, origin: int, target: int) -> bool:
-    """Check whether a change is over: the ego drives along in its new lane.
-
-    One that stands there, to wait for the next change, need not be in its middle: it
-    has left the old lane.
-    """
-    ego, lanes = scene.ego_frenet, scene.lanes
-    centre = float(np.interp(ego.s, lanes.s, lanes.centre[target]))
-    if scene.ego.speed < STANDING:
-        side = 1 if origin > target else -1
-        line = centre + side * 0.5 * float(
-            np.interp(ego.s, lanes.s, lanes.width[target])
-        )
-        return reaches_over(scene.vehicle, ego.l, ego.l_prime, line, side) < 0.0
-    return abs(ego.l - centre) < NEARLY and abs(ego.l_prime) < ALONG
-
-
-def _name(scene: Scene, body: int) -> str:
-    """Return the id of a body of the table, obstacles first; empty for none."""
-    return (*scene.obstacles.ids, *scene.vehicles.ids)[body] if body >= 0 else ""
-
-
-def _has_room(look: _Look, own: int, target: int) -> bool:
-    """Check that both lanes go on for as long as a change takes."""
-    need = max(CHANGE_ROOM, CHANGE_TIME * look.scene.ego.speed)
-    return bool(min(look.ends[own], look.ends[target]) - look.front >= need)
-
-
-def _lane_end(look: _Look, lane: int, room: float) -> tuple[float, ...]:
-    """Return where to wait before the end of a lane that must be left [m].
-
-    Args:
-        look: The cycle.
-        lane: That is followed.
-        room: Kept to its end for each lane to be crossed; 0 until the ego is in it [m].
-    """
-    end = look.ends[lane]
-    if not np.isfinite(end) or end >= look.ends.max():
-        return ()
-    stop = look.front + max(look.scene.ego.speed, 0.0) ** 2 / (2.0 * FIRM)
-    kept = room * abs(leads_farthest(look.ends, lane) - lane)
-    return (float(min(max(end - kept, stop), end - 1.0)),)
-
-
-def _is_late(look: _Look, manoeuvre: LaneManoeuvre) -> bool:
-    """Check whether a lane ends before a change out of it can be over.
-
-    The ego has to leave it, as soon as there is a gap, on what road there is.
-    """
-    changes = manoeuvre.phase in (Phase.CHANGE, Phase.COMMITTED)
-    return changes and bool(look.ends[manoeuvre.lane] - look.front < OVER_ROOM)
-
-
-def _ahead_in(look: _Look, lane: int) -> int:
-    """Return the row of the nearest body ahead in a lane; -1 without one near."""
-    bodies = look.bodies
-    s = np.where(in_lane(look.scene, bodies, lane), bodies.s, np.inf)
-    s = np.where(s > look.scene.ego_frenet.s, s, np.inf)
-    near = look.front + CHANGE_ROOM + CHANGE_TIME * look.scene.ego.speed
-    return int(np.argmin(s)) if s.size and s.min() < near else -1
-
-
-def _goes_over(look: _Look, result: PlanResult, target: int) -> bool:
-    """Check whether a plan ends in the lane to which it is to change, or on its way.
-
-    One that would rather slow down in its lane, behind which it comes too close to the
-    end to change at all, is no change. A long body at a low speed does not get over
-    within a plan.
-    """
-    way = result.trajectory
-    if result.status is not PlanStatus.OK or way is None:
-        return False
-    lanes = look.scene.lanes
-    centre = np.interp(way.s[-1], lanes.s, lanes.centre[target])
-    half = 0.5 * np.interp(way.s[-1], lanes.s, lanes.width[target])
-    toward = np.sign(centre - way.l[0])
-    moves = (way.l[-1] - way.l[0]) * toward > LEAST_MOVED
-    return bool(
-        abs(way.l[-1] - centre) < half
-        or (moves and (way.l[-1] - way.l[-2]) * toward > 0.0)
-    )
-
-
 def _frame_of(
     scene: Scene, lane: int, last: RouteMemory | None
 ) -> tuple[LaneFrame, dict[tuple[int, bool], LaneFrame]]:
@@ -487,7 +427,7 @@ def _frame_of(
 
 
 def _told(
-    look: _Look,
+    look: Look,
     result: PlanResult,
     manoeuvre: LaneManoeuvre,
     frame: LaneFrame,
@@ -503,6 +443,7 @@ def _told(
         trajectory,
         stood=look.stood,
         round_until=look.round_until,
+        close_until=look.close_until,
         frames=frames,
     )
     words = [f"{manoeuvre.phase} lane {manoeuvre.lane}"]

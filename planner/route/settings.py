@@ -13,7 +13,10 @@ from planner.states import store_floats
 class RouteSettings:
     """Everything that can be set."""
 
-    cruise: CruiseSettings = field(default_factory=CruiseSettings)
+    # in the narrow turns of small junctions short motions lead back to the lane as well
+    cruise: CruiseSettings = field(
+        default_factory=lambda: CruiseSettings(starting_lengths=(16.0, 24.0, 4.0, 6.0))
+    )
     dense: DenseSettings = field(default_factory=DenseSettings)
     manoeuvre: ManoeuvreSettings = LaneChangeSettings().manoeuvre
     need_time: float = 14.0  # before the end of a lane, for each lane to change [s]

@@ -1,7 +1,7 @@
 """SUMO as a world with many egos: vehicles of its demand that are moved by us."""
 
 import math
-from collections.abc import Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from typing import cast
 
 import numpy as np
@@ -279,8 +279,15 @@ class SumoFleetWorld:
     def junction_traffic(self, road: Road) -> JunctionTraffic:
         """Return what knows the movements over a road's junctions."""
         if id(road) not in self._junctions:
-            self._junctions[id(road)] = _RoadJunctions(self._running(), road)
+            self._junctions[id(road)] = _RoadJunctions(
+                self._running(), road, self._beyond
+            )
         return self._junctions[id(road)]
+
+    def _beyond(self, name: str) -> tuple[str, ...]:
+        """Return the edges of a vehicle's route that SUMO does not know yet."""
+        window = self._windows.get(name)
+        return () if window is None else window.beyond()
 
     def ghost(self, name: str) -> CartesianState | None:
         """Return the centre of an ego's ghost; None without one."""
@@ -356,9 +363,11 @@ class SumoFleetWorld:
 class _RoadJunctions:
     """The movements over the junctions of one road."""
 
-    def __init__(self, sumo: Libsumo, road: Road) -> None:
+    def __init__(
+        self, sumo: Libsumo, road: Road, beyond: Callable[[str], tuple[str, ...]]
+    ) -> None:
         self._sumo = sumo
-        self._reader = MovementReader(sumo, road.junctions)
+        self._reader = MovementReader(sumo, road.junctions, beyond)
         self.road = road  # kept, so that its id stays its own
 
     def movements(

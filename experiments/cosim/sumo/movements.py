@@ -3,7 +3,7 @@
 A vehicle's next turn is read from its route: that is what its indicator shows.
 """
 
-from collections.abc import Sequence, Set
+from collections.abc import Callable, Sequence, Set
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -65,10 +65,18 @@ class MovementReader:
     Args:
         sumo: The running libsumo module.
         junctions: Of the ego's road.
+        beyond: Which edges a vehicle's route goes on over, behind those that SUMO
+            knows of it: it knows a part where an ego's route passes a junction twice.
     """
 
-    def __init__(self, sumo: Libsumo, junctions: Sequence[RoadJunction]) -> None:
+    def __init__(
+        self,
+        sumo: Libsumo,
+        junctions: Sequence[RoadJunction],
+        beyond: Callable[[str], tuple[str, ...]] = lambda _: (),
+    ) -> None:
         self._sumo = sumo
+        self._beyond = beyond
         self._zones: dict[tuple[str, str], list[tuple[int, ConflictZone]]] = {}
         for number, junction in enumerate(junctions):
             for zone in junction.zones:
@@ -115,7 +123,7 @@ class MovementReader:
         route = str(api.getRouteID(name))  # another one once it was changed
         read, known = self._of_vehicle.get(name, ("", None))
         if known is None or route != read:
-            edges = tuple(api.getRoute(name))
+            edges = (*api.getRoute(name), *self._beyond(name))
             if edges not in self._routes:
                 self._routes[edges] = self._measured(edges)
             known = self._routes[edges]

@@ -69,6 +69,10 @@ class RouteWindow:
         index = self._begin + int(self._sumo.vehicle.getRouteIndex(self._vehicle))
         return self._route[max(index, 0) :]
 
+    def beyond(self) -> tuple[str, ...]:
+        """Return the edges behind those that SUMO knows."""
+        return self._route[self._end :]
+
     def update(self) -> bool:
         """Tell SUMO another part where the vehicle has reached one.
 

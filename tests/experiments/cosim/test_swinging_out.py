@@ -43,13 +43,14 @@ class Oncoming:
         return (), Ways(np.zeros(n, dtype=int), np.full(n, self.stop), (self.line,))
 
 
-def lines(x, speed, l=3.2, swing=SWING, stop=np.inf):
+def lines(x, speed, l=3.2, swing=SWING, stop=np.inf, steps=1):
     road = Road(PATH, constant_bounds(PATH, 5.0), junctions=(swing,))
     rules = RightOfWay(road, EgoTask(CAR, 390.0, 13.0), Oncoming(l, stop), 0.1)
     users = road_users(("car", x, l, np.pi, speed, 0.0), length=4.0, width=2.0)
     s = STOP - 5.0 - CAR.front_reach
     ego = CartesianState(s, 0.0, 0.0, 0.0, 4.0, 0.0)
-    _, decided = rules.update(TrafficState(0.0, users), s, ego)
+    for _ in range(steps):
+        _, decided = rules.update(TrafficState(0.0, users), s, ego)
     return closed_lines(decided)
 
 
@@ -95,3 +96,9 @@ def test_each_stretch_outside_the_lanes_counts_for_itself():
     # while who is there already is gone in time
     assert lines(215.0, 7.0, swing=apart) == (STOP,)
     assert lines(193.0, 7.0, swing=apart) == ()
+
+
+def test_who_brakes_to_a_stand_for_a_moment_still_comes():
+    """It sets off again at once, while the ego is on its lane."""
+    assert lines(120.0, 0.1, steps=5) == (STOP,)
+    assert lines(120.0, 0.1, steps=25) == ()

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.right_of_way.decision import DEADLOCK, decide, is_near
+from planner.right_of_way.decision import DEADLOCK, IMPATIENT, decide, is_near
 from planner.right_of_way.records import AtJunction, JunctionAhead, Rule, Waiting
 from tests.planner.right_of_way.test_gaps import FOE, WAITING
 
@@ -140,3 +140,62 @@ def test_one_that_waits_inside_for_the_ego_is_passed():
     first = waits._replace(goes_first=True, gives_way=False, stood=6.0)
     assert lines(Rule.MINOR, inside, [first]).stop_s is None
     assert lines(Rule.MINOR, WAITING, [first]).stop_s == 100.0
+
+
+def test_who_has_waited_for_long_takes_a_shorter_gap():
+    # at the zone in 8.1 s at the earliest; the ego has surely left it in 5.5 s
+    foe = FOE._replace(entry=120.0, exit=130.0, to_line=118.0)
+    new, tired = (
+        Waiting(stopped=True, waited=waited) for waited in (0.0, IMPATIENT + 1.0)
+    )
+    opens = {}
+    for name, memory in (("new", new), ("tired", tired)):
+        opens[name] = min(
+            entry
+            for entry in range(40, 200)
+            if lines(
+                Rule.MINOR,
+                foes=[foe._replace(entry=entry, exit=entry + 10, to_line=entry - 2)],
+                memory=memory,
+            ).stop_s
+            is None
+        )
+    assert 60 < opens["tired"] < opens["new"] - 15
+    creeps = lines(Rule.MINOR, WAITING._replace(speed=0.3), [FOE], tired)
+    assert creeps.memory.waited == tired.waited  # moving up is no reason to start anew
+
+
+def test_one_that_stands_with_the_right_of_way_is_no_free_road():
+    """It may stand in a queue and set off at once; two that stand wait for one."""
+    at_line = FOE._replace(to_line=1.0, entry=4.0, exit=14.0, speed=0.0, stood=6.0)
+    coming = AtJunction(90.0, 85.0, 4.0, 13.9, 3.0, 8.0)
+    assert lines(Rule.MINOR, coming, [at_line]).stop_s == 100.0
+    waited = Waiting(stopped=True, stood=0.0, waited=DEADLOCK)
+    assert lines(Rule.MINOR, foes=[at_line], memory=waited).stop_s is None
+    far_back = at_line._replace(to_line=60.0, entry=63.0, exit=73.0)
+    assert lines(Rule.MINOR, coming, [far_back]).stop_s is None
+
+
+def test_who_creeps_up_behind_one_that_stands_is_not_waited_for():
+    first = FOE._replace(to_line=1.0, entry=4.0, exit=14.0, speed=0.0, stood=6.0)
+    creeps = first._replace(
+        vehicle="creeps", to_line=8.0, entry=11.0, exit=21.0, speed=0.4, stood=0.0
+    )
+    waited = Waiting(stopped=True, stood=DEADLOCK, waited=DEADLOCK)
+    assert lines(Rule.MINOR, foes=[creeps], memory=waited).stop_s == 100.0
+    assert lines(Rule.MINOR, foes=[creeps, first], memory=waited).stop_s is None
+    beside = creeps._replace(begin_s=first.begin_s + 1.0)  # in another lane
+    assert lines(Rule.MINOR, foes=[beside, first], memory=waited).stop_s == 100.0
+    moves = first._replace(speed=3.0, stood=0.0)
+    assert lines(Rule.MINOR, foes=[creeps, moves], memory=waited).stop_s == 100.0
+
+
+def test_nobody_waits_inside_in_the_way_of_who_goes_first():
+    inside = AtJunction(99.0, 94.0, 2.0, 13.9, 3.0, 8.0)
+    zone = FOE._replace(begin_s=108.0, end_s=114.0)
+    across = FOE._replace(vehicle="across", begin_s=102.0, end_s=106.0, entry=120.0)
+    far = across._replace(entry=140.0, exit=150.0, to_line=139.0, held=True)
+    free = across._replace(goes_first=False, gives_way=True, speed=3.0)
+    for foe, place in ((across, 100.0), (far, 105.0), (free, 105.0)):
+        decision = lines(Rule.MINOR, inside, [zone, foe], wait_s=105.0)
+        assert decision.stop_s == place

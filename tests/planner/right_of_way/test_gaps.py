@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 from planner.right_of_way.gaps import (
     EARLY_FOE,
     LATE_EGO,
+    LATE_IN_A_HURRY,
     START,
+    START_IN_A_HURRY,
     counts,
     ego_interval,
     foe_interval,
@@ -128,7 +130,7 @@ def test_who_counts():
     assert counts(FOE)
     assert not counts(FOE._replace(held=True))  # 21 m to stop, it has 60
     assert counts(FOE._replace(held=True, to_line=20.0, entry=23.0))
-    assert not counts(FOE._replace(stood=6.0, speed=0.0))
+    assert counts(FOE._replace(stood=6.0, speed=0.0))  # it may set off
     assert not counts(FOE._replace(exit=-0.1))
     inside = FOE._replace(entry=-1.0, to_line=-4.0, goes_first=False)
     assert counts(inside)
@@ -149,3 +151,13 @@ def test_the_ego_does_not_enter_before_one_that_it_lets_go_first():
     assert is_open(WAITING, far, foe._replace(goes_first=False), 2.0)
     entered = WAITING._replace(front=104.0, rear=99.0)
     assert is_open(entered, far, foe, 2.0)
+
+
+def test_an_ego_in_a_hurry_counts_on_its_own_start():
+    patient = ego_interval(WAITING, JUNCTION, FOE)
+    hurried = ego_interval(WAITING, JUNCTION, FOE, hurry=1.0)
+    assert hurried[0] == patient[0]
+    way = FOE.end_s - WAITING.rear
+    expected = START_IN_A_HURRY + travel_time(way, 0.0, LATE_IN_A_HURRY, 8.0)
+    assert hurried[1] == pytest.approx(expected)
+    assert hurried[1] < patient[1]

@@ -322,6 +322,25 @@ def test_the_lane_that_turns_is_kept_where_the_path_is_not_in_its_middle_yet():
     assert 80.0 < ends[1] < 110.0
 
 
+def test_the_lane_that_leads_on_does_not_end_where_the_path_moves_over_to_it():
+    """On a short edge the path swings over sharply; its lanes are straight."""
+    k = 0.09
+    path = ReferencePath.from_segments(
+        [line(30.0), arc(6.0, -k), arc(6.0, k), line(30.0)]
+    )
+    s = np.arange(0.0, path.length, 0.5)
+    at = path.at(s)
+    over = float(at.y[-1])  # the lane that leads on is so far to the right
+    centre = np.array([(y - at.y) / at.cos_heading for y in (over, 0.0)])
+    width = np.full((2, s.size), -over)
+    width[1, s > path.length - 20.0] = 0.0
+    lanes = Lanes(s, centre, width)
+    scene = replace(make_scene(path, ego_on(path)), lanes=lanes)
+    ends = lane_ends(lanes_to_follow(scene), 0.0)
+    assert math.isinf(ends[0])
+    assert ends[1] < path.length - 15.0
+
+
 def test_a_line_that_may_not_be_crossed_is_not_crossed_for_the_speed():
     path = straight(500.0)
     slow = [Car(s=90.0, l=-WIDTH, speed=4.0)]
@@ -433,3 +452,74 @@ def test_whoever_stands_at_the_inner_side_of_a_bend_gets_out_of_it(s, l, error):
     lanes = Lanes(ends, np.zeros((1, 2)), np.full((1, 2), 3.2))
     plan = proposed().plan(replace(scene, lanes=lanes), None)
     assert plan.trajectory.s[-1] - plan.trajectory.s[0] > 3.0
+
+
+@pytest.mark.parametrize(
+    ("gap", "stood", "line_ahead", "passes"),
+    [
+        (0.45, 13.0, None, True),
+        (0.15, 13.0, None, False),  # no room at all
+        (0.45, 3.0, None, False),  # not yet
+        (0.45, 13.0, 8.0, False),  # it waits at a line
+    ],
+)
+def test_who_is_caught_beside_another_creeps_past_without_a_margin(
+    gap, stood, line_ahead, passes
+):
+    """In a narrow street, once it has waited in vain, and not in a queue."""
+    path, planner = straight(200.0), proposed()
+    other = Car(56.0, 1.9 + gap, speed=0.0)
+    scene = make_scene(
+        path,
+        ego_on(path, 50.0, speed=0.0),
+        vehicles=[other],
+        bounds=road(path, 4.0, -1.06),
+    )
+    s = np.array([0.0, 200.0])
+    lanes = Lanes(s, np.zeros((1, 2)), np.full((1, 2), 2.12))
+    scene = replace(scene, lanes=lanes)
+    if line_ahead is not None:
+        front = 50.0 + scene.vehicle.front_reach
+        scene = replace(scene, stop_lines=(front + line_ahead,))
+    before = replace(planner.plan(scene, None).memory, stood=stood)
+    plan = planner.plan(scene, before)
+    driven = plan.trajectory.s[-1] - plan.trajectory.s[0]
+    assert bool(driven > 3.0) is passes
+    assert ("closely" in plan.stats.explanation) is passes
+    if passes:
+        assert plan.trajectory.speed.max() < 2.1
+        assert planner.plan(scene, plan.memory).trajectory.s[-1] > 53.0
+
+
+def test_inside_a_junction_the_ego_keeps_to_its_lane():
+    """However wide the junction is: what stands in its lane there is waited for."""
+    path = straight(200.0)
+    scene = make_scene(path, ego_on(path, 50.0), bounds=road(path, 8.0, -8.0))
+    s = np.array([0.0, 200.0])
+    lanes = Lanes(s, np.zeros((1, 2)), np.full((1, 2), WIDTH))
+    scene = replace(scene, lanes=lanes)
+    frame = lane_frame(scene, 0)
+    for kind, half in ((LaneCorridor.LANE, WIDTH / 2 + 0.3), (LaneCorridor.ROAD, 8.0)):
+        left, right = corridor(scene, frame, kind, None).at(np.array([60.0, 90.0]))
+        assert left == pytest.approx(half, abs=0.02)
+        assert right == pytest.approx(-half, abs=0.02)
+
+
+@pytest.mark.parametrize(("end", "lane"), [(106.5, 1), (190.0, 2)])
+def test_who_stands_half_over_where_both_lanes_end_goes_on_to_the_next_one(end, lane):
+    """The first change cannot be ended any more; where there is way, it is."""
+    path, planner = straight(300.0), proposed()
+    s = np.array([0.0, end, end + 0.1, 300.0])
+    centre = np.array([np.full(4, (k - 2) * WIDTH) for k in range(3)])
+    width = np.full((3, 4), WIDTH)
+    width[1:, 2:] = 0.0
+    lanes = Lanes(s, centre, width)
+    ego = ego_on(path, 100.0, -2.4, speed=0.0)
+    made = make_scene(path, ego, bounds=road(path, WIDTH / 2, -2.5 * WIDTH))
+    scene = replace(made, lanes=lanes)
+    going = LaneManoeuvre(2, Phase.COMMITTED, 1, "it ends")
+    before = planner.plan(scene, None).memory
+    look = planner._look(scene, replace(before, manoeuvre=going, stood=3.0))
+    now = planner._go_on(look, going, 1)
+    assert now is not None
+    assert now.lane == lane

@@ -110,6 +110,30 @@ def test_distances_shrink_as_a_vehicle_drives_also_in_junctions_before(tmp_path)
     assert np.abs(np.diff(entries) + driven).max() < 0.3
 
 
+@pytest.mark.parametrize("beyond", [(), ("B1B0",)])
+def test_an_ego_of_which_sumo_knows_a_part_is_met_behind_it(tmp_path, beyond):
+    """It goes on over the junction of another ego, where its own route comes twice."""
+    file = generate(tmp_path, "--grid", "--grid.number=3", "--grid.length=60")
+    routes = tmp_path / "r.rou.xml"
+    routes.write_text(
+        '<routes><vehicle id="other" depart="0"><route edges="C2B2 B2B1"/></vehicle>'
+        "</routes>"
+    )
+    road = sumo_road(Network("", file, ("A1B1", "B1C1"), 0, (), ""), Vehicle())
+    libsumo.start(["sumo", "-n", str(file), "-r", str(routes), "--step-length", "0.1"])
+    try:
+        reader = VehicleReader(libsumo, set())
+        known = {"other": beyond}
+        movements = MovementReader(libsumo, road.junctions, known.__getitem__)
+        for _ in range(20):
+            libsumo.simulationStep()
+        _, foes, _ = found(reader, movements)
+    finally:
+        libsumo.close()
+    assert bool(foes) is bool(beyond)
+    assert all(foe.vehicle == "other" and 50.0 < foe.to_line < 120.0 for foe in foes)
+
+
 def test_a_way_is_where_the_vehicle_drives(crossing):
     road, reader, movements = crossing("right_before_left", ("north_in", "west_out"))
     times = STEP * np.arange(31)

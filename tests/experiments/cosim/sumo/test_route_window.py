@@ -69,12 +69,14 @@ def test_a_new_part_is_told_on_an_edge_and_a_ghosts_begins_one_before():
     assert window.is_needed
     assert window.update()
     assert sumo.told == [["e0", "e1", "e2"]]
+    assert window.beyond() == ("e3", "e4")
     assert not window.update()
     sumo.index, sumo.road = 2, ":c_0"
     assert not window.update()  # inside a junction
     sumo.road = "e2"
     assert window.update()
     assert sumo.told[-1] == ["e2", "e3", "e4"]
+    assert window.beyond() == ()
     assert sumo.added[window.route_id] == ["e1", "e2", "e3", "e4"]
     assert window.left() == ("e2", "e3", "e4")
     sumo.index, sumo.road = 3, "e3"
