@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -45,7 +45,7 @@ WAITING_FOR_FOLLOWER = 4.0  # after the ego's conflict is over [s]
 MAX_SPEED = 45.0  # of the ego [m/s]
 N_LANES = 3
 WHEELBASE_SHARE = 0.6  # of the ego's length
-ACTUATORS = "autoware"  # preset of a plant that is not perfect
+ACTUATORS: Final = "autoware"  # preset of a plant that is not perfect
 SAME = 1e-6  # [m]
 
 
