@@ -10,8 +10,11 @@ import typer
 from experiments.cli.user_errors import INTERRUPTED, report_user_errors
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
     from experiments.cosim.plants.tracked import PlantSettings
     from experiments.evidence.r157.summary import KindStudy
+    from experiments.sweep.processes.parallel import Work
 
 OUT = Path("runs/r157")
 NO_PLANNER = "none"
@@ -91,7 +94,6 @@ def r157(
         from experiments.evidence.r157.summary import study_kind
         from experiments.report.figures.save import require_matplotlib
         from experiments.storage.atomic_folder import make_folder
-        from experiments.sweep.processes.parallel import in_processes
 
         require_matplotlib("r157")
         names = list(dict.fromkeys(planner or OUR_PLANNERS))
@@ -106,24 +108,34 @@ def r157(
             plant=_plant_settings(plant),
         )
         kinds = list(ConflictKind) if kind is KindName.ALL else [ConflictKind(kind)]
-        studies = []
-        try:
-            with in_processes(workers) as work:
-                for each in kinds:
-                    work.part = str(each)
-                    studies.append(
-                        study_kind(each, planners, density, settings, out, work)
-                    )
-        except KeyboardInterrupt:
-            sys.stderr.write(
-                f"interrupted; finished panels are kept in {out}, the same command "
-                "resumes\n"
-            )
-            raise typer.Exit(INTERRUPTED) from None
+
+        def study(work: "Work") -> "Iterator[KindStudy]":
+            for each in kinds:
+                work.part = str(each)
+                yield study_kind(each, planners, density, settings, out, work)
+
+        studies = _in_processes(study, workers, out)
         page = write_study(studies, density, settings, out)
         for study in studies:
             _print_headlines(study)
         sys.stdout.write(f"report: {page}\n")
+
+
+def _in_processes(
+    study: "Callable[[Work], Iterable[KindStudy]]", workers: int, out: Path
+) -> "list[KindStudy]":
+    """Make all studies in worker processes; say what is kept if interrupted."""
+    from experiments.sweep.processes.parallel import in_processes
+
+    try:
+        with in_processes(workers) as work:
+            return list(study(work))
+    except KeyboardInterrupt:
+        sys.stderr.write(
+            f"interrupted; finished panels are kept in {out}, the same command "
+            "resumes\n"
+        )
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def _plant_settings(name: PlantName) -> "PlantSettings | None":
