@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from experiments.cosim.plants.tracked import PlantSettings
     from experiments.evidence.r157.summary import KindStudy
-    from experiments.sweep.processes.parallel import Work
+    from experiments.sweep.processes.parallel import InProcesses
 
 OUT = Path("runs/r157")
 NO_PLANNER = "none"
@@ -102,19 +102,18 @@ def r157(
             check_planner(name)
         make_folder(out)
         density = Density.FULL if full else Density.THINNED
+        motion = LateralProfile(profile.value)
         settings = RunSettings(
-            profile=LateralProfile(profile.value),
-            follower=follower,
-            plant=_plant_settings(plant),
+            profile=motion, follower=follower, plant=_plant_settings(plant)
         )
         kinds = list(ConflictKind) if kind is KindName.ALL else [ConflictKind(kind)]
 
-        def study(work: "Work") -> "Iterator[KindStudy]":
+        def study_all(work: "InProcesses") -> "Iterator[KindStudy]":
             for each in kinds:
                 work.part = str(each)
                 yield study_kind(each, planners, density, settings, out, work)
 
-        studies = _in_processes(study, workers, out)
+        studies = _in_processes(study_all, workers, out)
         page = write_study(studies, density, settings, out)
         for study in studies:
             _print_headlines(study)
@@ -122,7 +121,7 @@ def r157(
 
 
 def _in_processes(
-    study: "Callable[[Work], Iterable[KindStudy]]", workers: int, out: Path
+    study: "Callable[[InProcesses], Iterable[KindStudy]]", workers: int, out: Path
 ) -> "list[KindStudy]":
     """Make all studies in worker processes; say what is kept if interrupted."""
     from experiments.sweep.processes.parallel import in_processes
