@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from experiments.cosim.plants.tracked import PlantSettings
+    from experiments.evidence.r157.grids import Density
+    from experiments.evidence.r157.planner_runs import RunSettings
     from experiments.evidence.r157.summary import KindStudy
     from experiments.sweep.processes.parallel import InProcesses
 
@@ -87,7 +89,6 @@ def r157(
     """
     with report_user_errors():
         from experiments.cosim.conflicts import LateralProfile
-        from experiments.evidence.r157.document import write_study
         from experiments.evidence.r157.grids import ConflictKind, Density
         from experiments.evidence.r157.planner_runs import RunSettings
         from experiments.evidence.r157.study import check_planner
@@ -96,8 +97,9 @@ def r157(
         from experiments.storage.atomic_folder import make_folder
 
         require_matplotlib("r157")
-        names = list(dict.fromkeys(planner or OUR_PLANNERS))
-        planners = [] if names == [NO_PLANNER] else names
+        planners = list(dict.fromkeys(planner or OUR_PLANNERS))
+        if planners == [NO_PLANNER]:
+            planners = []
         for name in planners:
             check_planner(name)
         make_folder(out)
@@ -113,11 +115,19 @@ def r157(
                 work.part = str(each)
                 yield study_kind(each, planners, density, settings, out, work)
 
-        studies = _in_processes(study_all, workers, out)
-        page = write_study(studies, density, settings, out)
-        for study in studies:
-            _print_headlines(study)
-        sys.stdout.write(f"report: {page}\n")
+        _report(_in_processes(study_all, workers, out), density, settings, out)
+
+
+def _report(
+    studies: "list[KindStudy]", density: "Density", settings: "RunSettings", out: Path
+) -> None:
+    """Write the page of all studies and print their headlines."""
+    from experiments.evidence.r157.document import write_study
+
+    page = write_study(studies, density, settings, out)
+    for study in studies:
+        _print_headlines(study)
+    sys.stdout.write(f"report: {page}\n")
 
 
 def _in_processes(
