@@ -87,8 +87,8 @@ comfort-docs: $(DEV_STAMP) ## Drive the sweeps of comfort, or go on, and put the
 	@$(BIN)/python -m experiments.evidence.comfort sweeps/comfort_cruise sweeps/comfort_dense -o docs/comfort.md
 
 r157-docs: r157 ## The same, also with a follower and with a dynamic plant, and put documents and pictures into docs
-	@$(BIN)/rearview r157 --follower --out runs/r157_follower $(ARGS)
-	@$(BIN)/rearview r157 --plant dynamic --out runs/r157_dynamic $(ARGS)
+	@$(BIN)/rearview r157 --follower --planner cruise --out runs/r157_follower
+	@$(BIN)/rearview r157 --plant dynamic --planner cruise --planner lane_change --planner careful_human --out runs/r157_dynamic
 	@cp runs/r157/r157.md docs/
 	@cp runs/r157_follower/r157.md docs/r157_follower.md
 	@cp runs/r157_dynamic/r157.md docs/r157_dynamic.md
