@@ -1,9 +1,10 @@
 """What demand files name: edges, routes, types, vehicles and where they come from."""
 
 import gzip
+import math
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import IO, NamedTuple, cast
@@ -18,6 +19,7 @@ DRIVERS = ("vehicle", "trip", "flow")
 NEED_AN_ID = (*DRIVERS, "vType", "vTypeDistribution", "person", "personFlow")
 ROOTS = ("routes", "additional", "route-alternatives")
 KEPT = 4  # demands in memory
+UNITS = (1.0, 60.0, 3600.0, 86_400.0)  # of the parts of a time, from the last [s]
 
 
 class Place(NamedTuple):
@@ -66,6 +68,9 @@ class DemandContent:
     types: dict[str, WrittenType] = field(default_factory=dict)
     departures: dict[WrittenDeparture, Place] = field(default_factory=dict)  # -> first
     ids: dict[str, tuple[Path, ...]] = field(default_factory=dict)  # of anything
+    by_name: dict[str, str] = field(
+        default_factory=dict
+    )  # vehicle -> name of its route
 
 
 def read_content(demand: DemandFiles) -> DemandContent:
@@ -80,16 +85,21 @@ def read_content(demand: DemandFiles) -> DemandContent:
             stamps.append((file, file.stat().st_mtime_ns))
         except OSError as error:
             raise NetworkError(f"{file}: no such demand file") from error
-    return _content(tuple(stamps))
+    return _content(tuple(stamps), demand.begin)
 
 
 @lru_cache(maxsize=KEPT)
-def _content(files: Sequence[tuple[Path, int]]) -> DemandContent:
-    """Read files; one that has changed is read anew."""
+def _content(files: Sequence[tuple[Path, int]], begin: float) -> DemandContent:
+    """Read files; one that has changed is read anew.
+
+    Args:
+        files: With the times of their last changes.
+        begin: Of the simulation; who departs before it, SUMO leaves out [s].
+    """
     content = DemandContent()
     for file, _ in files:
         parser = expat.ParserCreate()
-        handler = _Handler(file, content, parser)
+        handler = _Handler(file, content, parser, begin)
         parser.StartElementHandler = handler.start
         parser.EndElementHandler = handler.end
         opener = gzip.open if file.suffix == ".gz" else open
@@ -116,6 +126,9 @@ def _content(files: Sequence[tuple[Path, int]]) -> DemandContent:
                 f"{file}: the root element is <{handler.root}>; allowed: "
                 f"{', '.join(f'<{root}>' for root in ROOTS)}"
             )
+    for name, route in content.by_name.items():  # SUMO reads additional files first
+        edges = content.routes.get(route, ())
+        content.vehicles[name] = replace(content.vehicles[name], route=edges)
     return content
 
 
@@ -123,9 +136,14 @@ class _Handler:
     """Collects what the tags of one file name."""
 
     def __init__(
-        self, file: Path, content: DemandContent, parser: expat.XMLParserType
+        self,
+        file: Path,
+        content: DemandContent,
+        parser: expat.XMLParserType,
+        begin: float,
     ) -> None:
         self.root = ""
+        self._begin = begin
         self._file = file
         self._only = (file,)
         self._content = content
@@ -197,8 +215,8 @@ class _Handler:
             name = attributes["route"]
             self._depart(name, "route", attributes)
             if tag == "vehicle":
-                edges = self._content.routes.get(name, ())
-                self._add_vehicle(attributes, edges, whole=True)
+                self._content.by_name[attributes["id"]] = name
+                self._add_vehicle(attributes, (), whole=True)
         elif tag == "trip" or "from" in attributes:
             places = " ".join(attributes.get(key, "") for key in ("from", "via", "to"))
             if "from" in attributes and "to" in attributes:
@@ -214,16 +232,16 @@ class _Handler:
         self, attributes: dict[str, str], edges: tuple[str, ...], *, whole: bool
     ) -> None:
         """Note a vehicle whose place an ego can take."""
-        try:
-            depart = float(attributes.get("depart", "nan"))
-        except ValueError:  # "triggered"
-            depart = float("nan")
+        depart = _seconds(attributes.get("depart", ""))
         name = attributes["id"]
         self._content.vehicles[name] = NamedVehicle(name, depart, edges, whole)
 
     def _depart(self, edges: str, kind: str, attributes: dict[str, str]) -> None:
         """Note what decides whether a vehicle can depart."""
         if attributes.get("number") == "0":  # of a flow: nobody does
+            return
+        last = _seconds(attributes.get("end", attributes.get("depart", "")))
+        if last < self._begin:
             return
         departure = WrittenDeparture(
             edges,
@@ -234,3 +252,14 @@ class _Handler:
         )
         if departure not in self._content.departures:
             self._content.departures[departure] = Place(self._file, self._owner)
+
+
+def _seconds(written: str) -> float:
+    """Read a time [s], also as H:M:S or D:H:M:S; NaN for a word."""
+    total = 0.0
+    try:
+        for part, unit in zip(reversed(written.split(":")), UNITS, strict=False):
+            total += float(part) * unit
+    except ValueError:  # "triggered"
+        return math.nan
+    return total if written.count(":") < len(UNITS) else math.nan

@@ -1,8 +1,9 @@
 """Departures that a network does not allow.
 
 SUMO finds them only as the vehicle departs, and ends the simulation there. What is
-refused here SUMO refuses too, unless it is told to ignore it; of vehicles that are no
-cars, or of types that are drawn from a distribution, it may refuse more.
+refused here SUMO refuses too, unless it is told to ignore it or the run ends before;
+of vehicles that are no cars, or of types that are drawn from a distribution, it may
+refuse more.
 """
 
 from dataclasses import dataclass, field

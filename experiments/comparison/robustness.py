@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.comparison.inference import tango
-from experiments.comparison.results import Row, query, rows
+from experiments.comparison.results import Row, axis_columns, query, rows
 from experiments.errors import ConfigError
 from experiments.metrics.verdict.records import Fault
 
@@ -36,7 +36,8 @@ MEASURES = {
 }
 # headings over all roads; the difference is that of arrivals on common runs
 IN_ALL = ("runs", "arrived", "difference [pp], 95 %", "collided", "its fault")
-Point = tuple[str | None, ...]
+PERFECT = {"-", "perfect", "0"}  # what an axis says of a perfect vehicle or eyes
+Point = tuple[str, ...]
 Pair = tuple[Any, ...]
 LEAST_VALUES = 3  # of an axis over which a curve is drawn
 
@@ -81,7 +82,7 @@ def robustness_page(folders: Sequence[Path]) -> str:
                 f"{folder}: has no axis of vehicle or perception; allowed: a sweep "
                 f"over {', '.join(AXES)}"
             )
-        parts.append(_in_all(folder, axes))
+        parts.append(_in_all(folder, axes, names))
         groups = query(
             folder, "SELECT DISTINCT scenario, planner FROM runs ORDER BY ALL"
         ).fetchall()
@@ -100,42 +101,46 @@ def robustness_page(folders: Sequence[Path]) -> str:
     return "".join(parts)
 
 
-def _in_all(folder: Path, axes: Sequence[str]) -> str:
+def _in_all(folder: Path, axes: Sequence[str], names: Sequence[str]) -> str:
     """Compare every point of a sweep with perfect vehicle and eyes, over all roads.
 
     Args:
         folder: Of the sweep.
         axes: Of it, those of `AXES`.
+        names: Of all columns.
 
     Returns:
         A table, or nothing if the sweep has no runs with perfect ones.
     """
+    others = [name for name in axis_columns(names) if name not in axes]
+    shared = ["scenario", "label", "seed", *others]
     points: dict[Point, dict[Pair, Row]] = {}
     for row in rows(folder):
-        point = tuple(None if row[a] is None else str(row[a]) for a in axes)
-        points.setdefault(point, {})[_pair(row)] = row
-    base = next(
-        (point for point in points if set(point) <= {None, "perfect", "0.0"}), None
-    )
+        if row["arrived"] is None:  # lost before it had metrics
+            continue
+        point = tuple(_point_word(row[axis]) for axis in axes)
+        pair = tuple(row[name] for name in shared)
+        points.setdefault(point, {})[pair] = row
+    base = next((point for point in points if set(point) <= PERFECT), None)
     if base is None:
         return ""
     heads = [*(AXES[axis] for axis in axes), *IN_ALL]
     lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]
-    for point in sorted(points, key=lambda p: (p != base, [str(k) for k in p])):
-        names = [str(cell) if cell is not None else "-" for cell in point]
-        cells = [*names, *_against(points[base], points[point])]
+    for point in sorted(points, key=lambda p: (p != base, p)):
+        cells = [*point, *_against(points[base], points[point])]
         lines.append(f"| {' | '.join(cells)} |")
     return f"\n## {folder.name}, in all\n\n" + "\n".join(lines) + "\n"
 
 
-def _pair(row: Row) -> Pair:
-    """Return what runs of different points have in common."""
-    return row["scenario"], row["planner"], row["seed"]
+def _point_word(value: Any) -> str:
+    """Return the value of an axis in words, - for none."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return "-" if value is None else f"{value:g}" if is_number else str(value)
 
 
 def _against(perfect: Mapping[Pair, Row], runs: Mapping[Pair, Row]) -> list[str]:
     """Return the cells of `IN_ALL`: runs of a point beside the perfect ones."""
-    common = sorted(set(perfect) & set(runs), key=str)
+    common = perfect.keys() & runs.keys()
     both = [(bool(perfect[k]["arrived"]), bool(runs[k]["arrived"])) for k in common]
     gained, lost = both.count((False, True)), both.count((True, False))
     difference = "-"

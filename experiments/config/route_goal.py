@@ -171,6 +171,9 @@ def _end(length: float, ego: dict[str, Any]) -> float:
 
 
 def _number(value: Any, default: float) -> float:
-    """Return a number of the file; the default where it has none, or no number."""
+    """Return a number of the file; the default where it has none, or no such number.
+
+    What is no finite number is left to the schema.
+    """
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return float(value) if is_number else default
+    return float(value) if is_number and math.isfinite(value) else default

@@ -132,8 +132,11 @@ def _stands_for_good(foe: Foe) -> bool:
 def _is_behind(foe: Foe, first: Foe) -> bool:
     """Check whether one of two comes behind the other on the same way.
 
-    Behind one that stands it cannot come before that, however it creeps up.
+    Behind one that stands at its line it cannot come before that, however it creeps up;
+    one that stands farther off, as at a stop, can be overtaken.
     """
+    if first.to_line > AT_LINE:
+        return False
     same = foe.begin_s == first.begin_s and foe.end_s == first.end_s
     same = same and foe.road == first.road and foe.turn_speed == first.turn_speed
     return same and foe.to_line > first.to_line

@@ -123,3 +123,23 @@ def test_trips_are_refused_exactly_where_no_route_is_found(tmp_path):
             assert (problem(tmp_path, trip, name) == "") is exists, (begin, end)
             refused.add(exists)
         assert refused == {True, False}
+
+
+@pytest.mark.parametrize(
+    ("depart", "refused"), [("899", False), ("0:14:59", False), ("900", True)]
+)
+def test_who_departs_before_the_begin_is_not_looked_at(tmp_path, depart, refused):
+    file = tmp_path / "d.rou.xml"
+    broken = vehicle("west_in east_in").replace('"900"', f'"{depart}"')
+    file.write_text(f"<routes>{CAR}{broken}</routes>")
+    read = read_content(DemandFiles((file,), begin=900.0))
+    assert bool(read.departures) is refused
+
+
+def test_routes_of_additional_files_are_known(tmp_path):
+    route, cars = tmp_path / "routes.add.xml", tmp_path / "cars.rou.xml"
+    route.write_text('<additional><route id="r" edges="west_in"/></additional>')
+    cars.write_text('<routes><vehicle id="v" depart="0:01:10" route="r"/></routes>')
+    read = read_content(DemandFiles((cars,), (route,)))
+    assert read.vehicles["v"].route == ("west_in",)
+    assert read.vehicles["v"].depart == 70.0

@@ -68,6 +68,21 @@ def test_points_are_compared_with_perfect_ones_on_common_seeds(tmp_path):
     assert f"| dynamic | 40 | 37 (92.5 %) | {words} | 2 | 1 |" in page
 
 
+def test_other_axes_tell_runs_apart_and_numbers_are_numbers(tmp_path):
+    number = 0
+    for plant in ("perfect", "dynamic"):
+        for duration in (4, 60):
+            for delay in (0, 1):
+                point = {"ego.plant": plant, "simulation.duration_s": duration}
+                point |= {"simulation.planning_delay_s": delay}
+                arrived = duration == 60
+                run(tmp_path, number, point, arrived=arrived, collisions=0, seed=1)
+                number += 1
+    page = robustness_page([tmp_path])
+    assert "| perfect | 0 | 2 | 1 (50.0 %) | - | 0 | 0 |" in page
+    assert "| dynamic | 1 | 2 | 1 (50.0 %) | +0.0 [" in page
+
+
 LATENCY, NOISE = "ego.perception.latency_s", "ego.perception.position_noise_m"
 
 

@@ -188,6 +188,10 @@ def test_who_creeps_up_behind_one_that_stands_is_not_waited_for():
     assert lines(Rule.MINOR, foes=[beside, first], memory=waited).stop_s == 100.0
     moves = first._replace(speed=3.0, stood=0.0)
     assert lines(Rule.MINOR, foes=[creeps, moves], memory=waited).stop_s == 100.0
+    # one at a stop of buses can be overtaken
+    bus = first._replace(to_line=20.0, entry=23.0, exit=35.0)
+    comes = creeps._replace(to_line=40.0, entry=43.0, exit=53.0, speed=13.9)
+    assert lines(Rule.MINOR, foes=[comes, bus], memory=waited).stop_s == 100.0
 
 
 def test_nobody_waits_inside_in_the_way_of_who_goes_first():
