@@ -92,7 +92,7 @@ r157-docs: r157 ## The same, also with a follower and with a dynamic plant, and 
 	@cp runs/r157/r157.md docs/
 	@cp runs/r157_follower/r157.md docs/r157_follower.md
 	@cp runs/r157_dynamic/r157.md docs/r157_dynamic.md
-	@cp runs/r157*/r157_*.png docs/pictures/
+	@cp runs/r157/r157_*.png runs/r157_follower/r157_*.png runs/r157_dynamic/r157_*.png docs/pictures/
 
 commonroad-docs: $(CHECKER_STAMP) $(DEV_STAMP) ## Drive CommonRoad scenarios, check them officially, and put the table into docs
 	@$(BIN)/python -m experiments.evidence.commonroad_study -o docs/commonroad.md

@@ -241,7 +241,8 @@ def _print_blocks(names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     found = blocks(names, rows, width)
     for block in found:
         told = [[row[k] for k in block] for row in rows if says(row, block, names)]
-        _print_table([names[k] for k in block], told)
+        if told or not rows:
+            _print_table([names[k] for k in block], told)
     if len(found) > 1:
         sys.stdout.write(
             f"in {len(found)} parts; as one table: -o FILE.csv, .md or .tex, or "
