@@ -61,8 +61,9 @@ the ego is where its plan says; `tube` tells whether plans keep the plant's meas
 errors clear. `rearview robustness SWEEP -o FILE` writes this file from a sweep such
 as `robustness`, `robustness_dense` or `perception`; clearance is the smallest of all
 runs, the lateral error the largest, jerk the mean. *Its fault* counts the runs whose
-first contact the ego could have avoided and had to, alone or with the other. [Vehicles
-and eyes](vehicles_and_eyes.md) explains models and presets.
+first contact the ego could have avoided and had to, alone or with the other, and those
+in which it left the road. [Vehicles and eyes](vehicles_and_eyes.md) explains models and
+presets.
 """
 
 
