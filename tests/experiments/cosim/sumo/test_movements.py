@@ -1,5 +1,7 @@
 """Vehicles at junctions: distances against SUMO's own, ways against what is driven."""
 
+from contextlib import contextmanager
+
 import libsumo
 import numpy as np
 import pytest
@@ -84,17 +86,26 @@ def test_distances_are_those_that_sumo_measures(crossing, name, other):
     assert compared > 30
 
 
-def test_distances_shrink_as_a_vehicle_drives_also_in_junctions_before(tmp_path):
-    file = generate(tmp_path, "--grid", "--grid.number=3", "--grid.length=60")
-    routes = tmp_path / "r.rou.xml"
-    routes.write_text(
-        '<routes><vehicle id="foe" depart="0" departSpeed="max">'
-        '<route edges="C2B2 B2B1 B1B0"/></vehicle></routes>'
-    )
+@contextmanager
+def on_a_grid(folder, vehicles):
+    """Drive vehicles on a grid, past whose junction B1 a road leads."""
+    file = generate(folder, "--grid", "--grid.number=3", "--grid.length=60")
+    routes = folder / "r.rou.xml"
+    routes.write_text(f"<routes>{vehicles}</routes>")
     road = sumo_road(Network("", file, ("A1B1", "B1C1"), 0, (), ""), Vehicle())
     libsumo.start(["sumo", "-n", str(file), "-r", str(routes), "--step-length", "0.1"])
     try:
-        reader = VehicleReader(libsumo, set())
+        yield road, VehicleReader(libsumo, set())
+    finally:
+        libsumo.close()
+
+
+def test_distances_shrink_as_a_vehicle_drives_also_in_junctions_before(tmp_path):
+    foe = (
+        '<vehicle id="foe" depart="0" departSpeed="max">'
+        '<route edges="C2B2 B2B1 B1B0"/></vehicle>'
+    )
+    with on_a_grid(tmp_path, foe) as (road, reader):
         movements = MovementReader(libsumo, road.junctions)
         entries, speeds, lanes = [], [], []
         while len(entries) < 250 and (not entries or entries[-1] > 0.0):
@@ -103,8 +114,6 @@ def test_distances_shrink_as_a_vehicle_drives_also_in_junctions_before(tmp_path)
             entries += [foe.entry for foe in foes]
             speeds += [foe.speed for foe in foes]
             lanes += [libsumo.vehicle.getLaneID("foe") for _ in foes]
-    finally:
-        libsumo.close()
     assert any(lane.startswith(":B2") for lane in lanes)
     driven = STEP * np.array(speeds[1:])
     assert np.abs(np.diff(entries) + driven).max() < 0.3
@@ -113,23 +122,13 @@ def test_distances_shrink_as_a_vehicle_drives_also_in_junctions_before(tmp_path)
 @pytest.mark.parametrize("beyond", [(), ("B1B0",)])
 def test_an_ego_of_which_sumo_knows_a_part_is_met_behind_it(tmp_path, beyond):
     """It goes on over the junction of another ego, where its own route comes twice."""
-    file = generate(tmp_path, "--grid", "--grid.number=3", "--grid.length=60")
-    routes = tmp_path / "r.rou.xml"
-    routes.write_text(
-        '<routes><vehicle id="other" depart="0"><route edges="C2B2 B2B1"/></vehicle>'
-        "</routes>"
-    )
-    road = sumo_road(Network("", file, ("A1B1", "B1C1"), 0, (), ""), Vehicle())
-    libsumo.start(["sumo", "-n", str(file), "-r", str(routes), "--step-length", "0.1"])
-    try:
-        reader = VehicleReader(libsumo, set())
+    other = '<vehicle id="other" depart="0"><route edges="C2B2 B2B1"/></vehicle>'
+    with on_a_grid(tmp_path, other) as (road, reader):
         known = {"other": beyond}
         movements = MovementReader(libsumo, road.junctions, known.__getitem__)
         for _ in range(20):
             libsumo.simulationStep()
         _, foes, _ = found(reader, movements)
-    finally:
-        libsumo.close()
     assert bool(foes) is bool(beyond)
     assert all(foe.vehicle == "other" and 50.0 < foe.to_line < 120.0 for foe in foes)
 
