@@ -134,8 +134,9 @@ class Ego(Strict):
     goal_m: Position | None = Field(
         default=None,
         description="rear axle has arrived from here on; by default the end of a route "
-        "that network.from and to, vehicle or route name; world commonroad: the "
-        "planning problem of the file has the goal",
+        "that network.from and to, vehicle or route name, 300 m ahead (or less) on a "
+        "random one of network.file; world commonroad: the planning problem of the "
+        "file has the goal",
     )
     vehicle: EgoVehicle = EgoVehicle()
     plant: Annotated[

@@ -74,19 +74,20 @@ def _network_of_simulation(file: Path) -> Path:
     return found
 
 
-def drawn_goal(net: Net) -> float:
-    """Return how far an ego can drive on a random route [m].
+def drawn_goal(net: Net, start: float = 0.0) -> float:
+    """Return the goal of an ego on a random route [m], which starts at `start` [m].
 
     Raises:
         NetworkError: If the network has no room for a route.
     """
     for goal in GOALS:
         try:
-            random_route(net, np.random.default_rng(0), goal + BEYOND_GOAL)
+            random_route(net, np.random.default_rng(0), start + goal + BEYOND_GOAL)
         except NetworkError:
             continue
-        return goal
+        return start + goal
+    shortest = start + GOALS[-1] + BEYOND_GOAL
     raise NetworkError(
-        f"{net.file}: no route of {GOALS[-1] + BEYOND_GOAL:g} m for cars was found "
+        f"{net.file}: no route of {shortest:g} m for cars was found "
         f"among {len(net.roads)} edges; name one in a scenario file"
     )

@@ -1,4 +1,4 @@
-"""The goal and the time of a route that is named: its end, and enough to get there.
+"""The goal of a user's network: the end of a route that is named, or some way ahead.
 
 Both are written into the scenario where it is silent, so that a run folder tells them.
 """
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.config.ego import BODY
-from experiments.config.network_scenario import drawn_goal, is_network_file
+from experiments.config.network_scenario import drawn_goal
 from experiments.config.simulation import Simulation
 from experiments.config.traffic import FILES
 from experiments.config.yaml_reader import Document, KeyPath
@@ -72,14 +72,11 @@ def _goal(
 ) -> tuple[float | None, bool]:
     """Return the goal [m], None if the scenario has to say it; and if it is an end."""
     is_named = any(network.get(key) is not None for key in NAMED_BY)
-    is_bare = is_network_file(document.name)
-    if not is_named and not is_bare:
-        return None, False
     net = read_net(_network_file(network["file"]))
     data: Any = document.data
     route = _named_route(net, network, data.get("traffic"))
     if route is None:
-        return (drawn_goal(net) if is_bare and not is_named else None), False
+        return (None if is_named else drawn_goal(net, start)), False
     length = _length(net, route, network.get("lane"))
     goal = _end(length, ego)
     if goal <= start:

@@ -113,3 +113,12 @@ def test_time_grows_with_the_distance_between_its_bounds(distance):
     assert USUAL_DURATION <= time <= LONGEST_DURATION
     assert time >= distance / SLOW or time == LONGEST_DURATION
     assert usual_duration(distance + 10.0) >= time
+
+
+def test_goal_of_a_random_route_is_some_way_ahead_of_the_start(folder):
+    network = {"file": "own.net.xml"}
+    near = load_scenario(write(folder, network=network))
+    far = load_scenario(write(folder, network=network, ego={"start_m": 25.0}))
+    assert near.ego.goal >= 100.0
+    assert far.ego.goal == near.ego.goal + 25.0
+    assert make_layout(far).road.path.length > far.ego.goal
