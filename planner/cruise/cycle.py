@@ -57,6 +57,7 @@ TOUCH_TOLERANCE = 1e-6
 # begin with the curvature that it stopped with, which may leave none within the limits.
 WHEELS_TURN_FREELY = 0.02  # [m/s]
 START_SHARE = 0.8  # of the largest curvature, to which wheels are turned there [-]
+WHEEL_SHARES = (0.5, 0.75)  # of that, which are tried to either side [-]
 # The road's turn is taken that much farther than the body gets [m].
 BEHIND, BEYOND = 1.0, 40.0
 
@@ -136,15 +137,21 @@ class Cycle:
         )
         return self._with(tables._replace(limits=closer))
 
-    def starting(self, length: float, excess: float) -> "Cycle":
+    def starting(
+        self, length: float, excess: float, bend: float | None = None
+    ) -> "Cycle":
         """Return the same cycle for an ego that has to get out of where it stands.
 
         Args:
             length: Of its lateral motions, at least [m].
             excess: How far they may reach over the edge less its margin, at least [m].
+            bend: Curvature beside the road's to which it turns its wheels before it
+                moves off; as it is without one [1/m].
         """
         tables = self.tables
         lateral = tables.lateral._replace(min_length=length)
+        if bend is not None:
+            lateral = lateral._replace(start=(*lateral.start[:2], bend))
         limits = tables.limits._replace(excess=max(tables.limits.excess, excess))
         return self._with(tables._replace(lateral=lateral, limits=limits))
 
@@ -205,9 +212,30 @@ def _wheels_turned(slope: float, lead: float, vehicle: Vehicle, road: float) -> 
     """
     if lead == 0.0:
         return 0.0
-    most = START_SHARE * vehicle.limits.max_curvature
-    low, high = min(-most - road, 0.0), max(most - road, 0.0)
+    low, high = _wheels_within(vehicle, road)
     return min(max(-slope / lead, low), high)
+
+
+def _wheels_within(vehicle: Vehicle, road: float) -> tuple[float, float]:
+    """How far wheels turn to the right and left, beside the road's curvature [1/m]."""
+    most = START_SHARE * vehicle.limits.max_curvature
+    return min(-most - road, 0.0), max(most - road, 0.0)
+
+
+def wheels_turned(scene: Scene) -> tuple[float, ...]:
+    """Return curvatures beside the road's to turn the wheels to before moving off.
+
+    An ego that stands askew where the road swings may have to steer out before it turns
+    in, as a driver does who turns the wheel while standing.
+
+    Returns:
+        The smaller ones first [1/m]; none unless the ego stands.
+    """
+    if scene.ego.speed >= WHEELS_TURN_FREELY:
+        return ()
+    road = float(scene.path.at(np.array([scene.ego_frenet.s])).curvature[0])
+    right, left = _wheels_within(scene.vehicle, road)
+    return tuple(share * side for share in WHEEL_SHARES for side in (left, right))
 
 
 def _behind_queue(scene: Scene, bodies: Bodies, leader: Leader) -> Scene:

@@ -9,7 +9,7 @@ from planner.contact_check import Contact, contacts_of
 from planner.cruise import costs
 from planner.cruise.candidate_motion import S
 from planner.cruise.costs import DEAD_END, JERK, OFFSET, SPEED
-from planner.cruise.cycle import Cycle, disc_cover
+from planner.cruise.cycle import Cycle, disc_cover, wheels_turned
 from planner.cruise.drawn_candidates import alternatives_of
 from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
@@ -87,22 +87,24 @@ class CruisePlanner:
             found = self._evaluate(gentle, exhaustive=exhaustive)
             if found.choice.best >= 0 and found.choice.raw[DEAD_END] <= NEAR_END:
                 if scene.ego.speed < SLOW and not _gets_on(scene, found):
-                    return self._start(gentle, found, exhaustive=exhaustive)
+                    return self._start(scene, gentle, found, exhaustive=exhaustive)
                 return gentle, found
         found = self._evaluate(cycle, exhaustive=exhaustive)
         if scene.ego.speed < SLOW and not _gets_on(scene, found):
-            return self._start(cycle, found, exhaustive=exhaustive)
+            return self._start(scene, cycle, found, exhaustive=exhaustive)
         return cycle, found
 
     def _start(
-        self, cycle: Cycle, found: Evaluation, *, exhaustive: bool
+        self, scene: Scene, cycle: Cycle, found: Evaluation, *, exhaustive: bool
     ) -> tuple[Cycle, Evaluation]:
         """Look for longer lateral motions, where none of the usual length gets on.
 
         Beside the path in a bend, a motion that is over within the few metres that a
         slow ego covers may need more curvature than the vehicle has; and where the
         road leaves little more than the margin, a few centimetres beside the path leave
-        none: half of the margin may be used up.
+        none: half of the margin may be used up. If none of these gets on either, and
+        nobody is in the way, the wheels of an ego that stands are turned first, and
+        the margin may go, and `starting_excess` more.
 
         Returns:
             The cheapest of all that gets on and its cycle; those given without one.
@@ -118,6 +120,16 @@ class CruisePlanner:
             total = float(tried.choice.terms.sum())
             if _moves(tried) and total < least:
                 best, least = (longer, tried), total
+        in_the_way = best[1].choice.counts[Check.COLLISION] > 0
+        if _moves(best[1]) or in_the_way or not self.settings.starting_lengths:
+            return best
+        shortest = scale * min(self.settings.starting_lengths)
+        excess = self.settings.road_margin + self.settings.starting_excess
+        for bend in wheels_turned(scene) or (None,):
+            turned = cycle.starting(shortest, excess, bend)
+            tried = self._evaluate(turned, exhaustive=exhaustive)
+            if _moves(tried):
+                return turned, tried
         return best
 
     def _evaluate(self, cycle: Cycle, *, exhaustive: bool) -> Evaluation:

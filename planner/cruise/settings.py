@@ -108,6 +108,7 @@ class CruiseSettings:
     min_manoeuvre_length: float = 8.0  # of a lateral motion over distance [m]
     min_manoeuvre_speed: float = 2.5  # slower, it is as long as at this speed [m/s]
     starting_lengths: tuple[float, ...] = (16.0, 24.0)  # if none starts [m]
+    starting_excess: float = 0.0  # over the road's edge, if only that starts [m]
     times: tuple[float, ...] = (1.5, 3.0, 5.0)  # manoeuvre durations [s]
     speed_fractions: tuple[float, ...] = (0.0, 0.5, 1.0)
     creep_speeds: tuple[float, ...] = (1.0, 2.0)  # to get out of a jam [m/s]
@@ -148,7 +149,8 @@ class CruiseSettings:
         for name in (*positive, "convolution_sigma", "comfort_lateral_acceleration"):
             if not getattr(self, name) > 0.0:
                 raise InvalidInputError(f"{name} = {getattr(self, name)} must be > 0")
-        for name in ("margin", "road_margin", "stop_gap", "standstill_gap", "horizon"):
+        gaps = ("margin", "road_margin", "stop_gap", "standstill_gap")
+        for name in (*gaps, "starting_excess", "horizon"):
             if not getattr(self, name) >= 0.0:
                 raise InvalidInputError(f"{name} = {getattr(self, name)} must be >= 0")
         times = (*self.times, *self.stop_times, *self.follow_times)

@@ -60,7 +60,8 @@ CRAWLED = 4.0  # after so much of it cruising is tried again [s]
 # From what stands beside the way of an ego that is caught; the discs that cover the
 # ego reach over its sides, so that about 0.3 m remain [m] ...
 CLOSE = 0.0
-CLOSE_TO_EDGE = 0.03  # and from the road's edge [m]
+CLOSE_TO_EDGE = 0.03  # and from the road's edge [m] ...
+OVER_EDGE = 0.25  # over which it may reach where nothing else moves it off [m]
 CLOSE_WAY = 15.0  # for so long [m] ...
 CLOSE_SPEED = 2.0  # at this speed [m/s]
 OVER_TIME = 3.5  # after so much way a change has left its lane [s]
@@ -78,7 +79,12 @@ class RoutePlanner:
         """Make the families."""
         cruise = self.settings.cruise
         margins = min(cruise.margin, CLOSE), min(cruise.road_margin, CLOSE_TO_EDGE)
-        close = replace(cruise, margin=margins[0], road_margin=margins[1])
+        close = replace(
+            cruise,
+            margin=margins[0],
+            road_margin=margins[1],
+            starting_excess=OVER_EDGE,
+        )
         object.__setattr__(self, "_cruise", CruisePlanner(cruise))
         object.__setattr__(self, "_close", CruisePlanner(close))
 
