@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.config.ego import BODY
-from experiments.config.network_scenario import drawn_goal
+from experiments.config.network_scenario import drawn_goal, is_network_file
 from experiments.config.simulation import Simulation
 from experiments.config.traffic import FILES
 from experiments.config.yaml_reader import Document, KeyPath
@@ -72,6 +72,8 @@ def _goal(
 ) -> tuple[float | None, bool]:
     """Return the goal [m], None if the scenario has to say it; and if it is an end."""
     is_named = any(network.get(key) is not None for key in NAMED_BY)
+    if not is_named and not is_network_file(network["file"]):
+        return None, False  # of another world, perhaps
     net = read_net(_network_file(network["file"]))
     data: Any = document.data
     route = _named_route(net, network, data.get("traffic"))
