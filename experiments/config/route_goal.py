@@ -1,4 +1,4 @@
-"""The goal of a user's network: the end of a route that is named, or some way ahead.
+"""Goal and time on a user's network: the end of a named route, or some way ahead.
 
 Both are written into the scenario where it is silent, so that a run folder tells them.
 """

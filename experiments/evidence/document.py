@@ -1,6 +1,6 @@
 """The document `results.md`, written from the numbers file and nothing else."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from experiments.storage.markdown_table import markdown_table
@@ -57,7 +57,19 @@ def _effort(numbers: Data) -> str:
         for claim in numbers["claims"]
         if claim["runs"] < claim["runs_of_the_file"]
     ]
-    return " ".join(words)
+    return " ".join([*words, *_codes(numbers["claims"])])
+
+
+def _codes(claims: Sequence[Data]) -> list[str]:
+    """Say which sweeps were run with which code, if not all with the same."""
+    names: dict[str, list[str]] = {}
+    for claim in claims:
+        code = str(claim["code"]["the code"])[:8]
+        names.setdefault(code, []).append(f"`{claim['name']}`")
+    if len(names) <= 1:
+        return []
+    each = "; ".join(f"{', '.join(of)} with `{code}`" for code, of in names.items())
+    return [f"**Not one version of the code:** {each} (hash of the sources)."]
 
 
 def _seeds(numbers: Data) -> str:

@@ -103,8 +103,8 @@ class CruisePlanner:
         slow ego covers may need more curvature than the vehicle has; and where the
         road leaves little more than the margin, a few centimetres beside the path leave
         none: half of the margin may be used up. If none of these gets on either, and
-        nobody is in the way, the wheels of an ego that stands are turned first, and
-        the margin may go, and `starting_excess` more.
+        none was refused for a body, the wheels of an ego that stands are turned first,
+        and the whole margin may be used up, and `starting_excess` over the edge.
 
         Returns:
             The cheapest of all that gets on and its cycle; those given without one.
@@ -120,6 +120,7 @@ class CruisePlanner:
             total = float(tried.choice.terms.sum())
             if _moves(tried) and total < least:
                 best, least = (longer, tried), total
+        # who is in the way will move: a queue is not worth the search in each cycle
         in_the_way = best[1].choice.counts[Check.COLLISION] > 0
         if _moves(best[1]) or in_the_way or not self.settings.starting_lengths:
             return best

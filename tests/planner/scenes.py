@@ -19,7 +19,7 @@ from planner.scene import (
     Scene,
     Vehicles,
 )
-from planner.shapes.rectangles import Rectangle, distance
+from planner.shapes.rectangles import Rectangle, corners, distance
 from planner.states import CartesianState, FloatArray, FrenetState, Trajectory
 from planner.vehicle import Vehicle
 
@@ -58,6 +58,33 @@ def bend(radius: float, before: float = 60.0, turn: float = math.pi) -> Referenc
     return ReferencePath.from_segments(
         [line(before), arc(abs(radius) * turn, 1.0 / radius), line(150.0)]
     )
+
+
+def narrow_turn(
+    sharpest: float, before: float, swing: tuple[float, float]
+) -> ReferencePath:
+    """A turn of 4 m at its sharpest [1/m], between clothoids as long as `swing`."""
+    return ReferencePath.from_segments(
+        [
+            line(before),
+            clothoid(swing[0], 0.0, sharpest),
+            arc(4.0, sharpest),
+            clothoid(swing[1], sharpest, 0.0),
+            line(60.0),
+        ]
+    )
+
+
+def over_the_edge(cycles: "Sequence[Cycle]") -> float:
+    """How far a corner of the ego reaches over the road's edge at most [m]."""
+    most = -math.inf
+    for cycle in cycles:
+        scene = cycle.scene
+        sides = corners(ego_rectangle(scene.ego, scene.vehicle))
+        along, l = scene.path.project(sides[:, 0], sides[:, 1])
+        left, right = scene.road.at(along)
+        most = max(most, float((l - left).max()), float((right - l).max()))
+    return most
 
 
 def winding() -> ReferencePath:

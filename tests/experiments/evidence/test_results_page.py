@@ -45,6 +45,20 @@ def test_the_page_is_what_the_numbers_file_gives(numbers):
     assert document(numbers) == PAGE
 
 
+def test_the_page_says_which_sweeps_are_of_another_version(numbers):
+    def of(*codes):
+        claims = [
+            {**numbers["claims"][0], "name": f"sweep_{k}", "code": {"the code": code}}
+            for k, code in enumerate(codes)
+        ]
+        return document({**numbers, "claims": claims})
+
+    words = "Not one version of the code"
+    assert words not in of("a" * 64, "a" * 64)
+    other = of("a" * 64, "b" * 64, "a" * 64)
+    assert "`sweep_0`, `sweep_2` with `aaaaaaaa`; `sweep_1` with `bbbbbbbb`" in other
+
+
 def test_readme_quotes_the_headline(numbers):
     (quoted,) = QUOTED.findall(README)
     assert quoted == "\n\n".join(numbers["headline"])

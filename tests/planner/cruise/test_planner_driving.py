@@ -12,7 +12,6 @@ from planner.interface import PlanStatus
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, clothoid, line
 from planner.scene import Lanes, RoadBounds
-from planner.shapes.rectangles import corners
 from tests.planner.scenes import (
     STEP,
     TARGET,
@@ -21,9 +20,10 @@ from tests.planner.scenes import (
     bend,
     drive,
     ego_on,
-    ego_rectangle,
     least_clearance,
     make_scene,
+    narrow_turn,
+    over_the_edge,
     road,
     straight,
 )
@@ -227,16 +227,7 @@ def test_from_nearer_than_the_margin_there_is_a_way_out():
 
 @pytest.mark.parametrize("at", [22.0, 24.0, 26.0])
 def test_who_stands_beside_the_path_of_a_narrow_bend_gets_out_on_the_road(at):
-    sharpest = 0.18
-    path = ReferencePath.from_segments(
-        [
-            line(20.0),
-            clothoid(8.0, 0.0, sharpest),
-            arc(4.0, sharpest),
-            clothoid(8.0, sharpest, 0.0),
-            line(60.0),
-        ]
-    )
+    path = narrow_turn(0.18, 20.0, (8.0, 8.0))
     # beside the body on the path 0.15 m are left inside, more than enough outside
     left = np.array([2.3, 2.3, 0.95 + 0.15, 0.95 + 0.15])
     s = np.array([0.0, 22.0, 27.0, path.length])
@@ -244,10 +235,7 @@ def test_who_stands_beside_the_path_of_a_narrow_bend_gets_out_on_the_road(at):
     scene = make_scene(path, ego_on(path, at, 0.045, 0.0, error=0.02), bounds=bounds)
     cycles = drive(PROPOSED, scene, 80)
     assert places(cycles)[-1] > 40.0
-    for cycle in cycles:
-        sides = corners(ego_rectangle(cycle.scene.ego, cycle.scene.vehicle))
-        along, l = path.project(sides[:, 0], sides[:, 1])
-        assert (l <= bounds.at(along)[0]).all()
+    assert over_the_edge(cycles) <= 0.0
 
 
 def test_a_speed_wish_above_what_the_vehicle_can_do_is_cut():
