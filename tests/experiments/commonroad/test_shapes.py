@@ -43,7 +43,8 @@ def test_the_smallest_box_about_a_box_is_itself(box):
     found = smallest_box(box_polygon(box))
     assert found.length * found.width == pytest.approx(box.length * box.width)
     assert found.length >= found.width
-    assert box_polygon(found).symmetric_difference(box_polygon(box)).area < 1e-6
+    # not by their difference: of outlines that nearly coincide GEOS may get all of one
+    assert box_polygon(found).hausdorff_distance(box_polygon(box)) < 1e-6
 
 
 @given(clouds)
@@ -66,6 +67,15 @@ def test_a_box_along_a_direction_holds_the_area_and_touches_it(points, heading):
         assert shapely.LineString([a, b]).distance(area) < 1e-6
 
 
+def points_of(area):
+    """Corners of an area and points inside it: its overlay is not to be trusted."""
+    west, south, east, north = area.bounds
+    x, y = np.meshgrid(np.linspace(west, east, 30), np.linspace(south, north, 30))
+    grid = shapely.points(x.ravel(), y.ravel())
+    corners = shapely.points(shapely.get_coordinates(area))
+    return np.concatenate([corners, grid[shapely.intersects(area, grid)]])
+
+
 @settings(max_examples=30)
 @given(clouds, coordinates, coordinates)
 def test_rectangles_cover_a_polygon_and_little_more(points, x, y):
@@ -73,9 +83,11 @@ def test_rectangles_cover_a_polygon_and_little_more(points, x, y):
     if area.area < 1.0:
         return
     found = [box_polygon(box) for box in covering_boxes(area)]
-    together = shapely.union_all(found)
-    assert area.difference(together.buffer(1e-6)).area < 1e-6
-    assert together.area <= smallest_box(area).length * smallest_box(area).width + 1e-6
+    inside = points_of(area)
+    away = shapely.distance(inside[:, np.newaxis], np.array(found))
+    assert away.min(axis=1).max() < 1e-6
+    whole = smallest_box(area)
+    assert shapely.union_all(found).area <= whole.length * whole.width + 1e-6
     assert len(found) <= 2**5
 
 
