@@ -1,8 +1,9 @@
-"""Chooses the lane-change parameters of `sumo_tuned` from a sweep over them.
+"""Chooses the lane-change parameters of SUMO's driver from a sweep over them.
 
 `rearview sweep sumo_driver`, then `python -m experiments.comparison.tuning
-sweeps/sumo_driver` writes the best ones, with all that they were chosen among, into the
-project's data.
+sweeps/sumo_driver` writes the best ones for `sumo_tuned`, with all that they were
+chosen among, into the project's data. Those of `sumo_sublane` come from the sweep of
+that name, with `--out experiments/world_setup/tuned_sublane.json`.
 """
 
 import argparse

@@ -1,7 +1,7 @@
-"""The lane-change parameters of `sumo_tuned`, chosen on development seeds.
+"""The lane-change parameters of `sumo_tuned` and `sumo_sublane`.
 
-The file beside this one holds them with what they were chosen among;
-`experiments.comparison.tuning` writes it.
+Both were chosen on development seeds. The files beside this one hold them with what
+they were chosen among; `experiments.comparison.tuning` writes them.
 """
 
 from functools import cache
@@ -11,19 +11,18 @@ from typing import Any
 from experiments.cosim.sumo.driver_settings import SumoDriverSettings
 from experiments.storage.json_files import read_json
 
-TUNED_FILE = Path(__file__).with_name("tuned_driver.json")
+TUNED_FILE = Path(__file__).with_name("tuned_driver.json")  # LC2013
+SUBLANE_FILE = Path(__file__).with_name("tuned_sublane.json")  # SL2015
 
 
 @cache
-def tuned_driver() -> SumoDriverSettings:
-    """Return the settings of the file.
+def tuned_driver(file: Path = TUNED_FILE) -> SumoDriverSettings:
+    """Return the settings of a file.
 
     Raises:
         ResultsError: If the file is missing or damaged.
     """
-    settings: dict[str, Any] = read_json(TUNED_FILE)["settings"]
+    settings: dict[str, Any] = read_json(file)["settings"]
     return SumoDriverSettings(
-        strategic=float(settings["strategic"]),
-        assertive=float(settings["assertive"]),
-        cooperative=float(settings["cooperative"]),
+        **{name: float(value) for name, value in settings.items()}
     )

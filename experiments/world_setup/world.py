@@ -35,7 +35,7 @@ from experiments.world_setup.traffic import (
     slow_leader,
     write_traffic,
 )
-from experiments.world_setup.tuned_driver import tuned_driver
+from experiments.world_setup.tuned_driver import SUBLANE_FILE, tuned_driver
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
 from sumo_nets.network import Network
@@ -48,7 +48,7 @@ SUMO_DRIVERS: Mapping[str, SumoDriverSettings] = MappingProxyType(
         SUMO: SumoDriverSettings(),
         SUMO_AS_SHIPPED: SumoDriverSettings(told=False),
         SUMO_TUNED: tuned_driver(),
-        SUMO_SUBLANE: SumoDriverSettings(lateral_resolution=0.4),
+        SUMO_SUBLANE: tuned_driver(SUBLANE_FILE),
     }
 )
 
@@ -151,6 +151,9 @@ def make_world_without_ego(
         raise scenario.error(("simulation", "without_ego"), problem)
     route_file = folder / TRAFFIC_FILE
     settings = _sumo_settings(scenario, layout, layout.network, route_file)
+    # Nobody is told anything where there is no ego: so planners share more of these.
+    closed = closed_lanes(scenario, layout, layout.network, told=False)
+    settings = replace(settings, closed=closed)
     if placebo is None:
         return WithoutEgoWorld(settings)
     stream = random_stream(settings.seed, FIRST_PLACEBO + placebo)

@@ -25,6 +25,9 @@ SUMO_TYPE = "DEFAULT_VEHTYPE"  # exists in every simulation
 MOVE_ANYWHERE = 6  # moveToXY: exact position, any route, any lane permission
 NO_CHECKS = 32  # setSpeedMode: obey the commanded speed
 INSIDE_JUNCTION = ":"  # how the names of edges there begin
+# Lanes inside junctions without an area are drawn 0.1 m long. A vehicle held there
+# stops all that pass in other lanes under SUMO's sublane model (1.28).
+LEAST_INSIDE = 0.5  # the shortest lane inside a junction that gets a twin [m]
 FOR_EVER = 1e7  # duration of a stop: longer than any simulation [s]
 
 
@@ -40,10 +43,13 @@ class Twin:
 def twins(obstacles: Obstacles, lanes: Iterable[Lane]) -> list[Twin]:
     """Find every stretch of a lane in which a car would touch an obstacle.
 
-    A stretch is found to within `SAMPLING`, never too short.
+    A stretch is found to within `SAMPLING`, never too short. Lanes inside junctions
+    that are shorter than `LEAST_INSIDE` get none: the twins before and behind do.
     """
     found = []
     for lane in lanes:
+        if lane.edge.startswith(INSIDE_JUNCTION) and lane.length < LEAST_INSIDE:
+            continue
         for index in _near(obstacles, lane):
             for rear, front in blocked_stretches(obstacles, index, lane):
                 found.append(Twin(lane, front, max(front - rear, SAMPLING)))

@@ -24,6 +24,7 @@ from planner.scene import Scene
 from planner.states import CartesianState, Trajectory
 
 LEAST_DRIVEN = 0.05  # a step this short has no curvature [m]
+MOST_TURNED = math.pi / 2.0  # in one step; beyond it SUMO's angle is wrong [rad]
 
 
 class SumoDriverWorld(SumoWorld):
@@ -59,10 +60,15 @@ class SumoDriverWorld(SumoWorld):
             acceleration = float(sumo.vehicle.getAcceleration(EGO_ID))
         self._ego_front = (x, y)
         self._steps += 1
+        heading = frames.heading_from_angle(angle)
+        turned = math.remainder(heading - ego.heading, 2.0 * math.pi)
+        if abs(turned) > MOST_TURNED:
+            # Between two lanes at the joint of two edges, SUMO 1.28 can give an angle
+            # turned by half a circle for one step.
+            angle, turned = frames.angle_from_heading(ego.heading), 0.0
         rear_x, rear_y, heading = frames.rear_axle_from_front(
             x, y, angle, self._settings.task.vehicle
         )
-        turned = math.remainder(heading - ego.heading, 2.0 * math.pi)
         driven = speed * self.step
         curvature = turned / driven if driven > LEAST_DRIVEN else 0.0
         return CartesianState(rear_x, rear_y, heading, curvature, speed, acceleration)

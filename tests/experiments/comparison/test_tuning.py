@@ -4,7 +4,7 @@ import pytest
 
 from experiments.comparison.tuning import candidates, document
 from experiments.errors import ConfigError
-from experiments.world_setup.tuned_driver import TUNED_FILE, tuned_driver
+from experiments.world_setup.tuned_driver import SUBLANE_FILE, TUNED_FILE, tuned_driver
 
 KEY = "planner.settings.strategic"
 
@@ -46,12 +46,16 @@ def test_a_sweep_without_settings_is_refused():
         candidates([{"seed": 1}])
 
 
-def test_the_file_holds_the_best_of_its_candidates():
-    content = json.loads(TUNED_FILE.read_text())
+@pytest.mark.parametrize("file", [TUNED_FILE, SUBLANE_FILE])
+def test_the_files_hold_the_best_of_their_candidates(file):
+    content = json.loads(file.read_text())
     best = min(
         content["candidates"],
         key=lambda one: (one["collided"], -one["arrived"], one["travel_time_s"]),
     )
     assert best["settings"] == content["settings"]
-    assert tuned_driver().strategic == content["settings"]["strategic"]
+    chosen = tuned_driver(file)
+    for name, value in content["settings"].items():
+        assert getattr(chosen, name) == value
+    assert (chosen.lateral_resolution > 0.0) == (file == SUBLANE_FILE)
     assert content["seeds"][1] < 1000

@@ -92,3 +92,22 @@ def test_what_sumo_only_draws_or_nobody_plans_is_null(tmp_path):
         assert row[column] is None, column
     assert row["travel_time_s"] > 50.0
     assert row["changed_before_blockage"]
+
+
+@pytest.mark.parametrize("planner", ["sumo", "sumo_sublane"])
+def test_sumos_driver_passes_joints_of_edges(planner, tmp_path):
+    """On the winding road, cut into short edges, its obstacle begins at a joint.
+
+    There the sublane model stood before what blocks the other lane, and LC2013's
+    vehicle was turned by half a circle for a step.
+    """
+    scenario = load_scenario(
+        "lane_change_curved",
+        planner=planner,
+        seed=200,
+        overrides=["traffic.density=dense", "traffic.reaction_s=0.1"],
+    )
+    outcome = run_episode(scenario, out=tmp_path)
+    assert outcome.row["arrived"]
+    heading = np.ma.getdata(outcome.trace.steps["heading_rad"])
+    assert np.all(np.abs(np.diff(np.unwrap(heading))) < 0.3)

@@ -5,7 +5,7 @@ from experiments.cosim.road import Closure
 from experiments.errors import ConfigError
 from experiments.world_setup.closures import closed_lanes
 from experiments.world_setup.layout import make_layout
-from experiments.world_setup.tuned_driver import tuned_driver
+from experiments.world_setup.tuned_driver import SUBLANE_FILE, tuned_driver
 from experiments.world_setup.world import SUMO_DRIVERS, sumo_driver
 
 CLOSED = ("lane_change", "lane_change_three", "lane_change_curved")
@@ -144,7 +144,8 @@ def test_settings_of_sumos_driver_lie_over_those_of_its_name():
     )
     driver = sumo_driver(scenario)
     assert driver.assertive == 2.0
-    assert driver.lateral_resolution == 0.4
+    assert driver.lateral_resolution == tuned_driver(SUBLANE_FILE).lateral_resolution
+    assert driver.lateral_resolution > 0.0
     assert not SUMO_DRIVERS["sumo_as_shipped"].told
     assert SUMO_DRIVERS["sumo_tuned"] == tuned_driver()
 

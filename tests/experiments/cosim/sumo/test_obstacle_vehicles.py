@@ -5,6 +5,7 @@ import pytest
 
 from experiments.cosim.sumo.lanes import Lane
 from experiments.cosim.sumo.obstacle_vehicles import (
+    LEAST_INSIDE,
     SAMPLING,
     TRAFFIC_WIDTH,
     blocked_stretches,
@@ -143,3 +144,19 @@ def test_twins_do_not_drift(straight):
     after = [libsumo.vehicle.getPosition(name) for name in names]
     assert len(names) == 3  # the disc lies on the line between two lanes
     assert before == after
+
+
+@pytest.mark.parametrize("length", [0.1, 5.0])
+def test_lanes_that_only_draw_a_joint_get_no_twin(length):
+    """An obstacle that begins at a joint blocks the lane behind it as it is."""
+    before, behind = np.array([(0, 0), (98, 0)]), np.array([(98 + length, 0), (200, 0)])
+    inside = np.array([(98, 0), (98 + length, 0)])
+    lanes = [
+        Lane("a_0", "a", 0, WIDTH, before.astype(float)),
+        Lane(":j_0_0", ":j_0", 0, WIDTH, inside.astype(float)),
+        Lane("b_0", "b", 0, WIDTH, behind.astype(float)),
+    ]
+    body = on_road(l=0.0, length=2.0 * length + 3.0, width=2.0)
+    edges = {twin.lane.edge for twin in twins(body, lanes)}
+    assert "b" in edges
+    assert (":j_0" in edges) == (length > LEAST_INSIDE)
