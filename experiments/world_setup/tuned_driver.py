@@ -23,6 +23,5 @@ def tuned_driver(file: Path = TUNED_FILE) -> SumoDriverSettings:
         ResultsError: If the file is missing or damaged.
     """
     settings: dict[str, Any] = read_json(file)["settings"]
-    return SumoDriverSettings(
-        **{name: float(value) for name, value in settings.items()}
-    )
+    chosen: dict[str, Any] = {name: float(value) for name, value in settings.items()}
+    return SumoDriverSettings(**chosen)
