@@ -86,6 +86,13 @@ comfort-docs: $(DEV_STAMP) ## Drive the sweeps of comfort, or go on, and put the
 	@$(BIN)/rearview sweep comfort_dense $(ARGS)
 	@$(BIN)/python -m experiments.evidence.comfort sweeps/comfort_cruise sweeps/comfort_dense -o docs/comfort.md
 
+GENERATED := runs/generated_networks
+
+networks-docs: $(DEV_STAMP) ## Make networks, drive them, or go on, and put the table into docs: ARGS="--limit 100"
+	@$(BIN)/python -m experiments.evidence.generated_networks.prepare $(GENERATED)
+	@$(BIN)/rearview sweep $(GENERATED)/sweep.yaml --out $(GENERATED)/sweep --yes $(ARGS)
+	@$(BIN)/python -m experiments.evidence.generated_networks.page $(GENERATED)/sweep -o docs/generated_networks.md
+
 r157-docs: r157 ## The same, also with a follower and with a dynamic plant, and put documents and pictures into docs
 	@$(BIN)/rearview r157 --follower --planner cruise --out runs/r157_follower
 	@$(BIN)/rearview r157 --plant dynamic --planner cruise --planner lane_change --planner careful_human --out runs/r157_dynamic

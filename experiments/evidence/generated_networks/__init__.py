@@ -1,0 +1,1 @@
+"""Planners on networks that nobody drew: made by netgenerate, driven, and counted."""

@@ -1,0 +1,128 @@
+"""The document `generated_networks.md`: how planners get through strangers' networks.
+
+`python -m experiments.evidence.generated_networks.page FOLDER... -o FILE` reads folders
+of finished sweeps that `prepare` made, and runs nothing.
+"""
+
+import sys
+from collections.abc import Iterator, Sequence
+
+from experiments.comparison.inference import wilson
+from experiments.comparison.results import Row
+from experiments.config.self_driven import SUMO
+from experiments.errors import ConfigError
+from experiments.evidence.document_command import write_from_sweeps
+from experiments.evidence.first_look import first_look
+from experiments.metrics import columns
+
+LABEL = "label"
+INTRODUCTION = """# On networks that nobody drew
+
+Written by `python -m experiments.evidence.generated_networks.page` (`make
+networks-docs`) from finished runs; nothing is typed in by hand. `netgenerate` makes
+grids, spiders and random networks of all kinds of right of way, of one to three lanes,
+some with turn lanes, some narrow, some for left-hand traffic. The ego drives a random
+route of 300 m or less among crossing, oncoming and own traffic. A route counts as
+drivable if SUMO's own driver, in the same traffic, arrives on it. Shares have their
+95 % interval by Wilson.
+"""
+COUNTED = (
+    ("collided", columns.COLLISIONS),
+    ("off the road", columns.OFF_ROAD_STEPS),
+    ("line violations", columns.LINE_VIOLATIONS),
+    ("encroachments", columns.ENCROACHMENTS),
+)
+
+
+def document(found: Sequence[Row]) -> str:
+    """Write the document.
+
+    Args:
+        found: Rows of the runs.
+
+    Raises:
+        ConfigError: If there are none, or none of SUMO's driver.
+    """
+    if not found:
+        raise ConfigError("there are no runs; allowed: folders of finished sweeps")
+    drivable = {_place(row) for row in found if _is_by_sumo(row) and _arrived(row)}
+    if not any(_is_by_sumo(row) for row in found):
+        raise ConfigError(f"no run is by planner {SUMO}; allowed: sweeps with it")
+    places = {_place(row) for row in found}
+    seeds = sorted({int(row[columns.SEED]) for row in found})
+    names = len({name for name, _ in places})
+    parts = [
+        INTRODUCTION,
+        f"{len(places)} routes on {names} networks; SUMO's driver arrives on "
+        f"{len(drivable)}.\n",
+        *first_look(seeds),
+        "| planner | of the drivable | share | of the others | "
+        + " | ".join(f"runs: {words}" for words, _ in COUNTED)
+        + " |",
+        "|---" * (4 + len(COUNTED)) + "|",
+    ]
+    labels = dict.fromkeys(str(row[LABEL]) for row in found if not _is_by_sumo(row))
+    by = {name: [row for row in found if row[LABEL] == name] for name in labels}
+    parts += [_line(name, rows, drivable) for name, rows in by.items()]
+    for name, rows in by.items():
+        parts += _failures(name, rows, drivable)
+    return "\n".join(parts) + "\n"
+
+
+def _is_by_sumo(row: Row) -> bool:
+    """Tell whether SUMO's own driver drove."""
+    return str(row[LABEL]) == SUMO
+
+
+def _place(row: Row) -> tuple[str, int]:
+    """Return network and seed."""
+    return str(row[columns.SCENARIO]), int(row[columns.SEED])
+
+
+def _arrived(row: Row) -> bool:
+    """Tell whether the ego came to its goal, wherever its body was on the way."""
+    return row[columns.TRAVEL_TIME] is not None
+
+
+def _line(name: str, found: Sequence[Row], drivable: set[tuple[str, int]]) -> str:
+    """Write the line of a planner."""
+    asked = [row for row in found if _place(row) in drivable]
+    others = [row for row in found if _place(row) not in drivable]
+    there, n = sum(map(_arrived, asked)), len(asked)
+    cells = [f"`{name}`", f"{there} of {n}", _share(there, n)]
+    cells.append(f"{sum(map(_arrived, others))} of {len(others)}")
+    cells += [str(sum((row[key] or 0) > 0 for row in found)) for _, key in COUNTED]
+    return f"| {' | '.join(cells)} |"
+
+
+def _share(successes: int, trials: int) -> str:
+    """Write a rate and its interval."""
+    if not trials:
+        return "-"
+    rate = wilson(successes, trials)
+    value, low, high = (100.0 * x for x in (rate.value, rate.low, rate.high))
+    return f"{value:.1f} % [{low:.1f}, {high:.1f}]"
+
+
+def _failures(
+    name: str, found: Sequence[Row], drivable: set[tuple[str, int]]
+) -> Iterator[str]:
+    """List the drivable routes on which a planner does not arrive, and why."""
+    failed = [row for row in found if _place(row) in drivable and not _arrived(row)]
+    if not failed:
+        return
+    yield f"\n`{name}` does not arrive on:\n"
+    for row in failed:
+        road, seed = _place(row)
+        verdict = row[columns.VERDICT]
+        words = f"; {verdict}" if verdict else ""
+        yield f"- `{road}`, seed {seed}: {row[columns.STATUS]}: {row['reason']}{words}"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the document; see `write_document`."""
+    return write_from_sweeps("generated_networks.page", __doc__, document, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

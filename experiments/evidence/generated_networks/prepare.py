@@ -1,0 +1,227 @@
+"""Makes networks of all kinds by netgenerate, a scenario for each, and their sweep.
+
+`python -m experiments.evidence.generated_networks.prepare FOLDER` writes them, for
+`rearview sweep FOLDER/sweep.yaml`. A number makes the same network everywhere.
+"""
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from random import Random
+from types import MappingProxyType
+from typing import Any, Final
+
+import yaml
+
+from experiments.config.scenario_file import load_scenario
+from experiments.errors import ExperimentError
+from experiments.storage.atomic_folder import make_folder, write_atomically
+from sumo_nets.build import sumo_home
+from sumo_nets.errors import NetworkError
+
+COUNT: Final = 60
+SEEDS: Final = 3  # of traffic and route on each network
+PLANNERS: Final = ("route", "sumo")
+LONGEST: Final = 60.0  # of making a network [s]
+SPEEDS: Final = (8.33, 13.89, 16.67)  # [m/s]
+LANES: Final = (1, 1, 2, 2, 3)
+LEFT_HAND, NARROW, TURN_LANES = 0.15, 0.15, 0.25  # shares of the networks
+NARROW_WIDTH: Final = 2.8  # of a lane [m]
+RIGHT_OF_WAY: Final = (
+    "priority",
+    "priority_stop",
+    "right_before_left",
+    "allway_stop",
+    "traffic_light",
+)
+SCENARIO: Final = MappingProxyType(
+    {
+        "traffic": {
+            "own_veh_per_h": 400,
+            "oncoming_veh_per_h": 300,
+            "cross_veh_per_h": 200,
+        },
+        "simulation": {"duration_s": 240, "warmup_s": 60},
+    }
+)
+CAR: Final = "car"
+BODIES: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
+    {
+        CAR: {},
+        "lorry": {
+            "length_m": 12.0,
+            "width_m": 2.5,
+            "wheelbase_m": 6.0,
+            "rear_overhang_m": 3.0,
+            "limits": {"max_curvature_1pm": 0.14},
+        },
+    }
+)
+
+
+def options(number: int) -> list[str]:
+    """Return the options of netgenerate for a network.
+
+    Grids, spiders and random nets take turns; the rest is drawn: lanes, speed, right
+    of way, side of the road, width and turn lanes.
+    """
+    draw = Random(number)
+    lanes, speed = draw.choice(LANES), draw.choice(SPEEDS)
+    left_hand = draw.random() < LEFT_HAND
+    kinds = (*RIGHT_OF_WAY, "left_before_right") if left_hand else RIGHT_OF_WAY
+    found = [
+        *_shape(number, draw),
+        f"--default.lanenumber={lanes}",
+        f"--default.speed={speed}",
+        f"--default-junction-type={draw.choice(kinds)}",
+        "--no-turnarounds=true",
+        f"--seed={number}",
+    ]
+    if left_hand:
+        found.append("--lefthand=true")
+    if draw.random() < NARROW:
+        found.append(f"--default.lanewidth={NARROW_WIDTH}")
+    if draw.random() < TURN_LANES:
+        found.append("--turn-lanes=1")
+    return found
+
+
+def _shape(number: int, draw: Random) -> list[str]:
+    """Draw the shape of a network."""
+    kind = number % 3
+    if kind == 0:
+        return [
+            "--grid",
+            f"--grid.number={draw.randint(3, 5)}",
+            f"--grid.length={draw.randint(70, 200)}",
+            f"--grid.attach-length={draw.randint(60, 150)}",
+        ]
+    if kind == 1:
+        return [
+            "--spider",
+            f"--spider.arm-number={draw.randint(3, 7)}",
+            f"--spider.circle-number={draw.randint(2, 4)}",
+            f"--spider.space-radius={draw.randint(60, 150)}",
+        ]
+    return [
+        "--rand",
+        f"--rand.iterations={draw.randint(20, 60)}",
+        f"--rand.min-distance={draw.randint(60, 100)}",
+        f"--rand.max-distance={draw.randint(150, 250)}",
+    ]
+
+
+def make_network(number: int, file: Path) -> None:
+    """Make a network.
+
+    Raises:
+        NetworkError: If netgenerate is missing or fails.
+    """
+    home = sumo_home()
+    command = [home / "bin" / "netgenerate", *options(number), f"--output-file={file}"]
+    done = subprocess.run(
+        [str(word) for word in command],
+        env={"SUMO_HOME": str(home)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=LONGEST,
+    )
+    if done.returncode != 0:
+        raise NetworkError(f"netgenerate fails for network {number}: {done.stderr}")
+
+
+def prepare(
+    folder: Path,
+    numbers: range,
+    seeds: range,
+    *,
+    planners: Sequence[str] = PLANNERS,
+    body: str = CAR,
+) -> Path:
+    """Write networks, scenarios and sweep; return the sweep file.
+
+    Args:
+        folder: Where to; made if it is not there.
+        numbers: Of the networks.
+        seeds: Of routes and traffic.
+        planners: Who drives.
+        body: In what; of `BODIES`.
+
+    Raises:
+        NetworkError: If a network cannot be made.
+        ConfigError: If a scenario is not possible.
+    """
+    make_folder(folder)
+    names = []
+    for number in numbers:
+        name = f"net_{number:02d}"
+        net = folder / f"{name}.net.xml"
+        make_network(number, net)
+        file = folder / f"{name}.yaml"
+        write_atomically(file, yaml.safe_dump(_scenario(name, net, body)))
+        load_scenario(str(file))
+        names.append(file.name)
+    sweep = folder / "sweep.yaml"
+    content = {
+        "name": f"generated_networks_{body}",
+        "purpose": "Random routes through networks that netgenerate made.",
+        "scenarios": names,
+        "planners": list(planners),
+        "seeds": {"first": seeds.start, "count": len(seeds)},
+        "timeout_s": 600,
+        "keep_traces": "failures",
+    }
+    write_atomically(sweep, yaml.safe_dump(content, sort_keys=False))
+    return sweep
+
+
+def _scenario(name: str, net: Path, body: str) -> dict[str, Any]:
+    """Return a scenario of random routes through a network."""
+    return {
+        "name": name,
+        "purpose": "A random route through a network that netgenerate made.",
+        "world": "sumo",
+        "network": {"file": net.name},
+        "ego": {"start_m": 20, "vehicle": dict(BODIES[body])},
+        **{section: dict(keys) for section, keys in SCENARIO.items()},
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write networks, scenarios and sweep.
+
+    Returns:
+        Exit status: 0, or 2 on an error, which stderr names in a line.
+    """
+    parser = argparse.ArgumentParser(
+        prog="generated_networks.prepare", description=__doc__
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--count", type=int, default=COUNT, help="of networks")
+    parser.add_argument("--seeds", type=int, default=SEEDS, help="of each network")
+    parser.add_argument("--planner", action="append", help="may be repeated")
+    parser.add_argument("--body", choices=BODIES, default=CAR)
+    given = parser.parse_args(arguments)
+    if min(given.count, given.seeds) < 1:
+        sys.stderr.write("--count and --seeds: allowed: at least 1\n")
+        return 2
+    try:
+        sweep = prepare(
+            given.folder,
+            range(given.count),
+            range(given.seeds),
+            planners=given.planner or PLANNERS,
+            body=given.body,
+        )
+    except (ExperimentError, NetworkError, OSError) as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    sys.stdout.write(f"{sweep}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
