@@ -1,10 +1,12 @@
 """The scenario of a bare network file: a random route with some traffic."""
 
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
 from experiments.config.sections import scenario_name
+from experiments.config.traffic import FILES
 from experiments.config.yaml_reader import Document, Plain
 from experiments.errors import ConfigError
 from sumo_nets.errors import NetworkError
@@ -20,6 +22,9 @@ GOALS = (300.0, 180.0, 100.0, 50.0, 30.0)  # the first that the network has room
 BEYOND_GOAL = 30.0  # a route goes on behind the goal [m]
 FLOW = 300.0  # each way [veh/h]
 CROSSING = 100.0  # on each other road into the junctions of the route [veh/h]
+USUAL_FLOWS = MappingProxyType(
+    {"own_veh_per_h": FLOW, "oncoming_veh_per_h": FLOW, "cross_veh_per_h": CROSSING}
+)
 
 
 def is_network_file(name: str) -> bool:
@@ -37,11 +42,7 @@ def network_document(name: str) -> Document:
         ConfigError: If the network cannot be read.
     """
     path = source = Path(name)
-    traffic: dict[str, Plain] = {
-        "own_veh_per_h": FLOW,
-        "oncoming_veh_per_h": FLOW,
-        "cross_veh_per_h": CROSSING,
-    }
+    traffic: dict[str, Plain] = dict(USUAL_FLOWS)
     try:
         if name.endswith(SIMULATION):
             traffic = {"sumocfg": str(path.resolve())}
@@ -60,6 +61,20 @@ def network_document(name: str) -> Document:
         "traffic": traffic,
     }
     return Document(name, data)
+
+
+def drop_usual_flows(document: Document) -> None:
+    """Take the usual flows out of a bare network's scenario that got a demand.
+
+    Flows that an option asks for stay; they do not go with a demand, as ever.
+    """
+    traffic = document.data.get("traffic") if isinstance(document.data, dict) else None
+    if not is_network_file(document.name) or not isinstance(traffic, dict):
+        return
+    if any(traffic.get(key) is not None for key in FILES):
+        for key in USUAL_FLOWS:
+            if ("traffic", key) not in document.places:
+                traffic.pop(key, None)
 
 
 def _network_of_simulation(file: Path) -> Path:

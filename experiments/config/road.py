@@ -16,6 +16,9 @@ def _edge_id(value: Any) -> Any:
 # What YAML reads as a number is the id as it stands: 283921463, -4713.
 EdgeId = Annotated[str, BeforeValidator(_edge_id, json_schema_input_type=str | int)]
 
+# what is wrong with the key vehicle where the traffic names no files
+VEHICLE_OF_FILES = "is of a route file; allowed with traffic.sumocfg or route_files"
+
 
 class NetworkConfig(Strict):
     """A network of the catalogue, or any SUMO net with a route through it."""
@@ -76,7 +79,9 @@ class NetworkConfig(Strict):
             problem = "has its own route; allowed beside file and lane alone"
             raise mismatch("vehicle", problem)
         if places and (self.from_ is None or self.to is None):
-            raise mismatch("from" if self.from_ is None else "to", "is missing")
+            missing = "from" if self.from_ is None else "to"
+            words = "is missing; allowed: from and to, with or without via, or none"
+            raise mismatch(missing, words)
         fixed = self.route is not None or places or self.vehicle is not None
         if self.lane is not None and not fixed:
             raise mismatch("lane", "needs a route, from and to, or a vehicle")

@@ -9,6 +9,7 @@ from typing import Any
 
 from experiments.config.ego import BODY
 from experiments.config.network_scenario import drawn_goal, is_network_file
+from experiments.config.road import VEHICLE_OF_FILES
 from experiments.config.simulation import Simulation
 from experiments.config.traffic import FILES
 from experiments.config.yaml_reader import Document, KeyPath
@@ -76,7 +77,11 @@ def _goal(
         return None, False  # of another world, perhaps
     net = read_net(_network_file(network["file"]))
     data: Any = document.data
-    route = _named_route(net, network, data.get("traffic"))
+    traffic = data.get("traffic")
+    if network.get("vehicle") is not None and _demand(traffic) is None:
+        where = document.where(("network", "vehicle"))
+        raise ConfigError(f"{where}: network.vehicle: {VEHICLE_OF_FILES}")
+    route = _named_route(net, network, traffic)
     if route is None:
         return (None if is_named else drawn_goal(net, start)), False
     length = _length(net, route, network.get("lane"))

@@ -19,7 +19,11 @@ from experiments.config.commonroad_scenario import (
 )
 from experiments.config.ego import TUBE_WORDS
 from experiments.config.file_kinds import hint_at_search, hint_at_sweep
-from experiments.config.network_scenario import is_network_file, network_document
+from experiments.config.network_scenario import (
+    drop_usual_flows,
+    is_network_file,
+    network_document,
+)
 from experiments.config.planner_modules import require_allowed
 from experiments.config.route_goal import complete_goal
 from experiments.config.traffic import FILES
@@ -124,6 +128,7 @@ def load_scenario(
     for override in overrides:
         _override(document, *_parse_override(override))
     _anchor_files(document)
+    drop_usual_flows(document)
     complete(document)
     complete_goal(document)
     scenario = check_scenario(document)
@@ -187,6 +192,7 @@ def changed(document: Document, changes: Sequence[Change]) -> Document:
         else:
             _override(copy, path, deepcopy(value), option)
     _anchor_files(copy)
+    drop_usual_flows(copy)
     complete(copy)
     complete_goal(copy)
     return copy

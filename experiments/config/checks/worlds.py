@@ -1,6 +1,7 @@
 """Worlds: what each has of its own, and what has to be on its road."""
 
 from experiments.config.base import mismatch
+from experiments.config.road import VEHICLE_OF_FILES
 from experiments.config.sections import ScenarioSections
 from experiments.config.traffic import SumoTraffic
 from experiments.config.yaml_reader import KeyPath, dotted
@@ -32,8 +33,7 @@ def _check_sumo_or_kinematic(scenario: ScenarioSections) -> None:
         raise mismatch("obstacles.closure", problem)
     vehicle = scenario.network is not None and scenario.network.vehicle is not None
     if vehicle and not isinstance(scenario.traffic, SumoTraffic):
-        problem = "is of a route file; allowed with traffic.sumocfg or route_files"
-        raise mismatch("network.vehicle", problem)
+        raise mismatch("network.vehicle", VEHICLE_OF_FILES)
     if not sumo and scenario.simulation.without_ego:
         problem = "is for world sumo, where vehicles react; allowed: false"
         raise mismatch("simulation.without_ego", problem)

@@ -122,3 +122,39 @@ def test_goal_of_a_random_route_is_some_way_ahead_of_the_start(folder):
     assert near.ego.goal >= 100.0
     assert far.ego.goal == near.ego.goal + 25.0
     assert make_layout(far).road.path.length > far.ego.goal
+
+
+DEMAND = """<routes>
+    <trip id="mine" from="00_10" to="30_31" depart="3"/>
+</routes>"""
+
+
+def test_the_usual_flows_of_a_bare_network_give_way_to_a_demand(folder):
+    net = str(folder / "own.net.xml")
+    (folder / "own.rou.xml").write_text(DEMAND)
+    files = "traffic.route_files=[own.rou.xml]"
+    assert load_scenario(net).resolved()["traffic"]["cross_veh_per_h"] > 0.0
+    for options in ([files], [files, "network.vehicle=mine"]):
+        traffic = load_scenario(net, overrides=options).resolved()["traffic"]
+        assert traffic["route_files"] == [str(folder / "own.rou.xml")]
+        assert not any("veh_per_h" in key for key in traffic)
+    swept = changed(
+        scenario_document(net), [(("traffic", "route_files"), ["own.rou.xml"], "axes")]
+    )
+    assert "own_veh_per_h" not in swept.data["traffic"]
+    with pytest.raises(ConfigError, match="own_veh_per_h: does not go with route_file"):
+        load_scenario(net, overrides=[files, "traffic.own_veh_per_h=9"])
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ("network.vehicle=mine", "network.vehicle: is of a route file; allowed with"),
+        ("network.from=00_10", "network.to: is missing; allowed: from and to, with"),
+        ("network.via=[00_10]", "network.from: is missing; allowed: from and to"),
+    ],
+)
+def test_half_of_a_route_names_its_own_key(option, message, folder):
+    with pytest.raises(ConfigError) as raised:
+        load_scenario(str(folder / "own.net.xml"), overrides=[option])
+    assert message in str(raised.value)
