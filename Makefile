@@ -86,6 +86,10 @@ comfort-docs: $(DEV_STAMP) ## Drive the sweeps of comfort, or go on, and put the
 	@$(BIN)/rearview sweep comfort_dense $(ARGS)
 	@$(BIN)/python -m experiments.evidence.comfort sweeps/comfort_cruise sweeps/comfort_dense -o docs/comfort.md
 
+rules-docs: $(DEV_STAMP) ## Drive the sweep rules, or go on, and put its table into docs: ARGS="--limit 100"
+	@$(BIN)/rearview sweep rules --yes $(ARGS)
+	@$(BIN)/python -m experiments.evidence.rules sweeps/rules -o docs/rules.md
+
 GENERATED := runs/generated_networks
 
 networks-docs: $(DEV_STAMP) ## Make networks, drive them, or go on, and put the table into docs: ARGS="--limit 100"

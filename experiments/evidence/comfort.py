@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from experiments.comparison.inference import wilson
 from experiments.comparison.results import Row
 from experiments.errors import ConfigError
 from experiments.evidence.document_command import write_from_sweeps
 from experiments.evidence.first_look import first_look
+from experiments.evidence.shares import percent, share
 from experiments.metrics import columns
 from experiments.metrics.comfort import COMFORTABLE_BRAKING, COMFORTABLE_SIDEWAYS
 
@@ -142,21 +142,13 @@ def _time_share(here: Sequence[Row], column: str) -> str:
         return f"{100.0 * mean:.2f} %"
     error = float(kept.std(ddof=1)) / np.sqrt(kept.size)
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, kept.size - 1)) * error
-    return _percent(mean, max(mean - half, 0.0), min(mean + half, 1.0))
+    return percent(mean, max(mean - half, 0.0), min(mean + half, 1.0))
 
 
 def _run_share(here: Sequence[Row], limit: Limit) -> str:
     """Write the share of the runs that keep a limit, and its interval."""
     most = [row[limit.column] for row in here if row[limit.column] is not None]
-    if not most:
-        return "-"
-    kept = wilson(sum(x <= limit.most + ROUNDING for x in most), len(most), CONFIDENCE)
-    return _percent(kept.value, kept.low, kept.high)
-
-
-def _percent(value: float, low: float, high: float) -> str:
-    """Write a share and its interval."""
-    return f"{100.0 * value:.1f} % [{100.0 * low:.1f}, {100.0 * high:.1f}]"
+    return share(sum(x <= limit.most + ROUNDING for x in most), len(most))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -7,12 +7,12 @@ of finished sweeps that `prepare` made, and runs nothing.
 import sys
 from collections.abc import Iterator, Sequence
 
-from experiments.comparison.inference import wilson
 from experiments.comparison.results import Row
 from experiments.config.self_driven import SUMO
 from experiments.errors import ConfigError
 from experiments.evidence.document_command import write_from_sweeps
 from experiments.evidence.first_look import first_look
+from experiments.evidence.shares import share
 from experiments.metrics import columns
 
 LABEL = "label"
@@ -89,19 +89,10 @@ def _line(name: str, found: Sequence[Row], drivable: set[tuple[str, int]]) -> st
     asked = [row for row in found if _place(row) in drivable]
     others = [row for row in found if _place(row) not in drivable]
     there, n = sum(map(_arrived, asked)), len(asked)
-    cells = [f"`{name}`", f"{there} of {n}", _share(there, n)]
+    cells = [f"`{name}`", f"{there} of {n}", share(there, n)]
     cells.append(f"{sum(map(_arrived, others))} of {len(others)}")
     cells += [str(sum((row[key] or 0) > 0 for row in found)) for _, key in COUNTED]
     return f"| {' | '.join(cells)} |"
-
-
-def _share(successes: int, trials: int) -> str:
-    """Write a rate and its interval."""
-    if not trials:
-        return "-"
-    rate = wilson(successes, trials)
-    value, low, high = (100.0 * x for x in (rate.value, rate.low, rate.high))
-    return f"{value:.1f} % [{low:.1f}, {high:.1f}]"
 
 
 def _failures(
