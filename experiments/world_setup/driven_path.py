@@ -6,7 +6,7 @@ direction and junctions. Everywhere else it is the smoothed line of the lanes.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,7 @@ from experiments.world_setup.path_attempts import (
     Attempts,
 )
 from planner.errors import InvalidInputError
+from planner.reference_path.corners import rounded_corners
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.steerable import SHIFTS, SteerablePath, steerable_path
 from planner.reference_path.steered_motion import SteeringLimits
@@ -40,6 +41,8 @@ SHARPEST = (0.97, 0.94, 0.91)  # most of it; smoothing may add to it
 HELD = 0.985  # what the smooth path may have of it
 
 
+CUT = 0.4  # a corner of the lanes is cut by no more than this [m] ...
+CUT_SHARE = 0.5  # ... and this share of the room beside the body
 LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m] ...
 LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
 APART = 5.0  # stretches nearer than this to each other are planned as one [m]
@@ -95,6 +98,7 @@ def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
         NoPathError: If there is no path for this body; without the file's name.
         InvalidInputError: If the points make no line.
     """
+    found = _with_rounded_corners(found, vehicle)
     smooth: ReferencePath | None = None
     try:
         smooth = ReferencePath.from_polyline(found.points)
@@ -119,6 +123,30 @@ def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
             return driven
         faults.append(fault)
     raise faults[-1]
+
+
+def _with_rounded_corners(found: RoutePath, vehicle: Vehicle) -> RoutePath:
+    """Cut the corners of the route's line by what its lanes leave beside the body."""
+    most = np.minimum(CUT, CUT_SHARE * _spare(found, vehicle.width))
+    return replace(found, points=rounded_corners(found.points, most))
+
+
+def _spare(found: RoutePath, width: float) -> FloatArray:
+    """Measure the room on either side of a body in the middle of its lane, (n,) [m].
+
+    Inside junctions, which have no lanes, it is that of the edges about them.
+    """
+    s, spare = [], []
+    for span in found.spans:
+        if span.lane.startswith(":"):
+            continue
+        for k in np.flatnonzero((found.s >= span.begin) & (found.s <= span.end)):
+            edges = span.edges_at(float(found.left[k]))
+            lane = edges[edges > 0.0].min(initial=np.inf)
+            lane -= edges[edges < 0.0].max(initial=-np.inf)
+            s.append(float(found.s[k]))
+            spare.append(max(0.5 * (lane - width), 0.0))
+    return np.asarray(np.interp(found.s, s, spare))
 
 
 def body_polygons(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> BaseGeometry:

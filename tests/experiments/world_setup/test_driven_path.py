@@ -5,7 +5,12 @@ import pytest
 import shapely
 
 from experiments.cosim.collision_monitor import OUTLINE
-from experiments.world_setup.driven_path import TOLERANCE, body_polygons, driven_path
+from experiments.world_setup.driven_path import (
+    CUT,
+    TOLERANCE,
+    body_polygons,
+    driven_path,
+)
 from experiments.world_setup.road import sumo_road
 from planner.reference_path.path import ReferencePath
 from planner.vehicle import Vehicle
@@ -18,8 +23,11 @@ from sumo_nets.routes import random_route
 from tests.sumo_nets.generated import generate
 
 CAR = Vehicle()
-# all but the town, whose streets meet at sharp corners
-SHIPPED = [net for name, net in networks().items() if name != "town"]
+# all but those whose streets meet at corners
+CORNERED = ("town", "on_ramp")
+SHIPPED = [net for name, net in networks().items() if name not in CORNERED]
+RAMP = networks()["on_ramp"]
+RAMP_LANE = 3.5  # width [m]
 
 
 def grid(folder, *options):
@@ -39,6 +47,23 @@ def over_the_edge(road, s):
     foot, l = road.path.project(x.ravel(), y.ravel(), near=near)
     left, right = road.bounds.at(foot)
     return max(float((l - left).max()), float((right - l).max()))
+
+
+def test_corners_of_a_ramp_are_cut_inside_its_lane():
+    """Three corners of 3 to 10 degrees, one drawn by netconvert as a short curve."""
+    found = route_path(RAMP.net_file, RAMP.route, RAMP.lane)
+    sharp = ReferencePath.from_polyline(found.points)
+    eased = driven_path(found, CAR).path
+    s = np.arange(0.0, 320.0, 0.25)
+    assert np.abs(sharp.at(s).curvature).max() > 0.03
+    assert np.abs(eased.at(s).curvature).max() < 0.013
+    _, l = eased.project(found.points[:, 0], found.points[:, 1], near=found.s)
+    assert 0.3 < np.abs(l).max() < CUT + 0.1
+    wide = replace(CAR, width=RAMP_LANE - 0.2)  # hardly any room beside it
+    _, l = driven_path(found, wide).path.project(
+        found.points[:, 0], found.points[:, 1], near=found.s
+    )
+    assert np.abs(l).max() < 0.05 + 0.1
 
 
 @pytest.mark.parametrize("network", SHIPPED, ids=lambda network: network.name)
