@@ -16,6 +16,7 @@ from sumo_nets.errors import NetworkError
 EDGE_KEYS = ("edges", "from", "to", "via")
 WITH_EDGES = ("route", "trip", "flow", "walk", "personTrip", "ride", "personFlow")
 DRIVERS = ("vehicle", "trip", "flow")
+DEPARTING = (*DRIVERS, "person", "personFlow", "container", "containerFlow")
 NEED_AN_ID = (*DRIVERS, "vType", "vTypeDistribution", "person", "personFlow")
 ROOTS = ("routes", "additional", "route-alternatives")
 KEPT = 4  # demands in memory
@@ -71,6 +72,8 @@ class DemandContent:
     by_name: dict[str, str] = field(
         default_factory=dict
     )  # vehicle -> name of its route
+    first: float = math.inf  # departure of anybody [s]
+    last: float = -math.inf  # [s]
 
 
 def read_content(demand: DemandFiles) -> DemandContent:
@@ -168,6 +171,7 @@ class _Handler:
                 f"{self._file}: line {self._parser.CurrentLineNumber}: <{tag}> has no "
                 "id; allowed: one that no other has"
             )
+        self._add_times(tag, attributes)
         if tag == "calibrator":
             self._in_calibrator = True
         elif tag in DRIVERS and not self._in_calibrator:
@@ -181,6 +185,19 @@ class _Handler:
             self._add_edges(attributes)
         if tag == "route" and "edges" in attributes:
             self._add_route(name, attributes["edges"])
+
+    def _add_times(self, tag: str, attributes: dict[str, str]) -> None:
+        """Note when somebody departs; one whose time is a word may at any time."""
+        if tag not in DEPARTING:
+            return
+        known = attributes.get("depart")
+        first = _seconds(known or attributes.get("begin", "0"))
+        last = _seconds(known or attributes.get("end", "inf"))
+        if math.isnan(first) or math.isnan(last):
+            first, last = -math.inf, math.inf
+        content = self._content
+        content.first = min(content.first, first)
+        content.last = max(content.last, last)
 
     def end(self, tag: str) -> None:
         """Take in an end tag."""

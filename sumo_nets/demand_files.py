@@ -21,6 +21,7 @@ from sumo_nets.routes import fastest_route
 RESERVED = ("ego", "ghost@ego")  # ids of the vehicles that an episode adds
 DISTRIBUTIONS = ("speedFactor",)  # attributes that may be drawn for each vehicle
 DISTRIBUTION = re.compile(r"(norm|normc)\([^()]+\)|[0-9.e+-]+")
+SHOWN = 10  # names in a message
 SEARCHED = 5000  # names, among which one is looked for that may be meant
 
 FOLLOWING_MODELS = (
@@ -56,6 +57,26 @@ def check_demand(demand: DemandFiles, net: Net) -> None:
         check_departures(content, net)
 
 
+def times_missed(demand: DemandFiles, end: float) -> str:
+    """Say so if nobody departs between the begin of a simulation and `end` [s].
+
+    Returns:
+        A sentence without its subject; "" if somebody may depart.
+
+    Raises:
+        NetworkError: If a file is missing or damaged.
+    """
+    content = read_content(demand)
+    if content.first > content.last:
+        return "nobody departs"
+    if content.last >= demand.begin and content.first <= end:
+        return ""
+    return (
+        f"they depart from {content.first:g} s to {content.last:g} s, the simulation "
+        f"is from {demand.begin:g} s to {end:g} s; take another traffic.begin_s"
+    )
+
+
 def named_vehicle(demand: DemandFiles, net: Net, name: str) -> NamedVehicle:
     """Find a vehicle of the route files, its route complete.
 
@@ -68,6 +89,7 @@ def named_vehicle(demand: DemandFiles, net: Net, name: str) -> NamedVehicle:
         raise NetworkError(
             f'{files}: no vehicle "{name}"; {_meant(name, list(vehicles))}allowed: one '
             f"of the {len(vehicles)} vehicles and trips, not of a flow"
+            + (f": {', '.join(vehicles)}" if 0 < len(vehicles) <= SHOWN else "")
         )
     found = vehicles[name]
     if not found.route or not found.depart >= 0.0:

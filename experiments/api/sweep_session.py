@@ -1,7 +1,6 @@
 """A sweep from the command to the last line: survey, lock, estimate, drive, results."""
 
 import os
-import shlex
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -15,9 +14,17 @@ from experiments.config.yaml_reader import Document
 from experiments.errors import ConfigError, ResultsError
 from experiments.report.html import PAGE_FILE
 from experiments.sweep.executors.executor import Executor, WorkerSettings
-from experiments.sweep.folder import LOG, RESULTS, locked, require_place, take
+from experiments.sweep.folder import (
+    LOG,
+    RESULTS,
+    load_sweep_copy,
+    locked,
+    require_place,
+    take,
+)
 from experiments.sweep.plan import Plan
 from experiments.sweep.progress import Counts, SweepProgress, duration, sweep_progress
+from experiments.sweep.rerun_command import rerun_command
 from experiments.sweep.schedule import Survey, drive_missing, survey
 
 STOPPED = (
@@ -182,7 +189,8 @@ def _failures(folder: Path) -> list[str]:
     found = rows(folder)
     axes = axis_columns(list(found[0])) if found else []
     kinds = failure_kinds(found, axes, [str(row[RUN_ID]) for row in found])
-    return failure_lines(kinds, shlex.join(["rearview", "rerun", str(folder)]))
+    names = [planner.name for planner in load_sweep_copy(folder).planners]
+    return failure_lines(kinds, rerun_command(str(folder), names))
 
 
 def fresh_page(folder: Path) -> Path:

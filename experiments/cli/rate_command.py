@@ -1,6 +1,7 @@
 """`rearview rate`: how often something happens in a sweep."""
 
 import json
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -95,6 +96,8 @@ def _probability(value: "Interval", *, as_json: bool) -> str:
 
 def _interval(value: "Interval") -> str:
     """Format an estimate with its interval."""
+    if math.isnan(value.value):
+        return "unknown: no run has a result"
     return f"{value.value:.3g}   95 %: {value.low:.3g} to {value.high:.3g}"
 
 

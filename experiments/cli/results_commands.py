@@ -14,6 +14,7 @@ import typer
 
 from experiments.cli.option_group import with_options
 from experiments.cli.user_errors import OTHER_OUTCOME, report_user_errors
+from experiments.config.counted import counted
 from experiments.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -200,12 +201,17 @@ def _against(
     if table.output is not None:
         _show(lines, table)
     fail_on = against.RegressionRule(earlier.fail_on or FailOn.SIGNIFICANT)
+    against.require_tested(lines, fail_on)
     worse = against.regressions(lines, fail_on)
     for one in worse:
         sys.stdout.write(f"{one}\n")
     if worse:
         raise typer.Exit(OTHER_OUTCOME)
-    sys.stdout.write(f"no metric got worse: {len(lines)} comparisons\n")
+    words = counted(len(lines), "comparison")
+    few = against.untested(lines)
+    if few and fail_on is against.RegressionRule.SIGNIFICANT:
+        words += f", {few} of them not tested: too few common seeds"
+    sys.stdout.write(f"no metric got worse: {words}\n")
 
 
 def _show(lines: "Sequence[Line]", table: TableFile) -> None:

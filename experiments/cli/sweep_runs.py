@@ -15,6 +15,8 @@ from experiments.comparison.results import (
     axis_columns,
     rows,
 )
+from experiments.config.counted import counted
+from experiments.config.scenario_file import CONFIG_FILE, load_scenario
 from experiments.config.validation_errors import unknown_name
 from experiments.errors import ConfigError
 from experiments.metrics import columns
@@ -26,6 +28,7 @@ from experiments.sweep.rerun import find_run, repeat
 from experiments.trace.files import file_name
 
 MOST = 8  # runs on one page
+SHOWN = 5  # seeds in a message
 
 
 def chosen_runs(
@@ -64,13 +67,15 @@ def chosen_runs(
         if not chosen:
             seeds = sorted({int(row[columns.SEED]) for row in found})
             raise ConfigError(
-                f"--seed {seed}: no run has it; there are {seeds[:5]} ..."
+                f"--seed {seed}: no run has it; there are "
+                + ", ".join(map(str, seeds[:SHOWN]))
+                + (" ..." if len(seeds) > SHOWN else "")
                 if seeds
                 else "--where: no run meets it"
             )
     if not 2 <= len(chosen) <= MOST:  # noqa: PLR2004
         raise ConfigError(
-            f"{len(chosen)} runs are chosen; allowed: 2 to {MOST}; "
+            f"{counted(len(chosen), 'run')} chosen; allowed: 2 to {MOST}; "
             "--where chooses among them: \"scenario = 'curved'\""
         )
     _refuse_many(folder, chosen)
@@ -94,8 +99,10 @@ def with_traces(
 ) -> list[Path]:
     """Return run folders with traces, repeating runs that kept none."""
     found = []
-    for run_id in ids:
-        own = find_run(folder, run_id)
+    runs = [find_run(folder, run_id) for run_id in ids]
+    for run in runs:  # is refused before anything is repeated
+        load_scenario(str(run / CONFIG_FILE), allow_planners=allow_planners)
+    for own in runs:
         again = folder / RERUNS / own.name
         kept = [run for run in (own, again) if (run / file_name("steps")).is_file()]
         if kept:

@@ -8,7 +8,9 @@ from pathlib import Path
 import duckdb
 
 from experiments.comparison.compare import Line, Question, compare
+from experiments.comparison.location import LEAST_VALUES
 from experiments.comparison.results import LABEL, Row, axis_columns
+from experiments.config.counted import counted
 from experiments.errors import ConfigError, ResultsError
 from experiments.metrics import columns
 from experiments.metrics.catalogue import ALL_COLUMNS, METRICS, RATES
@@ -55,6 +57,10 @@ def read_results(file: Path) -> list[Row]:
     Raises:
         ResultsError: If it is missing, or does not hold results of a sweep.
     """
+    if file.is_dir():
+        raise ResultsError(
+            f"{file}: is a folder; allowed: a copy of the results.parquet of a sweep"
+        )
     if not file.is_file():
         raise ResultsError(f"{file}: cannot be read: No such file")
     try:
@@ -98,6 +104,30 @@ def compare_with_earlier(
     cells = (OF, columns.SCENARIO, *axes)
     lines = compare(rows, Question(BEFORE, metrics, by=cells))
     return [line for line in lines if line.label == NOW]
+
+
+def require_tested(lines: Sequence[Line], fail_on: RegressionRule) -> None:
+    """Raise if no line can tell a difference from chance: nothing could ever fail.
+
+    Raises:
+        ConfigError: If there are too few common seeds everywhere, and only significant
+            differences are to count.
+    """
+    most = max((line.pairs for line in lines), default=0)
+    if fail_on is RegressionRule.SIGNIFICANT and most < LEAST_VALUES:
+        seeds = counted(most, "common seed")
+        raise ConfigError(
+            f"--against: {seeds}, of which nothing can be tested; allowed: at least "
+            f"{LEAST_VALUES}, or --fail-on worse"
+        )
+
+
+def untested(lines: Sequence[Line]) -> int:
+    """Count the lines in which a difference could not be told from chance."""
+    return sum(
+        line.pairs < LEAST_VALUES and _direction(line.metric) is not Better.NEITHER
+        for line in lines
+    )
 
 
 def regressions(lines: Sequence[Line], fail_on: RegressionRule) -> list[Regression]:

@@ -111,11 +111,17 @@ class Condition:
     ) -> ConditionVerdict:
         """Decide whether it is met by the runs of one scenario and planner.
 
+        A condition about metrics is met if all runs are lost.
+
         Raises:
             ConfigError: If a figure in it applies to no run, or is divided by zero.
         """
         reading = _Reading(self.text, rows, scenario, planner)
-        met = bool(reading.value(self.tree))
+        try:
+            met = bool(reading.value(self.tree))
+        except _AllLostError:  # nothing is known that could speak for the planner
+            met = True
+            reading.seen[_LOST] = float(len(rows))
         return ConditionVerdict(self.text, scenario, planner, met, reading.seen)
 
 
@@ -156,6 +162,10 @@ def _require_names(condition: Condition, there: Mapping[str, set[str]]) -> None:
                     hint = unknown_name(str(text), sorted(there[key]))
                     problem = f"no run is of {key} {text!r}; {hint}"
                     raise _error(condition.text, problem)
+
+
+class _AllLostError(Exception):
+    """A figure is asked for of runs that are all lost."""
 
 
 @dataclass(slots=True)
@@ -236,6 +246,8 @@ class _Reading:
         known = [row[name] for row in self.rows if row.get(name) is not None]
         if aggregate == _COUNT:
             return float(len(known))
+        if not known and all(row[FAILURE] is not None for row in self.rows):
+            raise _AllLostError
         if not known:
             hint = f"allowed: ask count({name}) > 0 and ... first"
             raise _error(self.text, f"{name} applies to no run of {self._who}; {hint}")

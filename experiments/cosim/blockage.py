@@ -15,6 +15,8 @@ WAITING_ROOM = 15.0  # from the front bumper to the line or vehicle one waits at
 QUEUE_WIDTH = 2.5  # lateral offset up to which a vehicle is in the ego's queue [m]
 QUEUE_SPEED = 2.0  # slower vehicles before a closed line are its queue [m/s]
 NEAR = 30.0  # a vehicle that moves within this may be what the ego gives way to [m]
+SETS_OFF = 3.0  # so long after its line has opened the ego may stand still [s]
+JUST_NOW = 0.5  # a line that was closed in the last steps still is, for words [s]
 UNNAMED = 3.0  # patience with a planner that names no reason while others drive by [-]
 NOTHING_AHEAD = ", and nothing stands ahead: its plans do not move off"
 _TOLERANCE = 1e-9  # [s]
@@ -55,6 +57,7 @@ class BlockageDetector:
         self._stood = 0.0  # of this, the time that counts [s]
         self._counted_until: float | None = None  # None while the ego waits [s]
         self._quiet = 0.0  # counted time since a vehicle moved nearby [s]
+        self._closed: tuple[float, float] | None = None  # line where it stood, when
         self._still: dict[str, float] = {}  # vehicle -> stood while time counted [s]
 
     def update(
@@ -85,6 +88,9 @@ class BlockageDetector:
             self._forget()
             return None
         self._since = now if self._since is None else self._since
+        front = place.s + self._front_reach
+        if stop_lines and min(stop_lines) - front <= WAITING_ROOM:
+            self._closed = min(stop_lines), now
         if self._waits(place, traffic, stop_lines, stats) or self._waits_in_queue(
             place, traffic, queue_lines
         ):
@@ -120,12 +126,20 @@ class BlockageDetector:
             return None
         why = f"gives way to {gives_way_to}"
         if gives_way_to is None:
-            why = self._why(place, traffic, stats)
+            why = self._at_line(traffic.time) or self._why(place, traffic, stats)
         return f"stands since t = {self._since:.1f} s: {why}"
+
+    def _at_line(self, now: float) -> str:
+        """Say that the ego stands at a line that is, or was just now, closed."""
+        if self._closed is None or now - self._closed[1] > SETS_OFF:
+            return ""
+        line, last = self._closed
+        until = f", closed until t = {last:.1f} s" if now - last > JUST_NOW else ""
+        return f"waits at the line at s = {line:.1f} m, a red light or a sign{until}"
 
     def _forget(self) -> None:
         """Start again with an ego that moves."""
-        self._since = self._counted_until = None
+        self._since = self._counted_until = self._closed = None
         self._stood = self._quiet = 0.0
         self._still.clear()
 

@@ -8,7 +8,7 @@ import numpy as np
 from experiments.config import Scenario
 from experiments.episode.run import make_scenario_planner, road_map
 from experiments.trace.road_map import RoadMap
-from experiments.world_setup.demand_files import checked_demand
+from experiments.world_setup.demand_files import checked_demand, missed_demand
 from experiments.world_setup.layout import make_layout
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import make_demand
@@ -199,7 +199,9 @@ def _traffic(scenario: Scenario, layout: Layout) -> Said:
     files = checked_demand(scenario, network.net_file)
     if files is not None:
         names = ", ".join(file.name for file in files.files)
-        return [("traffic", f"that of {names}, from {files.begin:g} s on")], []
+        missed = missed_demand(scenario, files)
+        words = f"that of {names}, from {files.begin:g} s on"
+        return [("traffic", words)], [missed] if missed else []
     demand = make_demand(scenario, layout)
     drawn, when = drawn_vehicles(scenario, network, demand)
     counts = Counter(vehicle.id.rpartition(".")[0] for vehicle in drawn)

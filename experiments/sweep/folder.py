@@ -81,6 +81,8 @@ def require_sweep(folder: Path) -> None:
     """Raise an error unless a folder is there and is that of a sweep."""
     require_there(folder)
     ours = any((folder / name).is_file() for name in (_SWEEP, ASKED))
+    if ours and not (folder / "runs").exists():
+        raise ConfigError(f"{folder}: has no finished run yet; run the sweep again")
     if not (ours and (folder / "runs").is_dir()):
         raise ConfigError(
             f"{folder}: is not the folder of a sweep; allowed: a folder written by "

@@ -1,20 +1,18 @@
 """Schedule of a sweep: find the missing runs and execute them."""
 
-import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from experiments.config.planner_modules import ALLOW_PLANNER
 from experiments.config.sweep import KeepTraces, Sweep
 from experiments.episode.identity import shaping_versions
 from experiments.errors import ResultsError
 from experiments.interrupts import interrupts_between_steps
-from experiments.planners.registry import user_module
 from experiments.sweep.executors.executor import POLL_INTERVAL, Executor
 from experiments.sweep.folder import finished, remove_unfinished, run_folder
 from experiments.sweep.plan import Plan, PlannedRun
+from experiments.sweep.rerun_command import rerun_command
 from experiments.sweep.task import RunReport, RunTask, record_failure
 
 QUEUED_PER_WORKER = 2  # submitted runs: no worker waits for work
@@ -142,19 +140,12 @@ def task_of(run: PlannedRun, sweep: Sweep, folder: Path) -> RunTask:
         facts={
             "sweep": about,
             **run.hashes,
-            "command": _rerun_command(run, folder),
+            "command": rerun_command(
+                str(folder), [run.scenario.planner.name], run.run_id
+            ),
         },
         full_statistics=sweep.keep_traces is not KeepTraces.NONE,
     )
-
-
-def _rerun_command(run: PlannedRun, folder: Path) -> str:
-    """Return the command that repeats a run."""
-    command = ["rearview", "rerun", str(folder), run.run_id]
-    module = user_module(run.scenario.planner.name)
-    if module is not None:
-        command += [ALLOW_PLANNER, module]
-    return shlex.join(command)
 
 
 def _tasks(

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from experiments.config import Scenario, SumoTraffic
-from sumo_nets.demand_files import check_demand, named_vehicle
+from sumo_nets.demand_files import check_demand, named_vehicle, times_missed
 from sumo_nets.demand_records import DemandFiles, NamedVehicle
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
@@ -51,6 +51,24 @@ def checked_demand(scenario: Scenario, net_file: Path) -> DemandFiles | None:
     except NetworkError as error:
         raise scenario.error(("traffic",), str(error)) from error
     return demand
+
+
+def missed_demand(scenario: Scenario, demand: DemandFiles) -> str:
+    """Say so if nobody of a demand departs in a run; "" if somebody does.
+
+    Args:
+        scenario: Its vehicle to take over departs, whenever that is.
+        demand: Of the scenario; checked.
+    """
+    if scenario.network is not None and scenario.network.vehicle is not None:
+        return ""
+    simulation = scenario.simulation
+    end = demand.begin + simulation.warmup_s + simulation.duration_s
+    missed = times_missed(demand, end)
+    if not missed:
+        return ""
+    names = ", ".join(file.name for file in demand.files)
+    return f"No vehicle of {names} is on the road: {missed}."
 
 
 def taken_vehicle(scenario: Scenario, net: Net) -> NamedVehicle | None:

@@ -68,8 +68,8 @@ def test_the_job_does_what_the_page_says(tmp_path):
     (planner,) = blocks(TEXTS["docs/tutorials/own_planner.md"], "python")
     (tmp_path / "my_planner.py").write_text(planner, encoding="utf-8")
     (tmp_path / "ci.yaml").write_text(SWEEP, encoding="utf-8")
-    assert load_sweep(str(tmp_path / "ci.yaml"))[0].count == 5
-    few = SWEEP.replace("count: 5", "count: 2")
+    assert load_sweep(str(tmp_path / "ci.yaml"))[0].count == 8
+    few = SWEEP.replace("count: 8", "count: 6")
     (tmp_path / "ci.yaml").write_text(few, encoding="utf-8")
     drive, compare = gitlab_commands()
     assert github_commands() == [drive, compare]

@@ -1,7 +1,9 @@
+from dataclasses import replace
+
 import pytest
 
 from sumo_nets.catalogue import networks
-from sumo_nets.demand_files import check_demand, named_vehicle
+from sumo_nets.demand_files import check_demand, named_vehicle, times_missed
 from sumo_nets.demand_records import DemandFiles
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
@@ -79,3 +81,31 @@ def test_vehicles_have_their_routes_and_trips_the_fastest_one(tmp_path):
     assert named_vehicle(demand, net, "b").depart == 4.5
     with pytest.raises(NetworkError, match=r'no vehicle "f.1"; .*3 vehicles and trips'):
         named_vehicle(demand, net, "f.1")
+
+
+TRIP = '<trip id="t" depart="{}" from="west_in" to="north_out"/>'
+FLOW = '<flow id="f" {} period="9" from="west_in" to="north_out"/>'
+
+
+@pytest.mark.parametrize(
+    ("content", "begin", "missed"),
+    [
+        (TRIP.format("3600"), 0.0, "from 3600 s to 3600 s, the simulation is from 0 s"),
+        (TRIP.format("1:00:00"), 0.0, "from 3600 s to 3600 s"),
+        (TRIP.format("3600"), 3590.0, ""),
+        (
+            FLOW.format('begin="0" end="4200"'),
+            100_000.0,
+            "they depart from 0 s to 4200",
+        ),
+        (FLOW.format('begin="0"'), 100_000.0, ""),  # for ever
+        (FLOW.format('end="4200"'), 4100.0, ""),
+        (TRIP.format("triggered"), 100_000.0, ""),  # whenever that is
+        ("", 0.0, "nobody departs"),
+    ],
+)
+def test_a_demand_of_another_time_is_told(content, begin, missed, tmp_path):
+    demand = replace(demand_of(tmp_path, content), begin=begin)
+    found = times_missed(demand, begin + 60.0)
+    assert bool(found) == bool(missed)
+    assert missed in found

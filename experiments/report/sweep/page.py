@@ -27,6 +27,7 @@ from experiments.sweep.folder import (
     run_folder,
     run_folders,
 )
+from experiments.sweep.rerun_command import rerun_command
 from experiments.trace.files import MANY_EGOS, file_name
 
 STEP_KEY = "simulation.step_s"
@@ -136,7 +137,7 @@ def _words(folder: Path, sweep: Sweep, found: Sequence[Row]) -> dict[str, Any]:
         "compare_command": shlex.join(
             ["rearview", "compare", place, "--baseline", baseline or "PLANNER"]
         ),
-        "rerun_command": shlex.join(["rearview", "rerun", place]),
+        "rerun_command": rerun_command(place, [x.name for x in sweep.planners]),
         "overlay_command": shlex.join(["rearview", "compare-runs", place]),
         "asked": yaml.safe_dump(
             sweep.model_dump(mode="json", exclude_defaults=True), sort_keys=False

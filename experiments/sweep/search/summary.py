@@ -9,6 +9,7 @@ from typing import Any
 
 from experiments.config.axes import Point
 from experiments.config.search import Search
+from experiments.sweep.rerun_command import rerun_command
 from experiments.sweep.search.clusters import FailureCluster
 from experiments.sweep.search.coverage import SpaceCoverage
 from experiments.sweep.search.exploration import SearchTrial
@@ -52,10 +53,7 @@ def replay_command(folder: Path, run_id: str | None, planner: str | None = None)
     """Return the command that repeats a run; empty without a run."""
     if run_id is None:
         return ""
-    words = ["rearview", "rerun", str(folder), run_id]
-    if planner is not None and ":" in planner:
-        words += ["--allow-planner", planner.partition(":")[0]]
-    return shlex.join(words)
+    return rerun_command(str(folder), [] if planner is None else [planner], run_id)
 
 
 def as_plain(found: SearchFindings, folder: Path) -> dict[str, Any]:

@@ -77,6 +77,12 @@ def test_a_sweep_fails_by_its_condition(here, folder):
     code, out, _ = here("compare", "sweeps/tiny", *against, "--fail-on", "worse")
     assert code == 0
     assert "no metric got worse" in out
+    code, out, err = here("compare", "sweeps/tiny", *against)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "2 common seeds, of which nothing can be tested; allowed: at least 6" in err
+    code, _, err = here("compare", "sweeps/tiny", "--against", "sweeps/tiny")
+    assert code == 2
+    assert "is a folder; allowed: a copy of the results.parquet" in err
     failing = SWEEP.replace("label: steady}", "label: steady, settings: {raise_at: 2}}")
     (folder / "tiny.yaml").write_text(failing)
     here(*sweep, "--out", "later")

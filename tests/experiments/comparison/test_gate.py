@@ -204,3 +204,22 @@ def test_junit_with_conditions_fails_by_them_alone():
     failed = [case.get("name") for case in suite if case.find("failure") is not None]
     assert failed == ["not arrived < 1"]
     assert suite.get("tests") == "4"
+
+
+def test_a_group_whose_runs_are_all_lost_fails():
+    """Nothing is known of it: that is no mistake in the condition."""
+    lost = [
+        row(seed=k, status="died", **{FAILURE: "died"}) | {"collisions": None}
+        for k in range(2)
+    ]
+    condition = Condition.read("collisions > 0")
+    (verdict,) = judge(lost, [condition])
+    assert verdict.met
+    assert str(verdict) == "curved, mine: collisions > 0 (lost = 2)"
+    asked = Condition.read('planner != "mine" and collisions > 0')
+    assert not asked.judge(lost, "curved", "mine").met
+    assert Condition.read("lost == 2").judge(lost, "curved", "mine").met
+    with pytest.raises(ConfigError, match="applies to no run"):
+        judge([*lost, row(seed=2, collisions=None)], [condition])
+    text = junit_xml("s", lost, [verdict])
+    assert ET.fromstring(text.partition("\n")[2]).get("failures") == "1"

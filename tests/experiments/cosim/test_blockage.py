@@ -243,3 +243,21 @@ def test_an_ego_that_gives_way_when_the_time_is_up_says_for_whom():
     stats = PlanStats(removed={"road": 3})
     said = detector.standing(place, traffic(1.0), stats, "foe.3")
     assert said == "stands since t = 0.0 s: gives way to foe.3"
+
+
+def test_an_ego_at_a_closed_line_says_so_until_it_has_set_off():
+    detector = BlockageDetector(5.0, Vehicle(), PATH, Obstacles.none(), BOUNDS)
+    place = FrenetState(10.0, *(0.0,) * 7)
+    ego = CartesianState(10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    stats = PlanStats(removed={"road": 304}, explanation="keep lane 1")
+    line_s = 10.0 + Vehicle().front_reach + 0.5
+    detector.update(place, ego, traffic(4.0), (line_s,), stats)
+    words = f"waits at the line at s = {line_s:.1f} m, a red light or a sign"
+    assert detector.standing(place, traffic(4.1), stats).endswith(words)
+    opened = detector.standing(place, traffic(6.0), stats)
+    assert opened.endswith(f"{words}, closed until t = 4.0 s")
+    assert "do not move off" in detector.standing(place, traffic(9.0), stats)
+    moving = CartesianState(10.0, 0.0, 0.0, 0.0, 2.0, 0.0)
+    detector.update(place, moving, traffic(9.5), (), stats)
+    detector.update(place, ego, traffic(10.0), (line_s + 50.0,), stats)
+    assert "waits" not in detector.standing(place, traffic(10.0), stats)
