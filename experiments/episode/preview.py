@@ -1,17 +1,21 @@
 """What a scenario comes to, before anything runs: route, bends, goal, traffic."""
 
+import tempfile
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from experiments.config import Scenario
+from experiments.cosim.sumo.world import SumoWorld
 from experiments.episode.run import make_scenario_planner, road_map
 from experiments.trace.road_map import RoadMap
 from experiments.world_setup.demand_files import checked_demand, missed_demand
 from experiments.world_setup.layout import make_layout
 from experiments.world_setup.road import Layout
 from experiments.world_setup.traffic import make_demand
+from experiments.world_setup.world import make_world
 from planner.states import FloatArray
 from sumo_nets.demand import Demand, DemandVehicle, vehicles_for
 from sumo_nets.network import Network
@@ -199,7 +203,8 @@ def _traffic(scenario: Scenario, layout: Layout) -> Said:
     files = checked_demand(scenario, network.net_file)
     if files is not None:
         names = ", ".join(file.name for file in files.files)
-        missed = missed_demand(scenario, files)
+        _let_sumo_read(scenario, layout)
+        missed = missed_demand(scenario)
         words = f"that of {names}, from {files.begin:g} s on"
         return [("traffic", words)], [missed] if missed else []
     demand = make_demand(scenario, layout)
@@ -218,6 +223,14 @@ def _traffic(scenario: Scenario, layout: Layout) -> Said:
             f"lane carries about {DENSE:.0f}: many will not depart."
         )
     return [("traffic", words)], unusual
+
+
+def _let_sumo_read(scenario: Scenario, layout: Layout) -> None:
+    """Raise what SUMO finds wrong with a user's own demand as it loads it."""
+    with tempfile.TemporaryDirectory() as folder:
+        world = make_world(scenario, layout, Path(folder))
+        if isinstance(world, SumoWorld):
+            world.check_files()
 
 
 def drawn_vehicles(

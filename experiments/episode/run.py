@@ -1,5 +1,6 @@
 """One episode: configuration -> world -> loop -> metrics -> run folder."""
 
+from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
 
@@ -32,6 +33,8 @@ from experiments.trace.recording import RunFacts, build_trace
 from experiments.trace.road_map import RoadMap, lanelet_map, map_around, write_map
 from experiments.trace.schema import TABLES, Trace
 from experiments.trace.speed_graphs import write_graphs
+from experiments.world_setup import scenario_network
+from experiments.world_setup.demand_files import missed_demand
 from experiments.world_setup.fleet import fleet_network
 from experiments.world_setup.layout import make_layout
 from experiments.world_setup.road import Layout
@@ -44,6 +47,7 @@ from experiments.world_setup.vehicle_model import (
 from experiments.world_setup.world import make_world
 from planner.interface import Planner
 from planner.prediction import PREDICTORS, constant_speed
+from sumo_nets.errors import NetworkError
 
 WITHOUT_EGO_FILE = "vehicles_without_ego.parquet"
 PLACEBO_FILES = ("vehicles_placebo_1.parquet", "vehicles_placebo_2.parquet")
@@ -80,6 +84,7 @@ def run_episode(
     layout = make_layout(scenario)
     if layout.network is not None:
         load_libsumo()
+        _tell_missed_demand(scenario)
     plant = make_plant(scenario)
     loop_options = episode_options(scenario, layout, options)
     log = CandidateLog() if options.keeps_candidates else None
@@ -160,6 +165,14 @@ def _record_fleet_crash(
         place = RunOutput(folder, target, options, started)
         write_folder(scenario, identity, ending, "", row, place)
     return Outcome(ending, row, "", target)
+
+
+def _tell_missed_demand(scenario: Scenario) -> None:
+    """Warn of a demand of which nobody departs; files with mistakes fail later."""
+    with suppress(NetworkError):
+        missed = missed_demand(scenario)
+        if missed:
+            scenario_network.log.warning("%s", missed)
 
 
 def make_scenario_planner(scenario: Scenario) -> Planner:

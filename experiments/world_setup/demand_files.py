@@ -53,14 +53,19 @@ def checked_demand(scenario: Scenario, net_file: Path) -> DemandFiles | None:
     return demand
 
 
-def missed_demand(scenario: Scenario, demand: DemandFiles) -> str:
-    """Say so if nobody of a demand departs in a run; "" if somebody does.
+def missed_demand(scenario: Scenario) -> str:
+    """Say so if nobody of a scenario's demand departs in a run.
 
-    Args:
-        scenario: Its vehicle to take over departs, whenever that is.
-        demand: Of the scenario; checked.
+    Returns:
+        A sentence; "" if somebody does, or nobody is asked for. A vehicle to take over
+        departs, whenever that is.
+
+    Raises:
+        NetworkError: If a file is missing or damaged.
     """
-    if scenario.network is not None and scenario.network.vehicle is not None:
+    demand = demand_files(scenario)
+    taken = scenario.network is not None and scenario.network.vehicle is not None
+    if demand is None or taken:
         return ""
     simulation = scenario.simulation
     end = demand.begin + simulation.warmup_s + simulation.duration_s

@@ -25,13 +25,8 @@ from experiments.cosim.sumo.world import SumoWorld
 from experiments.cosim.world import World
 from experiments.world_setup.closures import closed_lanes
 from experiments.world_setup.conflict import conflict_world, scripted_motions
-from experiments.world_setup.demand_files import (
-    checked_demand,
-    missed_demand,
-    taken_vehicle,
-)
+from experiments.world_setup.demand_files import checked_demand, taken_vehicle
 from experiments.world_setup.road import Layout
-from experiments.world_setup.scenario_network import log
 from experiments.world_setup.traffic import (
     TRAFFIC_FILE,
     cooperation,
@@ -127,10 +122,6 @@ def _sumo_world(
     route_file = write_traffic(scenario, layout, network, folder)
     settings = _sumo_settings(scenario, layout, network, route_file)
     settings = replace(settings, gui=gui)
-    if settings.demand is not None:
-        missed = missed_demand(scenario, settings.demand)
-        if missed:
-            log.warning("%s", missed)
     driven_by_sumo = settings.driver is not None
     if scenario.conflict is not None:
         if driven_by_sumo:

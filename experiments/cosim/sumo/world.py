@@ -133,6 +133,16 @@ class SumoWorld:
         self._ego_front = frames.front_from_rear_axle(ego, self._vehicle)[:2]
         return ego
 
+    def check_files(self) -> None:
+        """Let SUMO read all its files, without a step.
+
+        Raises:
+            ConfigError: If SUMO refuses the user's own demand.
+            SimulationError: If SUMO does not start.
+        """
+        self._start()
+        self.close()
+
     def observe(self) -> TrafficState:
         """Read every vehicle within the view radius of the ego, sorted by id.
 

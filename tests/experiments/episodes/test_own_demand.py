@@ -7,6 +7,7 @@ import yaml
 
 from experiments.config.scenario_file import load_scenario
 from experiments.cosim.sumo.vehicle_reader import PERSON
+from experiments.episode.preview import preview
 from experiments.episode.run import run_episode
 from experiments.errors import ConfigError
 from tests.sumo_nets.city_demand import make_town
@@ -147,3 +148,36 @@ def test_demand_of_another_network_is_refused(town, tmp_path):
     scenario = load(town, {"file": str(other)}, {"sumocfg": "town.sumocfg"})
     with pytest.raises(ConfigError, match=r"is for the network .*generated.net.xml"):
         run_episode(scenario, out=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "expected"),
+    [
+        ('<trip id="a" type="ghost" depart="0" from="{0}" to="{1}"/>', "ghost"),
+        ('<trip id="a" depart="abc" from="{0}" to="{1}"/>', "departure time"),
+        ('<vType id="t" length="-4"/>', "length"),
+    ],
+)
+def test_a_check_finds_what_sumo_refuses(town, tmp_path, vehicle, expected):
+    folder, _, _, routes = town
+    edges = routes[DRIVEN]
+    content = vehicle.format(edges[0], edges[-1])
+    (folder / "wrong.rou.xml").write_text(f"<routes>{content}</routes>")
+    scenario = load(town, {}, {"route_files": ["wrong.rou.xml"]})
+    with pytest.raises(ConfigError) as caught:
+        preview(scenario)
+    assert expected in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_demand_of_another_time_is_told_once(town, tmp_path, caplog):
+    folder, _, _, routes = town
+    edges = routes[DRIVEN]
+    late = f'<trip id="a" depart="3600" from="{edges[0]}" to="{edges[-1]}"/>'
+    (folder / "late.rou.xml").write_text(f"<routes>{late}</routes>")
+    scenario = load(town, {}, {"route_files": ["late.rou.xml"]})
+    assert len([x for x in preview(scenario).unusual if "No vehicle of late" in x]) == 1
+    assert not caplog.records
+    run_episode(scenario, out=tmp_path)
+    (record,) = caplog.records
+    assert "they depart from 3600 s to 3600 s" in record.getMessage()
