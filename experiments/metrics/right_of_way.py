@@ -53,7 +53,9 @@ def hindered(trace: Trace) -> dict[str, int] | None:
     index, step = table["index"], float(trace.fact("step_s"))
     front, rear = _fronts(trace)[index], _rears(trace)[index]
     line = _lines_of_foes(trace)
-    inside = (front > line) & (rear < table["end_m"]) & (table["entry_m"] > 0.0)
+    inside = (
+        (front > line + OVERSHOOT) & (rear < table["end_m"]) & (table["entry_m"] > 0.0)
+    )
     first = (table["goes_first"] == 1) & (table["gives_way"] == 0)
     stands = np.abs(np.ma.filled(trace.steps["speed_mps"], 0.0))[index] < STANDING
     waits = stands & (front < table["begin_m"])

@@ -1,5 +1,6 @@
 """May the ego drive over a junction now, and if not, where does it stop."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -78,7 +79,7 @@ def decide(
     if blocking and _is_deadlock(blocking, memory):
         blocking = ()
     if not blocking:
-        return Permission(None, memory._replace(goes=True), "")
+        return Permission(None, memory._replace(goes=True, place=math.inf), "")
     if any(_comes_through(ego, junction.wait_s, foe) for foe in foes):
         junction = replace(junction, wait_s=None)
     first = min(blocking, key=lambda foe: (foe.entry, foe.vehicle))
@@ -200,8 +201,14 @@ def _closed(
     memory: Waiting,
     why: str,
 ) -> Permission:
-    """Find where the ego stops; it goes on if it cannot stop any more."""
+    """Find where the ego stops; it goes on if it cannot stop any more.
+
+    Over its line it does not creep on while anybody blocks it: farther in it would
+    stand in the way of others, who may come later.
+    """
     zone = min((x.begin_s for x in blocking), default=junction.exit_s) - BEFORE_ZONE
+    if not _at_line(ego, junction) and ego.front <= memory.place + OVERSHOOT:
+        zone = min(zone, memory.place)
     inside = junction.wait_s
     places = [(junction.stop_s, ego.deceleration)]
     if inside is not None and inside <= zone:
@@ -210,5 +217,6 @@ def _closed(
     for stop_s, deceleration in places:
         room = stop_s - ego.front + OVERSHOOT
         if room >= 0.0 and ego.speed**2 <= 2.0 * deceleration * room:
-            return Permission(stop_s, memory._replace(goes=False), why)
-    return Permission(None, memory._replace(goes=True), "")
+            waits = memory._replace(goes=False, place=stop_s)
+            return Permission(stop_s, waits, why)
+    return Permission(None, memory._replace(goes=True, place=math.inf), "")

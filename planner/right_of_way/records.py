@@ -1,5 +1,6 @@
 """What the rules of a junction are decided from."""
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -76,6 +77,7 @@ class Waiting(NamedTuple):
     stood: float = 0.0  # for how long it has stood there [s]
     goes: bool = False  # whether it was free to go in the cycle before
     waited: float = 0.0  # for how long it has stood there, creeping apart [s]
+    place: float = math.inf  # where it has to stop; inf if it may go [m]
 
 
 class Permission(NamedTuple):

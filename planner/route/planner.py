@@ -296,13 +296,17 @@ class RoutePlanner:
         if seen is None:
             frame = reference_frame(scene, lane)
             seen = replace(scene, stop_lines=tuple(sorted(lines)))
-        closely = scene.ego_frenet.s < look.close_until
-        speed = min(speed, CLOSE_SPEED) if closely else speed
         seen = replace(seen, target_speed=min(speed, seen.target_speed))
         before = None
         if last is not None:
             before = CruiseMemory(in_frame(frame, last.trajectory))
-        result = (self._close if closely else self._cruise).plan(seen, before)
+        result = self._cruise.plan(seen, before)
+        closely = scene.ego_frenet.s < look.close_until
+        if closely and _gets_on(result):  # it is past what stood there
+            look, closely = replace(look, close_until=0.0), False
+        if closely:
+            slow = min(CLOSE_SPEED, seen.target_speed)
+            result = self._close.plan(replace(seen, target_speed=slow), before)
         how = "round what stands" if kind is LaneCorridor.ROAD else ""
         how = "closely past what stands" if closely else how
         how = "along the planned path" if by_path else how

@@ -45,3 +45,14 @@ def test_every_junction_is_crossed_by_its_rules(tmp_path, pytestconfig):
     assert not [row["seed"] for row in rows if row["status"] == "collision"]
     assert sum(row["line_violations"] for row in rows) == 0
     assert sum(row["arrived"] for row in rows) >= 0.99 * len(rows)
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"), [("unprotected_left", 8), ("right_before_left", 6)]
+)
+def test_nobody_with_the_right_of_way_has_to_brake(name, seed, tmp_path):
+    """The ego stood in the way of others: crept on inside, or crawled across."""
+    scenario = load_scenario(name, planner="route", seed=seed)
+    row = run_episode(scenario, out=tmp_path).row
+    assert row["arrived"]
+    assert row["encroachments"] == 0

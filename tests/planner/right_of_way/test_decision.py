@@ -3,7 +3,13 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.right_of_way.decision import DEADLOCK, IMPATIENT, decide, is_near
+from planner.right_of_way.decision import (
+    BEFORE_ZONE,
+    DEADLOCK,
+    IMPATIENT,
+    decide,
+    is_near,
+)
 from planner.right_of_way.records import AtJunction, JunctionAhead, Rule, Waiting
 from tests.planner.right_of_way.test_gaps import FOE, WAITING
 
@@ -203,3 +209,18 @@ def test_nobody_waits_inside_in_the_way_of_who_goes_first():
     for foe, place in ((across, 100.0), (far, 105.0), (free, 105.0)):
         decision = lines(Rule.MINOR, inside, [zone, foe], wait_s=105.0)
         assert decision.stop_s == place
+
+
+def test_over_its_line_an_ego_does_not_creep_on_while_it_is_blocked():
+    """Farther in it would stand in the way of those who go straight on."""
+    ahead = FOE._replace(begin_s=105.0, end_s=112.0, vehicle="straight")
+    beyond = FOE._replace(begin_s=110.0, end_s=118.0, vehicle="turning")
+    inside = AtJunction(103.0, 98.0, 0.0, 13.9, 3.0, 8.0)
+    first = lines(Rule.MINOR, inside, [ahead, beyond])
+    assert first.stop_s == 105.0 - BEFORE_ZONE
+    later = lines(Rule.MINOR, inside, [beyond], first.memory)
+    assert (later.stop_s, later.because_of) == (first.stop_s, "turning")
+    free = lines(Rule.MINOR, inside, [], later.memory)
+    assert free.stop_s is None
+    again = lines(Rule.MINOR, inside, [beyond], free.memory)
+    assert again.stop_s == 110.0 - BEFORE_ZONE  # it may have gone there

@@ -25,7 +25,7 @@ from planner.route.lane_need import lane_ends, lanes_to_follow
 from planner.route.memory import LaneManoeuvre
 from planner.scene import Lanes, RoadBounds
 from planner.vehicle import Vehicle, VehicleLimits
-from tests.planner.scenes import Car, bend, ego_on, make_scene, road, straight
+from tests.planner.scenes import Car, bend, cars, ego_on, make_scene, road, straight
 
 WIDTH = 3.5
 END = 250.0  # of the right lane [m]
@@ -488,6 +488,9 @@ def test_who_is_caught_beside_another_creeps_past_without_a_margin(
     assert ("closely" in plan.stats.explanation) is passes
     if passes:
         assert plan.trajectory.speed.max() < 2.1
+        gone = planner.plan(replace(scene, vehicles=cars(path, ())), plan.memory)
+        assert "closely" not in gone.stats.explanation  # nothing is there any more
+        assert gone.trajectory.speed.max() > 3.0
         assert planner.plan(scene, plan.memory).trajectory.s[-1] > 53.0
 
 
