@@ -126,7 +126,9 @@ class BlockageDetector:
             return None
         why = f"gives way to {gives_way_to}"
         if gives_way_to is None:
-            why = self._at_line(traffic.time) or self._why(place, traffic, stats)
+            named = stats.reason or stats.blocker  # then it is not the line alone
+            line = "" if named else self._at_line(traffic.time)
+            why = line or self._why(place, traffic, stats)
         return f"stands since t = {self._since:.1f} s: {why}"
 
     def _at_line(self, now: float) -> str:

@@ -140,8 +140,10 @@ class SumoWorld:
             ConfigError: If SUMO refuses the user's own demand.
             SimulationError: If SUMO does not start.
         """
-        self._start()
-        self.close()
+        try:
+            self._start()
+        finally:
+            self.close()
 
     def observe(self) -> TrafficState:
         """Read every vehicle within the view radius of the ego, sorted by id.

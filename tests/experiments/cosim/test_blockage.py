@@ -254,6 +254,8 @@ def test_an_ego_at_a_closed_line_says_so_until_it_has_set_off():
     detector.update(place, ego, traffic(4.0), (line_s,), stats)
     words = f"waits at the line at s = {line_s:.1f} m, a red light or a sign"
     assert detector.standing(place, traffic(4.1), stats).endswith(words)
+    said = detector.standing(place, traffic(4.1), NAMED)
+    assert said.endswith("every way ahead is taken")
     opened = detector.standing(place, traffic(6.0), stats)
     assert opened.endswith(f"{words}, closed until t = 4.0 s")
     assert "do not move off" in detector.standing(place, traffic(9.0), stats)
