@@ -11,6 +11,7 @@ from statistics import mean, median
 from experiments.comparison.results import Row
 from experiments.config.self_driven import SELF_DRIVEN
 from experiments.errors import ConfigError
+from experiments.evidence.arrivals import came_to_goal
 from experiments.evidence.document_command import write_from_sweeps
 from experiments.evidence.first_look import first_look
 from experiments.evidence.shares import share
@@ -25,9 +26,9 @@ of the sweep `rules`; nothing is typed in by hand. SUMO's own driver meets the s
 traffic on the same seeds. *Arrived* is the share of runs whose ego came to its goal,
 with its 95 % interval by Wilson; *collided* counts runs with a contact, whoever caused
 it, *line violations* and *encroachments* runs with at least one. The waiting time is
-the mean over the runs, travel time that of runs that arrived, PET at junctions the
-median of the runs in which the ego and another have used the same zone. What the
-columns are stands in [Metrics](reference/metrics.md).
+the mean over the runs, travel time over those that arrived on the road, PET at
+junctions the median of the runs in which the ego and another have used the same zone.
+What the columns are stands in [Metrics](reference/metrics.md).
 """
 COUNTED = (
     ("collided", columns.COLLISIONS),
@@ -67,8 +68,8 @@ def document(found: Sequence[Row]) -> str:
 
 def _line(road: str, here: Sequence[Row]) -> str:
     """Write the line of a network and a driver."""
-    arrived = sum(map(_has_arrived, here))
-    times = [row[columns.TRAVEL_TIME] for row in here if _has_arrived(row)]
+    arrived = sum(map(came_to_goal, here))
+    times = _known(here, columns.TRAVEL_TIME)
     cells = [f"`{road}`", f"`{here[0][LABEL]}`", str(len(here))]
     cells.append(share(arrived, len(here)))
     cells += [_count(here, column) for _, column in COUNTED]
@@ -78,11 +79,6 @@ def _line(road: str, here: Sequence[Row]) -> str:
     cells.append(f"{median(apart):.1f}" if apart else "-")
     cells.append(f"{mean(times):.1f}" if times else "-")
     return f"| {' | '.join(cells)} |"
-
-
-def _has_arrived(row: Row) -> bool:
-    """Tell whether the ego came to its goal, wherever its body was on the way."""
-    return row[columns.TRAVEL_TIME] is not None
 
 
 def _known(here: Iterable[Row], column: str) -> list[float]:

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from experiments.comparison.results import Row
 from experiments.config.self_driven import SUMO
 from experiments.errors import ConfigError
+from experiments.evidence.arrivals import came_to_goal
 from experiments.evidence.document_command import write_from_sweeps
 from experiments.evidence.first_look import first_look
 from experiments.evidence.shares import share
@@ -45,7 +46,7 @@ def document(found: Sequence[Row]) -> str:
     """
     if not found:
         raise ConfigError("there are no runs; allowed: folders of finished sweeps")
-    drivable = {_place(row) for row in found if _is_by_sumo(row) and _arrived(row)}
+    drivable = {_place(row) for row in found if _is_by_sumo(row) and came_to_goal(row)}
     if not any(_is_by_sumo(row) for row in found):
         raise ConfigError(f"no run is by planner {SUMO}; allowed: sweeps with it")
     places = {_place(row) for row in found}
@@ -79,18 +80,13 @@ def _place(row: Row) -> tuple[str, int]:
     return str(row[columns.SCENARIO]), int(row[columns.SEED])
 
 
-def _arrived(row: Row) -> bool:
-    """Tell whether the ego came to its goal, wherever its body was on the way."""
-    return row[columns.TRAVEL_TIME] is not None
-
-
 def _line(name: str, found: Sequence[Row], drivable: set[tuple[str, int]]) -> str:
     """Write the line of a planner."""
     asked = [row for row in found if _place(row) in drivable]
     others = [row for row in found if _place(row) not in drivable]
-    there, n = sum(map(_arrived, asked)), len(asked)
+    there, n = sum(map(came_to_goal, asked)), len(asked)
     cells = [f"`{name}`", f"{there} of {n}", share(there, n)]
-    cells.append(f"{sum(map(_arrived, others))} of {len(others)}")
+    cells.append(f"{sum(map(came_to_goal, others))} of {len(others)}")
     cells += [str(sum((row[key] or 0) > 0 for row in found)) for _, key in COUNTED]
     return f"| {' | '.join(cells)} |"
 
@@ -99,7 +95,7 @@ def _failures(
     name: str, found: Sequence[Row], drivable: set[tuple[str, int]]
 ) -> Iterator[str]:
     """List the drivable routes on which a planner does not arrive, and why."""
-    failed = [row for row in found if _place(row) in drivable and not _arrived(row)]
+    failed = [row for row in found if _place(row) in drivable and not came_to_goal(row)]
     if not failed:
         return
     yield f"\n`{name}` does not arrive on:\n"

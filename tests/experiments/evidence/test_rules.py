@@ -8,13 +8,14 @@ from experiments.metrics.row import row_without_episode
 
 
 def run(road, seed, label, status="arrived", **measured):
-    there = status in ("arrived", "off_road")
     return {
         **row_without_episode(road, label, seed, status),
         "label": label,
-        "reason": f"{status} somewhere",
+        "reason": "arrived, but over the edge"
+        if status == "off_road"
+        else f"{status} somewhere",
         "arrived": status == "arrived",
-        "travel_time_s": 40.0 + seed if there else None,
+        "travel_time_s": 40.0 + seed if status == "arrived" else None,
         **measured,
     }
 

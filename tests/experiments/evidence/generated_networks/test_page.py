@@ -11,8 +11,8 @@ def run(net, seed, label, status="arrived", **measured):
     return {
         **row_without_episode(net, label, seed, status),
         "label": label,
-        "reason": "" if status == "arrived" else f"{status} somewhere",
-        "travel_time_s": None if status in ("blocked", "collision") else 40.0,
+        "reason": f"{'arrived' if status == 'off_road' else status} somewhere",
+        "arrived": status == "arrived",
         **measured,
     }
 
