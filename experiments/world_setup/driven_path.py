@@ -134,7 +134,8 @@ def _with_rounded_corners(found: RoutePath, vehicle: Vehicle) -> RoutePath:
 def _spare(found: RoutePath, width: float) -> FloatArray:
     """Measure the room on either side of a body in the middle of its lane, (n,) [m].
 
-    Inside junctions, which have no lanes, it is that of the edges about them.
+    Inside junctions, which have no lanes, it is that of the edges about them. Without
+    any lanes, as along lanelets, none is known of.
     """
     s, spare = [], []
     for span in found.spans:
@@ -146,7 +147,7 @@ def _spare(found: RoutePath, width: float) -> FloatArray:
             lane -= edges[edges < 0.0].max(initial=-np.inf)
             s.append(float(found.s[k]))
             spare.append(max(0.5 * (lane - width), 0.0))
-    return np.asarray(np.interp(found.s, s, spare))
+    return np.asarray(np.interp(found.s, s, spare) if s else np.zeros(found.s.size))
 
 
 def body_polygons(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> BaseGeometry:
