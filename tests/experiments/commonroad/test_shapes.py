@@ -79,7 +79,10 @@ def points_of(area):
 @settings(max_examples=30)
 @given(clouds, coordinates, coordinates)
 def test_rectangles_cover_a_polygon_and_little_more(points, x, y):
-    area = shapely.make_valid(shapely.Polygon([*points, (x, y)]))
+    valid = shapely.make_valid(shapely.Polygon([*points, (x, y)]))
+    # a spike without area is nothing that one could touch
+    parts = [x for x in shapely.get_parts(valid) if x.geom_type.endswith("Polygon")]
+    area = shapely.union_all(parts)
     if area.area < 1.0:
         return
     found = [box_polygon(box) for box in covering_boxes(area)]
@@ -106,4 +109,5 @@ def test_a_placed_box_is_turned_and_moved_with_its_body(box, x, y, heading):
         box_polygon(box), heading, origin=(0, 0), use_radians=True
     )
     expected = shapely.affinity.translate(turned, x, y)
-    assert moved.symmetric_difference(expected).area < 1e-6
+    # not by their overlay, which GEOS gets wrong for outlines that nearly coincide
+    assert shapely.hausdorff_distance(moved, expected) < 1e-6
