@@ -77,7 +77,7 @@ def test_the_job_does_what_the_page_says(tmp_path):
     done = rearview(*shlex.split(drive)[1:], folder=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     root = ET.parse(tmp_path / "junit.xml").getroot()
-    assert (root.get("tests"), root.get("failures")) == ("3", "0")
+    assert (root.get("tests"), root.get("failures")) == ("7", "0")
     shutil.copy(tmp_path / "sweeps/ci/results.parquet", tmp_path / "baseline.parquet")
     for command in {compare, *(c for c in commands(TEXT) if " compare " in c)}:
         done = rearview(*shlex.split(command)[1:], folder=tmp_path)

@@ -26,6 +26,7 @@ def test_a_number_gives_the_same_options_and_all_kinds_come_up():
     assert {"--lefthand=true", "--turn-lanes=1", "--default.lanewidth=2.8"} <= words
 
 
+@pytest.mark.slow
 def test_what_is_written_can_be_driven(tmp_path):
     netgenerate()  # skips without it
     file = prepare(tmp_path / "first", range(3), range(2), body="lorry")
