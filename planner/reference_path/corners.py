@@ -13,7 +13,7 @@ import numpy as np
 from planner.states import FloatArray
 
 LEAST_TURN = 0.03  # a smaller one is no corner [rad]
-MOST_TURN = 1.0  # a larger one is a turn, not a bend of the lane [rad]
+MOST_TURN = 0.25  # a larger one is a turn, not a bend of the lane [rad]
 STRAIGHT = 0.004  # points that turn the line by less lie on a leg [rad]
 TOGETHER = 2.0  # points no farther apart than this may make one corner ...
 WIDEST = 4.0  # ... of no more than this; longer ones are curves [m]

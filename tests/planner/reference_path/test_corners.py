@@ -9,7 +9,7 @@ from planner.reference_path.corners import HEIGHT, MOST_TURN, rounded_corners
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, line
 
-TURNS = st.floats(0.04, 0.95).flatmap(lambda x: st.sampled_from((x, -x)))
+TURNS = st.floats(0.04, 0.24).flatmap(lambda x: st.sampled_from((x, -x)))
 CUTS = st.floats(0.05, 0.6)
 
 
@@ -69,7 +69,7 @@ def test_it_knows_neither_place_nor_direction(turn, cut, angle):
     assert np.allclose(rounded_corners(points * mirror, most), moved * mirror)
 
 
-@pytest.mark.parametrize("turn", [0.06, 0.18, -0.35])
+@pytest.mark.parametrize("turn", [0.06, 0.18, -0.24])
 @pytest.mark.parametrize("cluster", [0.0, 1.5])
 def test_a_corner_bends_as_its_curve_says(turn, cluster):
     """Whether it is one point or a short curve, as netconvert draws a joint."""
