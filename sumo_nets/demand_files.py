@@ -71,9 +71,10 @@ def times_missed(demand: DemandFiles, end: float) -> str:
         return "nobody departs"
     if content.last >= demand.begin and content.first <= end:
         return ""
+    last = f" to {content.last:g} s" if math.isfinite(content.last) else " on"
     return (
-        f"they depart from {content.first:g} s to {content.last:g} s, the simulation "
-        f"is from {demand.begin:g} s to {end:g} s; take another traffic.begin_s"
+        f"they depart from {content.first:g} s{last}, the simulation is "
+        f"from {demand.begin:g} s to {end:g} s; take another traffic.begin_s"
     )
 
 

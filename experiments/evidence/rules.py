@@ -8,17 +8,15 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from statistics import mean, median
 
-from experiments.comparison.results import Row
+from experiments.comparison.results import LABEL, REASON, Row
 from experiments.config.self_driven import SELF_DRIVEN
 from experiments.errors import ConfigError
-from experiments.evidence.arrivals import came_to_goal
 from experiments.evidence.document_command import write_from_sweeps
 from experiments.evidence.first_look import first_look
+from experiments.evidence.run_outcomes import COUNTED, came_to_goal
 from experiments.evidence.shares import share
 from experiments.metrics import columns
 
-LABEL = "label"
-REASON = "reason"
 INTRODUCTION = """# Rules of the road
 
 Written by `python -m experiments.evidence.rules` (`make rules-docs`) from finished runs
@@ -30,12 +28,6 @@ the mean over the runs, travel time over those that arrived on the road, PET at
 junctions the median of the runs in which the ego and another have used the same zone.
 What the columns are stands in [Metrics](reference/metrics.md).
 """
-COUNTED = (
-    ("collided", columns.COLLISIONS),
-    ("off the road", columns.OFF_ROAD_STEPS),
-    ("line violations", columns.LINE_VIOLATIONS),
-    ("encroachments", columns.ENCROACHMENTS),
-)
 
 
 def document(found: Sequence[Row]) -> str:

@@ -7,16 +7,15 @@ of finished sweeps that `prepare` made, and runs nothing.
 import sys
 from collections.abc import Iterator, Sequence
 
-from experiments.comparison.results import Row
+from experiments.comparison.results import LABEL, REASON, Row
 from experiments.config.self_driven import SUMO
 from experiments.errors import ConfigError
-from experiments.evidence.arrivals import came_to_goal
 from experiments.evidence.document_command import write_from_sweeps
 from experiments.evidence.first_look import first_look
+from experiments.evidence.run_outcomes import COUNTED, came_to_goal
 from experiments.evidence.shares import share
 from experiments.metrics import columns
 
-LABEL = "label"
 INTRODUCTION = """# On networks that nobody drew
 
 Written by `python -m experiments.evidence.generated_networks.page` (`make
@@ -27,12 +26,6 @@ route of 300 m or less among crossing, oncoming and own traffic. A route counts 
 drivable if SUMO's own driver, in the same traffic, arrives on it. Shares have their
 95 % interval by Wilson.
 """
-COUNTED = (
-    ("collided", columns.COLLISIONS),
-    ("off the road", columns.OFF_ROAD_STEPS),
-    ("line violations", columns.LINE_VIOLATIONS),
-    ("encroachments", columns.ENCROACHMENTS),
-)
 
 
 def document(found: Sequence[Row]) -> str:
@@ -103,7 +96,7 @@ def _failures(
         road, seed = _place(row)
         verdict = row[columns.VERDICT]
         words = f"; {verdict}" if verdict else ""
-        yield f"- `{road}`, seed {seed}: {row[columns.STATUS]}: {row['reason']}{words}"
+        yield f"- `{road}`, seed {seed}: {row[columns.STATUS]}: {row[REASON]}{words}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

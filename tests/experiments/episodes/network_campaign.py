@@ -22,6 +22,7 @@ from experiments.config.scenario_file import load_scenario
 from experiments.cosim.records import EpisodeStatus
 from experiments.episode.run import run_episode
 from experiments.errors import ExperimentError
+from experiments.evidence.generated_networks.prepare import BODIES
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
 from sumo_nets.route_path import route_path
@@ -38,16 +39,6 @@ SHAPES = {
 }  # fmt: skip
 ROUTES = 3  # of each network
 DRIVER = "sumo"
-BODIES = {
-    "car": {},
-    "lorry": {
-        "length_m": 12.0,
-        "width_m": 2.5,
-        "wheelbase_m": 6.0,
-        "rear_overhang_m": 3.0,
-        "limits": {"max_curvature_1pm": 0.14},
-    },
-}
 
 
 @dataclass(frozen=True)
@@ -90,7 +81,7 @@ def scenario_of(net, route, folder, planner="cruise"):
         "ego": {
             "start_m": 10.0,
             "goal_m": round(min(length - 20.0, 330.0), 1),
-            "vehicle": BODIES[route.body],
+            "vehicle": dict(BODIES[route.body]),
         },
         "traffic": {
             "own_veh_per_h": 400,

@@ -1,8 +1,16 @@
-"""Whether the ego of a run came to its goal, wherever its body was on the way."""
+"""What documents count of runs: who came to the goal, and what went wrong."""
 
 from experiments.comparison.results import REASON, Row
 from experiments.cosim.records import EpisodeStatus
 from experiments.metrics import columns
+
+# in words, and the column that is above 0 in a run that counts
+COUNTED = (
+    ("collided", columns.COLLISIONS),
+    ("off the road", columns.OFF_ROAD_STEPS),
+    ("line violations", columns.LINE_VIOLATIONS),
+    ("encroachments", columns.ENCROACHMENTS),
+)
 
 
 def came_to_goal(row: Row) -> bool:
