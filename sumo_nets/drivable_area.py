@@ -10,8 +10,10 @@ from itertools import pairwise
 import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
+from shapely.ops import substring
 
 from sumo_nets.centre_line import FloatArray
+from sumo_nets.join_lanes import change_span
 from sumo_nets.lane_choice import LaneUse, via_lanes
 from sumo_nets.net_records import Edge, Net, NetLane
 
@@ -83,10 +85,10 @@ def narrower_areas(
     beside: list[BaseGeometry] = []
     turning: list[BaseGeometry] = []
     for use in uses:
-        between = sorted((use.entered.index, use.left.index))
-        for lane in use.entered.edge.drivable_lanes:
-            is_own = between[0] <= lane.index <= between[1]
-            (own if is_own else beside).append(_strip(lane))
+        lanes = use.entered.edge.drivable_lanes
+        own += _used_parts(use)
+        if len(lanes) > 1:
+            beside += [_strip(lane) for lane in lanes]  # the own one is added again
         if use.link is None:
             continue
         own += [_strip(lane) for lane in via_lanes(net, use.link)]
@@ -169,12 +171,37 @@ def _polygons(shape: BaseGeometry) -> Iterable[shapely.Polygon]:
             yield part
 
 
-def _strip(lane: NetLane) -> BaseGeometry:
-    """Spread a lane over its width; a lane without length has no area."""
+def _used_parts(use: LaneUse) -> list[BaseGeometry]:
+    """Spread the lanes of one edge that the route's line is on, only as far as it is.
+
+    A lane that the line has left is somebody else's: before a turn at the edge's end
+    nobody swings out over it.
+    """
+    if use.entered is use.left:
+        return [_strip(use.left)]
+    low, high = sorted((use.entered.index, use.left.index))
+    length = float(np.hypot(*np.diff(use.left.points, axis=0).T).sum())
+    begin, end = change_span(length, high - low)
+    parts = []
+    for lane in use.entered.edge.drivable_lanes:
+        if low <= lane.index <= high:
+            first = 0.0 if lane is use.entered else begin / length
+            last = 1.0 if lane is use.left else end / length
+            parts.append(_strip(lane, (first, last)))
+    return parts
+
+
+def _strip(lane: NetLane, share: tuple[float, float] = (0.0, 1.0)) -> BaseGeometry:
+    """Spread a lane over its width; a lane without length has no area.
+
+    Args:
+        lane: The lane.
+        share: From where to where along it, as shares of its length.
+    """
     points = lane.points
     if len(np.unique(points, axis=0)) < CORNERS - 1:
         return shapely.Polygon()
-    line = shapely.LineString(points)
+    line = substring(shapely.LineString(points), *share, normalized=True)
     return line.buffer(lane.width / 2.0, cap_style="flat", join_style="mitre")
 
 

@@ -22,6 +22,9 @@ SHORT = 0.5
 # ... and it turns by more than this [rad]: no road does so on so little way.
 KINK = pi / 4
 
+# Length over which the line moves one lane over [m].
+CHANGE_LENGTH = 50.0
+
 # Rows about the last one of a piece among which its end is looked for.
 NEARBY = 4
 
@@ -72,21 +75,32 @@ def resample(piece: Piece, spacing: float, like: Piece) -> Piece:
     return _take(piece, np.linspace(0.0, along[-1], count), along)
 
 
-def blend(first: Piece, second: Piece, length: float) -> Piece:
+def change_span(length: float, lanes: int) -> tuple[float, float]:
+    """Return from where to where a line moves over on an edge, in its middle [m].
+
+    Args:
+        length: Of the edge [m]; no move is longer.
+        lanes: By how many it moves over.
+    """
+    half = 0.5 * min(CHANGE_LENGTH * lanes, length)
+    return 0.5 * length - half, 0.5 * length + half
+
+
+def blend(first: Piece, second: Piece, lanes: int) -> Piece:
     """Move from one piece over to another beside it, in the middle of both.
 
     Args:
         first: Piece at the begin, (n,) points.
         second: Piece at the end, as many points.
-        length: Length of the move [m]; cut to that of the piece.
+        lanes: By how many lanes; see `change_span`.
 
     Returns:
         A piece with no step in position, direction or curvature, named as `second`.
     """
     lengths = np.linalg.norm(np.diff(first.points, axis=0), axis=1)
     along = np.concatenate(([0.0], np.cumsum(lengths)))
-    length = min(length, float(along[-1]))
-    x = np.clip((along - 0.5 * (along[-1] - length)) / max(length, 1e-9), 0.0, 1.0)
+    begin, end = change_span(float(along[-1]), lanes)
+    x = np.clip((along - begin) / max(end - begin, 1e-9), 0.0, 1.0)
     share = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
     return Piece(
         second.name,

@@ -24,9 +24,6 @@ from sumo_nets.route_check import check_route
 # Largest distance of neighbouring points [m].
 SPACING = 1.0
 
-# Length over which the line moves one lane over [m].
-CHANGE_LENGTH = 50.0
-
 # A link without a lane inside the junction must bridge no more than this [m].
 BRIDGED = 0.5
 
@@ -245,7 +242,7 @@ def _edge_piece(use: LaneUse, left_hand: bool) -> Piece:  # noqa: FBT001
         return ends[1]
     lanes = abs(use.entered.index - use.left.index)
     first, second = (resample(piece, SPACING, ends[0]) for piece in ends)
-    return blend(first, second, CHANGE_LENGTH * lanes)
+    return blend(first, second, lanes)
 
 
 def _carriageway(

@@ -70,6 +70,19 @@ def test_own_area_leaves_out_those_who_turn_beside(crossing):
     assert shapely.covers(wider[0], middle)
 
 
+def test_own_area_has_a_lane_only_as_far_as_the_line_is_on_it(crossing):
+    uses = choose_lanes(crossing, ["B0B1", "B1A1", "A1A2"], 2)
+    entered, left = uses[1].entered, uses[1].left
+    assert entered.index != left.index
+    own = narrower_areas(crossing, uses, drivable_area(crossing, uses))[0]
+    for lane, expected in ((entered, [True, False]), (left, [False, True])):
+        line = shapely.LineString(lane.points)
+        places = [line.interpolate(share, normalized=True) for share in (0.1, 0.9)]
+        assert list(shapely.covers(own, places)) == expected
+    path = route_path(crossing.file, ["B0B1", "B1A1", "A1A2"], 2)
+    assert shapely.covers(own.buffer(0.1), shapely.points(path.points)).all()
+
+
 def test_route_s_line_is_inside_its_area(crossing):
     path = route_path(crossing.file, ["A0A1", "A1B1", "B1B0"], 1)
     inside = shapely.covers(path.area, shapely.points(path.points))

@@ -80,7 +80,7 @@ def test_pieces_end_where_the_next_one_begins():
 def test_blend_moves_over_without_a_kink_and_takes_the_edges_along():
     first = densify(piece([(0, 0), (100, 0)], 8.0, -2.0, "a_0"), 1.0)
     second = piece([(0, 3), (100, 3)], 5.0, -5.0, "a_1")
-    moved = blend(first, resample(second, 1.0, first), 50.0)
+    moved = blend(first, resample(second, 1.0, first), 1)
     assert moved.name == "a_1"
     np.testing.assert_allclose(moved.points[:26, 1], 0.0)
     np.testing.assert_allclose(moved.points[75:, 1], 3.0)
@@ -94,6 +94,6 @@ def test_blend_moves_over_without_a_kink_and_takes_the_edges_along():
 def test_blend_is_cut_to_a_short_edge():
     first = densify(piece([(0, 0), (10, 0)]), 1.0)
     second = resample(piece([(0, 3), (10, 3)]), 1.0, first)
-    moved = blend(first, second, 50.0)
+    moved = blend(first, second, 1)
     assert moved.points[0, 1] == 0.0
     assert moved.points[-1, 1] == pytest.approx(3.0)
