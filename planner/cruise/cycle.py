@@ -71,6 +71,7 @@ class Cycle:
     scale: float  # of lateral motions, against those of a car [-]
     off_road: int  # candidates left out because the road is narrower than the grid
     last: Trajectory | None
+    leader: Leader | None
 
     @classmethod
     def of(
@@ -118,6 +119,7 @@ class Cycle:
             scale,
             profiles.speed_term.size * max(full_grid_size(settings) - offsets.size, 0),
             last,
+            leader,
         )
 
     def gentle(self, ego: CartesianState, comfort: ComfortLimits) -> "Cycle":
@@ -157,7 +159,7 @@ class Cycle:
 
     def _with(self, tables: CycleTables) -> "Cycle":
         """Return the same cycle with other tables."""
-        return Cycle(self.bodies, tables, self.scale, self.off_road, self.last)
+        return replace(self, tables=tables)
 
 
 def _lateral(

@@ -13,6 +13,7 @@ from planner.cruise.cycle import Cycle, disc_cover, wheels_turned
 from planner.cruise.drawn_candidates import alternatives_of
 from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
+from planner.cruise.held import is_held
 from planner.cruise.sampling.longitudinal import STANDING, front_limit
 from planner.cruise.selection import Pricing
 from planner.cruise.settings import CruiseSettings
@@ -86,11 +87,11 @@ class CruisePlanner:
             gentle = cycle.gentle(scene.ego, self.settings.comfort)
             found = self._evaluate(gentle, exhaustive=exhaustive)
             if found.choice.best >= 0 and found.choice.raw[DEAD_END] <= NEAR_END:
-                if scene.ego.speed < SLOW and not _gets_on(scene, found):
+                if _has_to_start(scene, gentle, found):
                     return self._start(scene, gentle, found, exhaustive=exhaustive)
                 return gentle, found
         found = self._evaluate(cycle, exhaustive=exhaustive)
-        if scene.ego.speed < SLOW and not _gets_on(scene, found):
+        if _has_to_start(scene, cycle, found):
             return self._start(scene, cycle, found, exhaustive=exhaustive)
         return cycle, found
 
@@ -143,6 +144,13 @@ class CruisePlanner:
         if not _is_complete(found):
             found = self._evaluate(cycle, exhaustive=True)
         return alternatives_of(cycle, found.verdict.ravel())
+
+
+def _has_to_start(scene: Scene, cycle: Cycle, found: Evaluation) -> bool:
+    """Check whether a slow ego does not get on, although nothing holds it."""
+    if scene.ego.speed >= SLOW or _gets_on(scene, found):
+        return False
+    return not is_held(scene, cycle.leader, LEAST_DRIVEN)
 
 
 def _gets_on(scene: Scene, found: Evaluation) -> bool:

@@ -6,7 +6,6 @@ table, without projections. Only the ego is projected anew.
 """
 
 from dataclasses import dataclass, replace
-from enum import StrEnum
 
 import numpy as np
 
@@ -28,6 +27,9 @@ from planner.vehicle import Vehicle
 SPACING = 1.0  # of the table [m]
 SAME = 0.05  # lanes nearer than this are one [m]
 SEEN_BEHIND, SEEN_AHEAD = 15.0, 110.0  # of the ego, where a frame is looked at [m]
+# A frame is made for a stretch, since smoothing takes long: for so much of the way ...
+USED = 300.0  # [m]
+KEPT_BEHIND, KEPT_AHEAD = 150.0, 350.0  # and what can be seen and planned about it [m]
 FADE = 25.0  # beyond its ends a lane leads back to the reference path [m]
 SPARE = 0.15  # beside a body in a bend [m]
 SHARP = 0.6  # share of the ego's curvature from which the inner side is kept free
@@ -35,17 +37,7 @@ INNER_SPARE = 0.4  # beside the body there [m]
 TIGHT = 0.3  # a road that leaves no more beside the body in a bend is narrow [m]
 BENT = 0.02  # a path that curves more is in a bend [1/m]
 EASING = 0.02  # by which this grows with each metre before the bend [-]
-SHORT = 0.1  # over which a bound steps [m]
-OPEN_SIDE = 0.3  # beyond a lane's edge, where no lane is beside it [m]
 ANYWHERE = 100.0  # half the width of a road that is not narrowed [m]
-
-
-class LaneCorridor(StrEnum):
-    """Which part of the carriageway may be used."""
-
-    LANE = "lane"
-    CHANGE = "change"  # the lane and the one that is left
-    ROAD = "road"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +80,11 @@ def lane_frame(scene: Scene, lane: int) -> LaneFrame | None:
         lane: Which one; it has to exist beside the ego.
     """
     at = _table(scene.path)
-    offset, extent = _offsets(scene, lane, at)
+    offset, (begin, end) = _offsets(scene, lane, at)
+    begin = max(begin, scene.ego_frenet.s - KEPT_BEHIND)
+    end = min(end, scene.ego_frenet.s + USED)
+    kept = (at >= scene.ego_frenet.s - KEPT_BEHIND) & (at <= end + KEPT_AHEAD)
+    at, offset = at[kept], offset[kept]
     points = scene.path.at(at)
     x = points.x - offset * points.sin_heading
     y = points.y + offset * points.cos_heading
@@ -98,7 +94,6 @@ def lane_frame(scene: Scene, lane: int) -> LaneFrame | None:
     except InvalidInputError:
         return None
     s = np.maximum.accumulate(s + 1e-9 * np.arange(s.size))
-    begin, end = extent
     return replace(_frame(scene, lane, path, (at, s, offset)), begin=begin, end=end)
 
 
@@ -183,88 +178,6 @@ def in_frame(frame: LaneFrame, trajectory: Trajectory) -> Trajectory:
     return replace(trajectory, s=s, l=l)
 
 
-def corridor(
-    scene: Scene,
-    frame: LaneFrame,
-    kind: LaneCorridor,
-    origin: int | None,
-    places: tuple[float, float] = (np.inf, np.inf),
-) -> RoadBounds:
-    """Return the bounds of what may be used.
-
-    A body that needs more in a bend gets it. Inside junctions, however wide they are,
-    the ego stays in its lane: beside it drive those of whom it knows nothing.
-
-    Args:
-        scene: Along the reference path.
-        frame: Of the lane that is followed.
-        kind: What may be used.
-        origin: Lane that is left, for `CHANGE`.
-        places: Where it must be left, and from where on the whole road may be used, on
-            the reference path [m].
-    """
-    until, opens = places
-    if kind is LaneCorridor.ROAD or opens == -np.inf:
-        return frame.road
-    lanes, road = scene.lanes, _refined(frame, scene.lanes, places)
-    at = frame.to_reference(road.s)
-    left, right = _edges(lanes, frame.lane, at)
-    if kind is LaneCorridor.CHANGE and origin is not None:
-        other_left, other_right = _edges(lanes, origin, at)
-        # nan, without one of the lanes, stays: the road's edge is the bound there
-        both = np.maximum(left, other_left), np.minimum(right, other_right)
-        left = np.where(at < until, both[0], left)
-        right = np.where(at < until, both[1], right)
-    moved = np.interp(at, frame.at, frame.offset)
-    need = np.interp(at, frame.at, frame.need)
-    left = np.minimum(road.left, np.maximum(left - moved, need))
-    right = np.maximum(road.right, np.minimum(right - moved, -need))
-    left = np.where(np.isnan(left), road.left, left)
-    right = np.where(np.isnan(right), road.right, right)
-    # whoever cuts a sharp bend, and has to stop in it, may not get out of it again
-    left = np.minimum(left, np.interp(at, frame.at, frame.inner[0]))
-    right = np.maximum(right, -np.interp(at, frame.at, frame.inner[1]))
-    left = np.where(at < opens, left, road.left)
-    right = np.where(at < opens, right, road.right)
-    return RoadBounds(road.s, left, right)
-
-
-def _refined(frame: LaneFrame, lanes: Lanes, places: tuple[float, ...]) -> RoadBounds:
-    """Return a frame's road with knots where lanes, or other bounds, begin and end.
-
-    Between knots bounds are straight: over a coarse road a line that goes on for less
-    than the distance of two knots would be none.
-    """
-    road = frame.road
-    steps = [
-        x for place in places if np.isfinite(place) for x in (place - SHORT, place)
-    ]
-    more = frame.to_s(np.concatenate([lanes.s, steps]))
-    inside = (more > road.s[0]) & (more < road.s[-1])
-    s = np.union1d(road.s, more[inside])
-    left, right = np.interp(s, road.s, road.left), np.interp(s, road.s, road.right)
-    return RoadBounds(s, left, right)
-
-
-def _edges(lanes: Lanes, lane: int, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return how far a lane goes to its sides, nan where it is missing, (n,) [m].
-
-    Up to the lines beyond which there are other lanes; where there is none, as in
-    junctions, a little farther.
-    """
-    centre = np.interp(at, lanes.s, lanes.centre[lane])
-    width = np.interp(at, lanes.s, lanes.width[lane])
-    sides = []
-    for neighbour, sign in ((lane + 1, 0.5), (lane - 1, -0.5)):
-        edge = np.where(width > GONE, centre + sign * width, np.nan)
-        if 0 <= neighbour < lanes.width.shape[0]:
-            beside = np.interp(at, lanes.s, lanes.width[neighbour]) > GONE
-            sides.append(np.where(beside, edge, edge + 2.0 * sign * OPEN_SIDE))
-        else:
-            sides.append(edge + 2.0 * sign * OPEN_SIDE)
-    return sides[0], sides[1]
-
-
 def _frame(
     scene: Scene,
     lane: int,
@@ -302,7 +215,7 @@ def _frame(
         inner,
         _moved_lanes(lanes, _moved(lanes.s, at, s), there),
         bounds,
-        replace(limits, s=_moved(limits.s, at, s)),
+        _moved_limits(limits, _moved(limits.s, at, s)),
     )
 
 
@@ -323,6 +236,17 @@ def _moved_lanes(lanes: Lanes, s: FloatArray, offset: FloatArray) -> Lanes:
         lanes.solid_left[:, kept],
         lanes.solid_right[:, kept],
     )
+
+
+def _moved_limits(limits: SpeedLimits, s: FloatArray) -> SpeedLimits:
+    """Move speed limits into a frame; of those that coincide there the last one holds.
+
+    Args:
+        limits: On the reference path.
+        s: Of their begins in the frame, (n,) [m].
+    """
+    kept = np.append(np.diff(s) > 0.0, [True])
+    return SpeedLimits(s[kept], limits.limit[kept])
 
 
 def _table(path: ReferencePath) -> FloatArray:

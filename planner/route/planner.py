@@ -27,11 +27,10 @@ from planner.route.changes import (
     name_of,
 )
 from planner.route.gaps import gap_beside, grows_calm, seeking_speed
+from planner.route.lane_corridor import LaneCorridor, corridor
 from planner.route.lane_frame import (
-    LaneCorridor,
     LaneFrame,
     coincides,
-    corridor,
     in_frame,
     lane_frame,
     narrows_bends,
@@ -216,7 +215,8 @@ class RoutePlanner:
             by_path = self._along(look, last, manoeuvre, lane, speed, by_path=True)
             if _gets_on(by_path):
                 return by_path
-        if look.scene.ego.speed < CRAWLING and not _gets_on(result):
+        slow = look.scene.ego.speed < CRAWLING and not _is_held(look)
+        if slow and not _gets_on(result):
             eased = result
             if narrows_bends(_frame_of(look.scene, lane, last)[0]):
                 # whoever has stopped at the inner side of a bend has to get out of it
@@ -287,7 +287,7 @@ class RoutePlanner:
         until = look.front + max(OVER_ROOM, OVER_TIME * scene.ego.speed)
         opened = opens_at(scene, look.bodies, frame.lane)
         within = without_inner_sides(frame) if eased else frame
-        road = corridor(scene, within, kind, origin, (until, opened))
+        road = corridor(scene.lanes, within, kind, origin, (until, opened))
         if opened <= look.front:
             kind = LaneCorridor.ROAD
         seen = None
@@ -393,6 +393,12 @@ class RoutePlanner:
         queued = lane >= 0 and queues(scene, look.bodies, lane)
         settings = self.settings
         return look.stood >= (settings.patience if queued else settings.stuck_after)
+
+
+def _is_held(look: Look) -> bool:
+    """Check whether a closed line is so near that no plan could get on."""
+    line = min(look.scene.stop_lines, default=np.inf)
+    return bool(look.front <= line < look.front + LEAST_DRIVEN)
 
 
 def _keeping(result: PlanResult, until: float) -> PlanResult:

@@ -13,9 +13,8 @@ from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import arc, clothoid, line
 from planner.route import RouteSettings, proposed
 from planner.route.gaps import gap_beside
+from planner.route.lane_corridor import LaneCorridor, corridor
 from planner.route.lane_frame import (
-    LaneCorridor,
-    corridor,
     in_frame,
     lane_frame,
     on_reference,
@@ -153,7 +152,9 @@ def test_places_in_a_lane_s_frame_are_those_of_a_projection(path):
     s, l = frame.path.project(x, y)
     assert frame.to_s(at[1:-1]) == pytest.approx(s, abs=0.15)
     assert l == pytest.approx(WIDTH - 2.0, abs=0.12)
-    seen = seen_from(scene, frame, corridor(scene, frame, LaneCorridor.LANE, None), ())
+    seen = seen_from(
+        scene, frame, corridor(scene.lanes, frame, LaneCorridor.LANE, None), ()
+    )
     assert abs(seen.ego_frenet.l) < 0.12
     left, right = seen.road.at(np.array([seen.ego_frenet.s]))
     assert left[0] == pytest.approx(WIDTH / 2, abs=0.15)  # the line between the lanes
@@ -298,7 +299,9 @@ def test_a_change_has_both_lanes_up_to_where_the_old_one_must_be_left(target, or
         road=RoadBounds(grid, np.full(400, WIDTH / 2), np.full(400, -1.5 * WIDTH)),
     )
     frame = lane_frame(scene, target)
-    bounds = corridor(scene, frame, LaneCorridor.CHANGE, origin, (150.0, math.inf))
+    bounds = corridor(
+        scene.lanes, frame, LaneCorridor.CHANGE, origin, (150.0, math.inf)
+    )
     own = -WIDTH * (1 - target)
     for s, others in ((120.0, True), (160.0, False)):
         left, right = bounds.at(np.array([s]))
@@ -503,7 +506,9 @@ def test_inside_a_junction_the_ego_keeps_to_its_lane():
     scene = replace(scene, lanes=lanes)
     frame = lane_frame(scene, 0)
     for kind, half in ((LaneCorridor.LANE, WIDTH / 2 + 0.3), (LaneCorridor.ROAD, 8.0)):
-        left, right = corridor(scene, frame, kind, None).at(np.array([60.0, 90.0]))
+        left, right = corridor(scene.lanes, frame, kind, None).at(
+            np.array([60.0, 90.0])
+        )
         assert left == pytest.approx(half, abs=0.02)
         assert right == pytest.approx(-half, abs=0.02)
 
