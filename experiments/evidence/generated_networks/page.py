@@ -6,6 +6,8 @@ of finished sweeps that `prepare` made, and runs nothing.
 
 import sys
 from collections.abc import Iterator, Sequence
+from types import MappingProxyType
+from typing import Final
 
 from experiments.comparison.results import LABEL, REASON, Row
 from experiments.config.self_driven import SUMO
@@ -21,11 +23,17 @@ INTRODUCTION = """# On networks that nobody drew
 Written by `python -m experiments.evidence.generated_networks.page` (`make
 networks-docs`) from finished runs; nothing is typed in by hand. `netgenerate` makes
 grids, spiders and random networks of all kinds of right of way, of one to three lanes,
-some with turn lanes, some narrow, some for left-hand traffic. The ego drives a random
-route of 300 m or less among crossing, oncoming and own traffic. A route counts as
+some with turn lanes, some narrow, some for left-hand traffic. Street maps are random
+towns in OpenStreetMap's format, converted as a user's map would be: streets that bend,
+junctions at sharp angles and close together, dual carriageways, roundabouts, pockets
+for turning, one-way streets, stop signs. The ego drives a random route of 300 m or less
+among crossing, oncoming and own traffic. A route counts as
 drivable if SUMO's own driver, in the same traffic, arrives on it. Shares have their
 95 % interval by Wilson.
 """
+
+
+KINDS: Final = MappingProxyType({"net": "netgenerate", "map": "street maps"})
 
 
 def document(found: Sequence[Row]) -> str:
@@ -50,17 +58,25 @@ def document(found: Sequence[Row]) -> str:
         f"{len(places)} routes on {names} networks; SUMO's driver arrives on "
         f"{len(drivable)}.\n",
         *first_look(seeds),
-        "| planner | of the drivable | share | of the others | "
+        "| networks | planner | of the drivable | share | of the others | "
         + " | ".join(f"runs: {words}" for words, _ in COUNTED)
         + " |",
-        "|---" * (4 + len(COUNTED)) + "|",
+        "|---" * (5 + len(COUNTED)) + "|",
     ]
-    labels = dict.fromkeys(str(row[LABEL]) for row in found if not _is_by_sumo(row))
-    by = {name: [row for row in found if row[LABEL] == name] for name in labels}
-    parts += [_line(name, rows, drivable) for name, rows in by.items()]
-    for name, rows in by.items():
-        parts += _failures(name, rows, drivable)
+    by: dict[tuple[str, str], list[Row]] = {}
+    for row in found:
+        if not _is_by_sumo(row):
+            by.setdefault((_kind(row), str(row[LABEL])), []).append(row)
+    parts += [_line(*names, rows, drivable) for names, rows in by.items()]
+    for (kind, label), rows in by.items():
+        parts += _failures(f"`{label}`, {kind},", rows, drivable)
     return "\n".join(parts) + "\n"
+
+
+def _kind(row: Row) -> str:
+    """Return what made the network of a run; other networks go by their own name."""
+    name = str(row[columns.SCENARIO])
+    return KINDS.get(name.partition("_")[0], f"`{name}`")
 
 
 def _is_by_sumo(row: Row) -> bool:
@@ -73,12 +89,14 @@ def _place(row: Row) -> tuple[str, int]:
     return str(row[columns.SCENARIO]), int(row[columns.SEED])
 
 
-def _line(name: str, found: Sequence[Row], drivable: set[tuple[str, int]]) -> str:
-    """Write the line of a planner."""
+def _line(
+    kind: str, name: str, found: Sequence[Row], drivable: set[tuple[str, int]]
+) -> str:
+    """Write the line of a planner on one kind of networks."""
     asked = [row for row in found if _place(row) in drivable]
     others = [row for row in found if _place(row) not in drivable]
     there, n = sum(map(came_to_goal, asked)), len(asked)
-    cells = [f"`{name}`", f"{there} of {n}", share(there, n)]
+    cells = [kind, f"`{name}`", f"{there} of {n}", share(there, n)]
     cells.append(f"{sum(map(came_to_goal, others))} of {len(others)}")
     cells += [str(sum((row[key] or 0) > 0 for row in found)) for _, key in COUNTED]
     return f"| {' | '.join(cells)} |"
@@ -91,7 +109,7 @@ def _failures(
     failed = [row for row in found if _place(row) in drivable and not came_to_goal(row)]
     if not failed:
         return
-    yield f"\n`{name}` does not arrive on:\n"
+    yield f"\n{name} does not arrive on:\n"
     for row in failed:
         road, seed = _place(row)
         verdict = row[columns.VERDICT]

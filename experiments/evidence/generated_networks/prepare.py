@@ -1,4 +1,4 @@
-"""Makes networks of all kinds by netgenerate, a scenario for each, and their sweep.
+"""Makes networks by netgenerate or street maps, a scenario for each, and their sweep.
 
 `python -m experiments.evidence.generated_networks.prepare FOLDER` writes them, for
 `rearview sweep FOLDER/sweep.yaml`. A number makes the same network everywhere.
@@ -17,6 +17,7 @@ import yaml
 
 from experiments.config.scenario_file import load_scenario
 from experiments.errors import ExperimentError
+from experiments.evidence.generated_networks.street_maps import write_street_map
 from experiments.storage.atomic_folder import make_folder, write_atomically
 from sumo_nets.build import sumo_home
 from sumo_nets.errors import NetworkError
@@ -46,6 +47,7 @@ SCENARIO: Final = MappingProxyType(
         "simulation": {"duration_s": 240, "warmup_s": 60},
     }
 )
+NETGENERATE, STREET_MAPS = "netgenerate", "street_maps"
 CAR: Final = "car"
 BODIES: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
     {
@@ -140,6 +142,7 @@ def prepare(
     *,
     planners: Sequence[str] = PLANNERS,
     body: str = CAR,
+    source: str = NETGENERATE,
 ) -> Path:
     """Write networks, scenarios and sweep; return the sweep file.
 
@@ -149,6 +152,7 @@ def prepare(
         seeds: Of routes and traffic.
         planners: Who drives.
         body: In what; of `BODIES`.
+        source: Of the networks: `NETGENERATE`, or `STREET_MAPS` to be converted.
 
     Raises:
         NetworkError: If a network cannot be made.
@@ -157,17 +161,22 @@ def prepare(
     make_folder(folder)
     names = []
     for number in numbers:
-        name = f"net_{number:02d}"
-        net = folder / f"{name}.net.xml"
-        make_network(number, net)
+        if source == STREET_MAPS:
+            name = f"map_{number:02d}"
+            net = folder / f"{name}.osm"
+            write_street_map(number, net)
+        else:
+            name = f"net_{number:02d}"
+            net = folder / f"{name}.net.xml"
+            make_network(number, net)
         file = folder / f"{name}.yaml"
         write_atomically(file, yaml.safe_dump(_scenario(name, net, body)))
         load_scenario(str(file))
         names.append(file.name)
     sweep = folder / "sweep.yaml"
     content = {
-        "name": f"generated_networks_{body}",
-        "purpose": "Random routes through networks that netgenerate made.",
+        "name": f"{source}_{body}",
+        "purpose": "Random routes through networks that nobody drew by hand.",
         "scenarios": names,
         "planners": list(planners),
         "seeds": {"first": seeds.start, "count": len(seeds)},
@@ -182,7 +191,7 @@ def _scenario(name: str, net: Path, body: str) -> dict[str, Any]:
     """Return a scenario of random routes through a network."""
     return {
         "name": name,
-        "purpose": "A random route through a network that netgenerate made.",
+        "purpose": "A random route through a network that nobody drew by hand.",
         "world": "sumo",
         "network": {"file": net.name},
         "ego": {"start_m": 20, "vehicle": dict(BODIES[body])},
@@ -204,6 +213,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=SEEDS, help="of each network")
     parser.add_argument("--planner", action="append", help="may be repeated")
     parser.add_argument("--body", choices=BODIES, default=CAR)
+    sources = (NETGENERATE, STREET_MAPS)
+    parser.add_argument("--source", choices=sources, default=NETGENERATE)
     given = parser.parse_args(arguments)
     if min(given.count, given.seeds) < 1:
         sys.stderr.write("--count and --seeds: allowed: at least 1\n")
@@ -215,6 +226,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             range(given.seeds),
             planners=given.planner or PLANNERS,
             body=given.body,
+            source=given.source,
         )
     except (ExperimentError, NetworkError, OSError) as error:
         sys.stderr.write(f"{error}\n")

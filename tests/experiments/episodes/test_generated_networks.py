@@ -5,31 +5,44 @@ import yaml
 
 from experiments.config.scenario_file import load_scenario
 from experiments.episode.run import run_episode
-from tests.experiments.episodes.network_campaign import (
-    ROUTES,
-    Route,
-    drive,
-    summary,
+from experiments.errors import ExperimentError
+from experiments.evidence.generated_networks.prepare import (
+    NETGENERATE,
+    STREET_MAPS,
+    prepare,
 )
+from sumo_nets.errors import NetworkError
 from tests.sumo_nets.generated import generate
 
 pytestmark = [pytest.mark.sumo, pytest.mark.slow]
 
-# Shapes, lanes, signals and sides of traffic all differ between these.
-SEEDS = range(12)
+ROUTES = 3  # of each network
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_random_routes_arrive_on_the_road_or_are_refused_with_the_place(seed, tmp_path):
+@pytest.mark.parametrize(
+    ("source", "number"),
+    [(NETGENERATE, n) for n in range(8)] + [(STREET_MAPS, n) for n in range(4)],
+)
+def test_random_routes_arrive_on_the_road_or_are_refused_with_the_place(
+    source, number, tmp_path
+):
+    planner = "cruise" if source == NETGENERATE else "route"
+    prepare(tmp_path, range(number, number + 1), range(ROUTES), source=source)
+    (file,) = set(tmp_path.glob("*.yaml")) - {tmp_path / "sweep.yaml"}
+    content = yaml.safe_load(file.read_text())
     arrived = refused = 0
-    for number in range(ROUTES):
-        result = drive(Route(seed, number, "car"), "cruise", tmp_path)
-        if result["status"] == "refused":
-            refused += "a bend that this body cannot take" in result["reason"]
+    for seed in range(ROUTES):
+        content["planner"] = planner
+        content["simulation"]["seed"] = seed
+        file.write_text(yaml.safe_dump(content))
+        try:
+            outcome = run_episode(load_scenario(str(file)), out=tmp_path)
+        except (ExperimentError, NetworkError) as error:
+            refused += "a bend that this body cannot take" in str(error)
             continue
-        assert result["off_road_steps"] == 0
-        assert result["status"] != "simulator_failed"
-        arrived += result["status"] == "arrived"
+        assert outcome.row["off_road_steps"] == 0
+        assert outcome.ending.status.value != "simulator_failed"
+        arrived += outcome.ending.status.value == "arrived"
     assert arrived + refused >= ROUTES - 1
 
 
@@ -63,30 +76,3 @@ def test_an_ego_that_has_stopped_at_the_outer_side_of_a_bend_goes_on(tmp_path):
     outcome = run_episode(load_scenario(str(scenario)), out=tmp_path)
     assert outcome.ending.status.value == "arrived", outcome.ending.reason
     assert outcome.row["off_road_steps"] == 0
-
-
-def test_summary_counts_only_what_the_simulators_driver_drives():
-    def result(route, planner, status, off_road_steps=0):
-        return {
-            "body": "car",
-            "seed": 0,
-            "route": route,
-            "planner": planner,
-            "status": status,
-            "off_road_steps": off_road_steps,
-        }
-
-    results = [
-        result(0, "sumo", "arrived"),
-        result(0, "cruise", "off_road", 3),
-        result(0, "lane_change", "arrived"),
-        result(1, "sumo", "collision"),
-        result(1, "cruise", "arrived"),
-        result(1, "lane_change", "arrived"),
-    ]
-    assert summary(results, ["cruise", "lane_change"]) == [
-        "sumo drives 1 of 2 routes",
-        "cruise: {'off_road': 1}, off the road in 1",
-        "lane_change: {'arrived': 1}, off the road in 0",
-        "either: 1 of 1",
-    ]
