@@ -124,6 +124,9 @@ TRAFFIC_OPTIONS = frozenset(
 )
 
 
+MINUTE, HOUR, DAY = 60.0, 3600.0, 86400.0  # [s]
+
+
 def read_sumocfg(file: Path) -> DemandFiles:
     """Read the demand of a .sumocfg.
 
@@ -144,13 +147,10 @@ def read_sumocfg(file: Path) -> DemandFiles:
     routes = _paths(file, values.get("route-files", ""))
     if not routes:
         raise NetworkError(f"{file}: names no route-files: there is no demand in it")
-    try:
-        begin = float(values.get("begin") or 0.0)
-    except ValueError:
-        begin = math.nan
+    begin = _seconds(values.get("begin") or "0")
     if not 0.0 <= begin < math.inf:
         raise NetworkError(
-            f'{file}: begin: is "{values["begin"]}"; allowed: seconds >= 0'
+            f'{file}: begin: is "{values["begin"]}"; allowed: seconds >= 0, or H:M:S'
         )
     options = [
         (name, value) for name, value in values.items() if name in TRAFFIC_OPTIONS
@@ -163,6 +163,18 @@ def read_sumocfg(file: Path) -> DemandFiles:
         tuple(options),
         net[0] if net else None,
     )
+
+
+def _seconds(text: str) -> float:
+    """Read a time as SUMO does: seconds, H:M:S or D:H:M:S; nan if it is none."""
+    parts = text.split(":")
+    if len(parts) not in (1, 3, 4):
+        return math.nan
+    try:
+        *more, hours, minutes, seconds = [0.0, 0.0, *map(float, parts)]
+    except ValueError:
+        return math.nan
+    return DAY * sum(more) + HOUR * hours + MINUTE * minutes + seconds
 
 
 def _paths(file: Path, value: str) -> tuple[Path, ...]:

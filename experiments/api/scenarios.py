@@ -21,6 +21,7 @@ from experiments.episode.drive import run_scenario
 from experiments.episode.newest_run import RUNS
 from experiments.episode.run_folder import OutputOptions
 from experiments.errors import ConfigError
+from experiments.planners.registry import require_planner_name
 
 
 class Scenario:
@@ -84,6 +85,7 @@ class Scenario:
         """
         listed: list[Change] = []
         if planner is not None:
+            require_planner_name(planner)
             listed.append((("planner",), planner, f"planner={planner!r}"))
         if seed is not None:
             key = ("simulation", "seed")

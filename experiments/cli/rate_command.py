@@ -75,6 +75,8 @@ def _lines(one: "EventRate") -> str:
     text = f"{one.label}: {one.events} of {kept} runs"
     if one.lost:
         text += f" ({one.lost} more without a result)"
+    if one.broken:
+        text += f"; {one.broken} of them ended early: the planner or simulator failed"
     text += f"\n  per run       {_interval(one.share)}\n"
     if one.per_1000_km is not None:
         text += f"  per 1,000 km  {_interval(one.per_1000_km)}"
@@ -111,6 +113,7 @@ def _as_json(one: "EventRate") -> dict[str, Any]:
         "label": one.label,
         "runs": one.runs,
         "lost": one.lost,
+        "broken": one.broken,
         "events": one.events,
         "per_run": plain(one.share),
         "per_1000_km": plain(one.per_1000_km),

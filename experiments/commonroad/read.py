@@ -25,6 +25,17 @@ from experiments.errors import ConfigError
 VERSIONS: Final = ("2020a", "2018b")
 ROLES: Final = {"static": "staticObstacle", "dynamic": "dynamicObstacle"}
 ROOT: Final = "commonRoad"
+ALLOWED: Final = f"allowed: {ROOT}"
+_DEMAND: Final = (
+    "it is a demand of SUMO; give it to a network: rearview run X.net.xml --set "
+    "'traffic.route_files=[FILE]'"
+)
+HINTS: Final = {
+    "routes": _DEMAND,
+    "additional": _DEMAND,
+    "net": "it is a network of SUMO; allowed: the same file, named X.net.xml",
+    "configuration": "it configures SUMO; allowed: the same file, named X.sumocfg",
+}
 SHORTEST_STEP: Final = 0.01  # [s]
 LONGEST_STEP: Final = 1.0  # [s]
 MOST_FILES: Final = 8  # remembered at a time
@@ -69,7 +80,7 @@ def _read(file: Path, _changed: int, _size: int) -> CommonRoadScenario:
 def _read_version(root: Node) -> str:
     """Read the version; raise unless it is one that is read."""
     if root.tag != ROOT:
-        problem = f"is not a CommonRoad scenario; allowed: {ROOT}"
+        problem = f"is not a CommonRoad scenario; {HINTS.get(root.tag, ALLOWED)}"
         raise ConfigError(f"{root.file}:{root.line}: {short(root.tag)} {problem}")
     version = root.attributes.get("commonRoadVersion", "none")
     if version not in VERSIONS:

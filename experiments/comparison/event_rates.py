@@ -15,6 +15,7 @@ from experiments.comparison.inference import wilson
 from experiments.comparison.location import CONFIDENCE, Interval
 from experiments.comparison.results import rows
 from experiments.config.search import SUBSET
+from experiments.cosim.records import EpisodeStatus
 from experiments.errors import ConfigError
 from experiments.metrics import columns
 from experiments.storage.json_files import read_json
@@ -25,6 +26,8 @@ USUAL_EVENT = "collisions > 0"
 PER_KM = 1000.0  # kilometres that a rate is given for
 M_PER_KM = 1000.0
 _LOST = "failure IS NOT NULL"
+_FAILED = (EpisodeStatus.PLANNER_FAILED, EpisodeStatus.SIMULATOR_FAILED)
+_BROKEN = f"status IN ({', '.join(repr(str(one)) for one in _FAILED)})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,7 @@ class EventRate:
     label: str
     runs: int
     lost: int  # of them, without a result: part of no rate
+    broken: int  # with a result up to where the planner or the simulator failed
     events: int
     share: Interval  # of the runs
     effective: float  # runs that an unweighted sample would need [-]
@@ -130,7 +134,8 @@ def event_rates(
     rows(folder, f"SELECT max(({expression})::DOUBLE) FROM runs", "--weight")
     found = rows(
         folder,
-        f"SELECT label, {_LOST} AS lost, coalesce(({event}), false) AS event, "
+        f"SELECT label, {_LOST} AS lost, {_BROKEN} AS broken, "
+        f"coalesce(({event}), false) AS event, "
         f"({expression})::DOUBLE AS weight, coalesce(distance_m, 0.0) AS distance_m "
         "FROM runs ORDER BY label, run_id",
     )
@@ -234,7 +239,10 @@ def _rate(label: str, runs: list[dict[str, object]], *, weighted: bool) -> Event
         per_km = poisson_rate(events, distance / PER_KM)
     size = effective_size(weights)
     lost = len(runs) - len(kept)
-    return EventRate(label, len(runs), lost, events, share, size, distance, per_km)
+    broken = sum(bool(row["broken"]) for row in kept)
+    return EventRate(
+        label, len(runs), lost, broken, events, share, size, distance, per_km
+    )
 
 
 def _number(value: object) -> float:

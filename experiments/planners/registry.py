@@ -172,10 +172,7 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
             return _call(name, factory, _checked(settings, _load(registered.settings)))
         check_factory_settings(name, factory, settings)
         return _call(name, factory, **settings)
-    if ":" not in name:
-        known = f"{unknown_name(name, list(PLANNERS))}, module:factory"
-        problem = f"no such planner; {file_hint(name) or known}"
-        raise ConfigError(f"planner: {name}: {problem}")
+    require_planner_name(name)
     factory = _load(name)
     check_factory_settings(name, factory, settings)
     made = _call(name, factory, **settings)
@@ -184,6 +181,14 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
     if isinstance(planner, CheckedBatchPlanner):
         check_call(name, made, "plan_many", "scenes, memories")
     return planner
+
+
+def require_planner_name(name: str) -> None:
+    """Raise ConfigError unless a name is registered, or names a factory of a module."""
+    if name not in PLANNERS and ":" not in name:
+        known = f"{unknown_name(name, list(PLANNERS))}, module:factory"
+        problem = f"no such planner; {file_hint(name) or known}"
+        raise ConfigError(f"planner: {name}: {problem}")
 
 
 def user_module(name: str) -> str | None:

@@ -50,3 +50,21 @@ def test_damaged_configurations_name_what_is_wrong(tmp_path, content, expected):
     file.write_text(content)
     with pytest.raises(NetworkError, match=expected):
         read_sumocfg(file)
+
+
+@pytest.mark.parametrize(
+    ("value", "seconds"),
+    [("07:00:30", 25230.0), ("1:00:00:00", 86400.0), ("12.5", 12.5)],
+)
+def test_the_begin_is_read_as_sumo_reads_it(tmp_path, value, seconds):
+    file = tmp_path / "a.sumocfg"
+    file.write_text(f"<c><route-files value='a'/><begin value='{value}'/></c>")
+    assert read_sumocfg(file).begin == seconds
+
+
+@pytest.mark.parametrize("value", ["-1", "7:00", "1:2:3:4:5", "a:b:c"])
+def test_another_begin_is_refused(tmp_path, value):
+    file = tmp_path / "a.sumocfg"
+    file.write_text(f"<c><route-files value='a'/><begin value='{value}'/></c>")
+    with pytest.raises(NetworkError, match="allowed: seconds >= 0, or H:M:S"):
+        read_sumocfg(file)

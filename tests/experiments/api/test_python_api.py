@@ -64,7 +64,7 @@ def test_scenarios_do_not_change(road):
         (lambda s: s.with_({"ego.gaol_m": 1}), "did you mean goal_m?"),
         (lambda s: s.with_({"ego goal": 1}), "is not a key"),
         (lambda s: s.with_(seed=-1), "seed: is -1; allowed"),
-        (lambda s: s.with_(planner="cruse").run(), "did you mean cruise?"),
+        (lambda s: s.with_(planner="cruse"), "did you mean cruise?"),
         (lambda _: rearview.Scenario.load("curvd"), "no such scenario"),
         (lambda _: rearview.sweep({"name": "x"}), "scenarios: is missing"),
         (lambda _: rearview.sweep("smoke", workers=-1), "allowed: 0 or more"),
