@@ -93,9 +93,11 @@ rules-docs: $(DEV_STAMP) ## Drive the sweep rules, or go on, and put its table i
 GENERATED := runs/generated_networks
 
 networks-docs: $(DEV_STAMP) ## Make networks, drive them, or go on, and put the table into docs: ARGS="--limit 100"
-	@$(BIN)/python -m experiments.evidence.generated_networks.prepare $(GENERATED)
-	@$(BIN)/rearview sweep $(GENERATED)/sweep.yaml --out $(GENERATED)/sweep --yes $(ARGS)
-	@$(BIN)/python -m experiments.evidence.generated_networks.page $(GENERATED)/sweep -o docs/generated_networks.md
+	@for source in netgenerate street_maps; do \
+	  $(BIN)/python -m experiments.evidence.generated_networks.prepare $(GENERATED)/$$source --source $$source && \
+	  $(BIN)/rearview sweep $(GENERATED)/$$source/sweep.yaml --out $(GENERATED)/$$source/sweep --yes $(ARGS) || exit; \
+	done
+	@$(BIN)/python -m experiments.evidence.generated_networks.page $(GENERATED)/netgenerate/sweep $(GENERATED)/street_maps/sweep -o docs/generated_networks.md
 
 r157-docs: r157 ## The same, also with a follower and with a dynamic plant, and put documents and pictures into docs
 	@$(BIN)/rearview r157 --follower --planner cruise --out runs/r157_follower
