@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.bodies import Bodies, BodyTable, Leader, bodies_of, leader_of
+from planner.bodies import Bodies, Leader, bodies_of, leader_of
 from planner.cruise.candidate_motion import (
     Lateral,
     RoadTables,
 )
-from planner.cruise.evaluation import CycleTables
 from planner.cruise.feasibility import (
     TOLERANCE,
     CandidateLimits,
@@ -31,7 +30,13 @@ from planner.cruise.sampling.longitudinal import (
 )
 from planner.cruise.sampling.reference_speed import reference_speed
 from planner.cruise.settings import ComfortLimits, CruiseSettings, LateralMotion
-from planner.cruise.workspace import FollowingRules, Surroundings
+from planner.cruise.steering import (
+    WHEELS_TURN_FREELY,
+    led_point,
+    wheels_before_start,
+)
+from planner.cruise.surroundings import surroundings_of
+from planner.cruise.workspace import CycleTables
 from planner.numerics.compiled import compiled
 from planner.reference_path.linear_curvature import CURVATURE, RATE, S
 from planner.reference_path.road_turn import (
@@ -42,22 +47,10 @@ from planner.reference_path.road_turn import (
     turn_of_pieces,
 )
 from planner.scene import OFF_ROAD_TOLERANCE, Scene
-from planner.shapes.disc_clearance import segment_to_rectangle
 from planner.states import CartesianState, FloatArray, Trajectory
-from planner.vehicle import Vehicle, body_scale
+from planner.vehicle import body_scale
 
-LONG = 1.5  # times as long as a car, a body is led by its front [-]
 QUEUE_GAP = 1.0  # from the line behind a waiting vehicle to its rear [m]
-DISC_EXCESS = 0.3  # by which the discs may reach beyond the sides of a long body [m]
-NO_DISCS = np.zeros(0)  # not frozen, as others: one type, one kernel
-# By which a gap below the margin may still shrink in a cycle: rounding, no more, or an
-# ego that stands would creep into contact [m].
-TOUCH_TOLERANCE = 1e-6
-# A vehicle that stands can turn its wheels before it starts: its motions need not
-# begin with the curvature that it stopped with, which may leave none within the limits.
-WHEELS_TURN_FREELY = 0.02  # [m/s]
-START_SHARE = 0.8  # of the largest curvature, to which wheels are turned there [-]
-WHEEL_SHARES = (0.5, 0.75)  # of that, which are tried to either side [-]
 # The road's turn is taken that much farther than the body gets [m].
 BEHIND, BEYOND = 1.0, 40.0
 
@@ -112,7 +105,7 @@ class Cycle:
                 lateral,
                 limits,
                 ground,
-                _surroundings(scene, settings, bodies),
+                surroundings_of(scene, settings, bodies),
                 profiles.speed_term,
                 lane_term(scene, offsets),
             ),
@@ -175,7 +168,7 @@ def _lateral(
     )
     if scene.ego.speed < WHEELS_TURN_FREELY:
         road = float(scene.path.at(np.array([ego.s])).curvature[0])
-        second = _wheels_turned(first, lead, scene.vehicle, road)
+        second = wheels_before_start(first, lead, scene.vehicle, road)
     lateral = Lateral(
         over_time,
         (ego.l, first, second),
@@ -186,58 +179,6 @@ def _lateral(
         lead,
     )
     return lateral, scale
-
-
-def led_point(vehicle: Vehicle, settings: CruiseSettings) -> float:
-    """Return how far ahead of its axle a body is led [m]; 0 at the axle itself.
-
-    The front of a long body goes farther to the side than its axle while it turns, over
-    the road's edge beside what it goes round. It is led by its front axle, as its
-    driver leads it, and the rear axle comes after.
-    """
-    over_distance = settings.lateral_motion is LateralMotion.DISTANCE
-    leads = settings.lead_long_bodies and over_distance and settings.cover_discs > 1
-    return vehicle.wheelbase if leads and body_scale(vehicle) > LONG else 0.0
-
-
-def turning_scale(vehicle: Vehicle, settings: CruiseSettings) -> float:
-    """Return how much more room than a car a body needs to steer round what stands."""
-    scale = body_scale(vehicle)
-    return math.sqrt(scale) if led_point(vehicle, settings) > 0.0 else scale
-
-
-def _wheels_turned(slope: float, lead: float, vehicle: Vehicle, road: float) -> float:
-    """Return l'' of an ego that stands: its wheels are turned before it moves off.
-
-    Along the road, or so that the led point goes along it from there on, as far as the
-    wheels turn beside the curvature of the `road` [1/m].
-    """
-    if lead == 0.0:
-        return 0.0
-    low, high = _wheels_within(vehicle, road)
-    return min(max(-slope / lead, low), high)
-
-
-def _wheels_within(vehicle: Vehicle, road: float) -> tuple[float, float]:
-    """How far wheels turn to the right and left, beside the road's curvature [1/m]."""
-    most = START_SHARE * vehicle.limits.max_curvature
-    return min(-most - road, 0.0), max(most - road, 0.0)
-
-
-def wheels_turned(scene: Scene) -> tuple[float, ...]:
-    """Return curvatures beside the road's to turn the wheels to before moving off.
-
-    An ego that stands askew where the road swings may have to steer out before it turns
-    in, as a driver does who turns the wheel while standing.
-
-    Returns:
-        The smaller ones first [1/m]; none unless the ego stands.
-    """
-    if scene.ego.speed >= WHEELS_TURN_FREELY:
-        return ()
-    road = float(scene.path.at(np.array([scene.ego_frenet.s])).curvature[0])
-    right, left = _wheels_within(scene.vehicle, road)
-    return tuple(share * side for share in WHEEL_SHARES for side in (left, right))
 
 
 def _behind_queue(scene: Scene, bodies: Bodies, leader: Leader) -> Scene:
@@ -372,113 +313,3 @@ def _allowed_excess(excess: float, road_margin: float) -> float:
         return excess + road_margin * min(over, 1.0)
     used = max(excess, 0.0)
     return max(used, 0.5 * (used + road_margin) + TOLERANCE)
-
-
-def disc_cover(
-    scene: Scene, settings: CruiseSettings
-) -> tuple[tuple[float, float, float], FloatArray, float]:
-    """Discs that cover the ego: their centres from the rear axle, and their radius.
-
-    Returns:
-        Three of them, the first and the last one included, rear first; the others,
-        (n,); their radius [m]. A single disc is repeated three times.
-    """
-    if settings.cover_discs == 1:
-        return (0.0, 0.0, 0.0), NO_DISCS, settings.single_disc_radius
-    vehicle = scene.vehicle
-    if vehicle.disc_radius - vehicle.width / 2.0 <= DISC_EXCESS:
-        return vehicle.disc_offsets, NO_DISCS, vehicle.disc_radius
-    centres, radius = vehicle.disc_cover(DISC_EXCESS)
-    three = float(centres[0]), float(centres[1]), float(centres[-1])
-    return three, centres[2:-1].copy(), radius
-
-
-@compiled
-def _thresholds(
-    ego: tuple[float, float, float],
-    discs: tuple[float, float, float],
-    disc_radius: float,
-    poses: FloatArray,
-    extents: FloatArray,
-    margin: float,
-) -> FloatArray:
-    """Required gap to each body, capped at the present gap so that an escape remains.
-
-    The present gap is measured from a capsule about the discs: from three discs it
-    would shrink and grow while the ego drives straight past a body.
-    """
-    cos, sin = math.cos(ego[2]), math.sin(ego[2])
-    out = np.full(poses.shape[0], margin)
-    ends = np.empty((2, 2))  # of the capsule's axis in a body's frame
-    for b in range(out.size):
-        half_length, half_width, radius = extents[b, 0], extents[b, 1], extents[b, 2]
-        grown = radius + disc_radius
-        for k, disc in enumerate((discs[0], discs[2])):
-            dx = ego[0] + disc * cos - poses[b, 0, 0]
-            dy = ego[1] + disc * sin - poses[b, 1, 0]
-            ends[k, 0] = dx * poses[b, 2, 0] + dy * poses[b, 3, 0]
-            ends[k, 1] = dy * poses[b, 2, 0] - dx * poses[b, 3, 0]
-        reach = abs(discs[2] - discs[0]) + half_length + half_width + grown + margin
-        if abs(ends[0, 0]) + abs(ends[0, 1]) > 2.0 * reach:
-            continue
-        apart = segment_to_rectangle(
-            ends[0, 0], ends[0, 1], ends[1, 0], ends[1, 1], half_length, half_width
-        )
-        out[b] = min(margin, apart - grown - TOUCH_TOLERANCE)
-    return out
-
-
-def _surroundings(
-    scene: Scene, settings: CruiseSettings, bodies: Bodies
-) -> Surroundings:
-    """Collect the bodies and the rules of following them."""
-    vehicle, table = scene.vehicle, bodies.table
-    discs, more_discs, disc_radius = disc_cover(scene, settings)
-    threshold = _thresholds(
-        (scene.ego.x, scene.ego.y, scene.ego.heading),
-        discs,
-        disc_radius,
-        table.poses,
-        table.extents,
-        settings.margin,
-    )
-    turn_gap = _turn_gaps(
-        table,
-        settings.obstacle_gap * turning_scale(vehicle, settings),
-        settings.standstill_gap * turning_scale(vehicle, settings),
-        (scene.ego_frenet.s, max(scene.stop_lines, default=-np.inf)),
-    )
-    rules = FollowingRules(
-        discs,
-        disc_radius,
-        settings.scales.clearance,
-        disc_radius + settings.margin,
-        vehicle.front_reach,
-        vehicle.rear_overhang,
-        vehicle.limits.max_deceleration,
-        settings.standstill_gap,
-        settings.time_headway,
-        settings.rear_time_headway,
-    )
-    return Surroundings(*table, threshold, turn_gap, more_discs, *rules)
-
-
-@compiled
-def _turn_gaps(
-    table: BodyTable,
-    obstacle_gap: float,
-    standstill_gap: float,
-    queue: tuple[float, float],
-) -> FloatArray:
-    """Room that the ego keeps to what stands ahead, 0 for what moves, (n,) [m].
-
-    What stands in `queue`, from the ego to the closed line ahead, waits there and will
-    move: one does not drive round it but stands behind it.
-    """
-    gaps = np.zeros(table.speed.size)
-    for b in range(gaps.size):
-        if b >= table.n_static and queue[0] < table.s[b, 0] < queue[1]:
-            continue
-        if not table.follower[b] and table.speed[b] <= STANDING:
-            gaps[b] = obstacle_gap if b < table.n_static else standstill_gap
-    return gaps

@@ -9,7 +9,7 @@ from planner.contact_check import Contact, contacts_of
 from planner.cruise import costs
 from planner.cruise.candidate_motion import S
 from planner.cruise.costs import DEAD_END, JERK, OFFSET, SPEED
-from planner.cruise.cycle import Cycle, disc_cover, wheels_turned
+from planner.cruise.cycle import Cycle
 from planner.cruise.drawn_candidates import alternatives_of
 from planner.cruise.evaluation import Evaluation, evaluate
 from planner.cruise.feasibility import TOLERANCE, Check
@@ -17,6 +17,8 @@ from planner.cruise.held import is_held
 from planner.cruise.sampling.longitudinal import STANDING, front_limit
 from planner.cruise.selection import Pricing
 from planner.cruise.settings import CruiseSettings
+from planner.cruise.steering import wheels_turned
+from planner.cruise.surroundings import disc_cover
 from planner.fallback.ladder import fallback
 from planner.interface import Alternative, PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene

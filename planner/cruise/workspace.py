@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from planner.cruise.candidate_motion import Lateral, RoadTables, Tracks
+from planner.cruise.feasibility import CandidateLimits
 from planner.numerics.compiled import inlined
 from planner.states import BoolArray, FloatArray, IntArray
 
@@ -63,6 +65,18 @@ class Surroundings(NamedTuple):
     standstill_gap: float
     time_headway: float
     rear_time_headway: float
+
+
+class CycleTables(NamedTuple):
+    """What the candidates of one cycle are evaluated with."""
+
+    tracks: Tracks
+    lateral: Lateral
+    limits: CandidateLimits
+    road: RoadTables
+    around: Surroundings
+    speed_term: FloatArray  # price of each profile's speed, (n_profiles,) [-]
+    lane_term: FloatArray  # price of each terminal offset, (n_offsets,) [-]
 
 
 class Bench(NamedTuple):

@@ -7,7 +7,7 @@ import numpy as np
 from planner.cruise import CruisePlanner
 from planner.cruise.planner import CruiseMemory
 from planner.dense import proposed as dense_proposed
-from planner.interface import Indicator, PlanResult, PlanStats, PlanStatus
+from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.lane_change.lane_choice import bodies_on_road, lane_at
 from planner.lane_change.phases.memory import (
     Phase,
@@ -34,26 +34,32 @@ from planner.route.lane_frame import (
     in_frame,
     lane_frame,
     narrows_bends,
-    on_reference,
     reference_frame,
     seen_from,
     without_inner_sides,
 )
 from planner.route.lane_need import (
-    TURN,
     lane_ends,
     lanes_to_follow,
     wish,
 )
 from planner.route.memory import Driver, LaneManoeuvre, RouteMemory
-from planner.route.open_road import obstacle_ahead, opens_at, queues
+from planner.route.open_road import obstacle_ahead, opens_at
+from planner.route.outcome import keeping_open, told
 from planner.route.settings import RouteSettings
+from planner.route.standing import (
+    gets_on,
+    has_no_way,
+    is_caught,
+    is_caught_in_bend,
+    is_held,
+    is_stuck,
+)
 from planner.scene import Scene
 from planner.scene_checks import invalid
 
 MOST_FRAMES = 6  # kept
 ROUND = 40.0  # for which the road stays open round what stands [m]
-LEAST_DRIVEN = 3.0  # a plan that drives less stands [m]
 CRAWLING = 1.0  # slower, the dense family does not get on either [m/s]
 CRAWLED = 4.0  # after so much of it cruising is tried again [s]
 # From what stands beside the way of an ego that is caught; the discs that cover the
@@ -210,25 +216,27 @@ class RoutePlanner:
         lane = manoeuvre.target if changes else manoeuvre.lane
         assert lane is not None  # noqa: S101 - a change has a target
         result = self._along(look, last, manoeuvre, lane, speed)
-        if self._has_no_way(look, manoeuvre) and not _gets_on(result):
+        if has_no_way(look, manoeuvre, self.settings) and not gets_on(result):
             # in a sharp turn nothing but the path itself may fit the body
             by_path = self._along(look, last, manoeuvre, lane, speed, by_path=True)
-            if _gets_on(by_path):
+            if gets_on(by_path):
                 return by_path
-        slow = look.scene.ego.speed < CRAWLING and not _is_held(look)
-        if slow and not _gets_on(result):
+        slow = look.scene.ego.speed < CRAWLING and not is_held(look)
+        if slow and not gets_on(result):
             eased = result
             if narrows_bends(_frame_of(look.scene, lane, last)[0]):
                 # whoever has stopped at the inner side of a bend has to get out of it
                 eased = self._along(look, last, manoeuvre, lane, speed, eased=True)
-            if not _gets_on(eased) and self._is_caught_in_bend(look, manoeuvre.lane):
+            if not gets_on(eased) and is_caught_in_bend(
+                look, manoeuvre.lane, self.settings
+            ):
                 # for the rest there is the road
                 now = replace(look, round_until=np.inf)
                 eased = self._along(now, last, manoeuvre, lane, speed)
-                eased = _keeping(eased, look.round_until)
-            result = eased if _gets_on(eased) else result
+                eased = keeping_open(eased, look.round_until)
+            result = eased if gets_on(eased) else result
         settings = self.settings
-        if look.stood >= settings.patience and not _gets_on(result):
+        if look.stood >= settings.patience and not gets_on(result):
             result = self._past_closely(look, last, manoeuvre, lane, speed, result)
         # who has stood, or has no lane left, goes over as far as there is road
         has_to = look.stood >= self.settings.stuck_after or is_late(look, manoeuvre)
@@ -255,11 +263,11 @@ class RoutePlanner:
 
         Two that have stopped beside each other in a junction would wait for ever.
         """
-        if not self._is_caught(look, manoeuvre.lane):
+        if not is_caught(look, manoeuvre.lane, self.settings):
             return otherwise
         near = replace(look, close_until=look.scene.ego_frenet.s + CLOSE_WAY)
         result = self._along(near, last, manoeuvre, lane, speed)
-        return result if _gets_on(result) else otherwise
+        return result if gets_on(result) else otherwise
 
     def _along(
         self,
@@ -302,7 +310,7 @@ class RoutePlanner:
             before = CruiseMemory(in_frame(frame, last.trajectory))
         result = self._cruise.plan(seen, before)
         closely = scene.ego_frenet.s < look.close_until
-        if closely and _gets_on(result):  # it is past what stood there
+        if closely and gets_on(result):  # it is past what stood there
             look, closely = replace(look, close_until=0.0), False
         if closely:
             slow = min(CLOSE_SPEED, seen.target_speed)
@@ -310,7 +318,7 @@ class RoutePlanner:
         how = "round what stands" if kind is LaneCorridor.ROAD else ""
         how = "closely past what stands" if closely else how
         how = "along the planned path" if by_path else how
-        return _told(look, result, manoeuvre, frame, frames, how)
+        return told(look, result, manoeuvre, frame, frames, how)
 
     def _without_lanes(self, look: Look, last: RouteMemory | None) -> PlanResult:
         """Let `cruise` drive where nothing is marked."""
@@ -332,14 +340,14 @@ class RoutePlanner:
         if last is None or not obstacle_ahead(look.scene, look.bodies):
             return None
         dense_drives = last.driver is Driver.DENSE
-        if not dense_drives and not self._is_stuck(look):
+        if not dense_drives and not is_stuck(look, self.settings):
             return None
         planner = dense_proposed(self.settings.dense)
         result = planner.plan(look.scene, last.dense if dense_drives else None)
         way = result.trajectory
         if result.status is not PlanStatus.OK or way is None:
             return None
-        if not dense_drives and not _gets_on(result):
+        if not dense_drives and not gets_on(result):
             return None
         why = "dense: cruising found no way between the obstacles"
         scene = look.scene
@@ -354,66 +362,6 @@ class RoutePlanner:
         )
         stats = replace(result.stats, explanation=why)
         return replace(result, memory=memory, stats=stats)
-
-    def _has_no_way(self, look: Look, manoeuvre: LaneManoeuvre) -> bool:
-        """Check whether the ego stands at its lane's end for want of a way over.
-
-        Neither in a queue nor before a closed line.
-        """
-        scene, target = look.scene, manoeuvre.target
-        changes = manoeuvre.phase in (Phase.CHANGE, Phase.COMMITTED)
-        if not changes or target is None or look.stood < self.settings.stuck_after:
-            return False
-        front = look.front
-        held = any(front - 1.0 < x < front + OVER_ROOM for x in scene.stop_lines)
-        lanes = (manoeuvre.lane, target)
-        queued = any(queues(scene, look.bodies, lane) for lane in lanes)
-        ends = look.ends[manoeuvre.lane] - front < OVER_ROOM + LEAST_DRIVEN
-        return bool(ends) and not held and not queued
-
-    def _is_caught(self, look: Look, lane: int) -> bool:
-        """Check whether the ego has stood in no queue and at no line."""
-        scene, front = look.scene, look.front
-        if look.stood < self.settings.stuck_after or queues(scene, look.bodies, lane):
-            return False
-        return not any(front - 1.0 < x < front + OVER_ROOM for x in scene.stop_lines)
-
-    def _is_caught_in_bend(self, look: Look, lane: int) -> bool:
-        """Check whether the ego has stood in a bend, in no queue and at no line."""
-        if not self._is_caught(look, lane):
-            return False
-        scene = look.scene
-        at = np.arange(scene.ego_frenet.s, look.front + OVER_ROOM)
-        return bool((np.abs(scene.path.at(at).curvature) > TURN).any())
-
-    def _is_stuck(self, look: Look) -> bool:
-        """Check whether the ego stands before obstacles, not in a queue."""
-        scene, ego = look.scene, look.scene.ego_frenet
-        lane = lane_at(scene.lanes, ego.s, ego.l)
-        queued = lane >= 0 and queues(scene, look.bodies, lane)
-        settings = self.settings
-        return look.stood >= (settings.patience if queued else settings.stuck_after)
-
-
-def _is_held(look: Look) -> bool:
-    """Check whether a closed line is so near that no plan could get on."""
-    line = min(look.scene.stop_lines, default=np.inf)
-    return bool(look.front <= line < look.front + LEAST_DRIVEN)
-
-
-def _keeping(result: PlanResult, until: float) -> PlanResult:
-    """Return a plan after which the road is open up to the same place as before."""
-    if not isinstance(result.memory, RouteMemory):
-        return result
-    return replace(result, memory=replace(result.memory, round_until=until))
-
-
-def _gets_on(result: PlanResult) -> bool:
-    """Check whether a plan of the usual kind leads on."""
-    way = result.trajectory
-    if result.status is not PlanStatus.OK or way is None:
-        return False
-    return bool(way.s[-1] - way.s[0] >= LEAST_DRIVEN)
 
 
 def _after_a_crawl(last: RouteMemory) -> RouteMemory:
@@ -440,48 +388,3 @@ def _frame_of(
             frames.pop(next(iter(frames)))
         frames[lane, along] = found
     return found, frames
-
-
-def _told(
-    look: Look,
-    result: PlanResult,
-    manoeuvre: LaneManoeuvre,
-    frame: LaneFrame,
-    frames: dict[tuple[int, bool], LaneFrame],
-    how: str,
-) -> PlanResult:
-    """Put a plan back onto the reference path, and say why it is this one."""
-    if result.trajectory is None:
-        return result
-    trajectory = on_reference(frame, result.trajectory)
-    memory = RouteMemory(
-        manoeuvre,
-        trajectory,
-        stood=look.stood,
-        round_until=look.round_until,
-        close_until=look.close_until,
-        frames=frames,
-    )
-    words = [f"{manoeuvre.phase} lane {manoeuvre.lane}"]
-    if manoeuvre.target is not None:
-        words.append(f"to {manoeuvre.target}: {manoeuvre.why}")
-    if manoeuvre.phase is Phase.SEEK:
-        beside = f", {manoeuvre.beside} is there" if manoeuvre.beside else ""
-        words.append("no way over yet" + beside)
-    if how:
-        words.append(how)
-    stats = replace(result.stats, explanation=", ".join(words))
-    if look.stood > 0.0 and manoeuvre.beside and stats.blocker is None:
-        stats = replace(stats, blocker=manoeuvre.beside)  # it waits for a gap
-    indicator = Indicator.NONE
-    if manoeuvre.target is not None:  # lanes count to the left
-        to_left = manoeuvre.target > manoeuvre.lane
-        indicator = Indicator.LEFT if to_left else Indicator.RIGHT
-    return PlanResult(
-        result.status,
-        trajectory,
-        memory,
-        stats,
-        speed_graph=result.speed_graph,
-        indicator=indicator,
-    )

@@ -35,7 +35,11 @@ CYCLE: Parts = {
         "planner.cruise.planner:CruisePlanner._evaluate",
     ),
     "sampled profiles and offsets": ("planner.cruise.sampling",),
-    "bodies, road and limits ahead": ("planner.bodies", "planner.cruise.cycle"),
+    "bodies, road and limits ahead": (
+        "planner.bodies",
+        "planner.cruise.cycle",
+        "planner.cruise.surroundings",
+    ),
     "checks of the scene and the plan, records": (
         "planner.cruise.planner",
         "planner.scene_checks",

@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.cruise.cycle import _allowed_excess, _thresholds, _wheels_turned
+from planner.cruise.cycle import _allowed_excess
+from planner.cruise.steering import wheels_before_start
+from planner.cruise.surroundings import _thresholds
 from planner.shapes.disc_clearance import gaps_to
 from planner.vehicle import Vehicle, VehicleLimits
 
@@ -70,7 +72,7 @@ def test_a_body_over_the_edge_may_swing_its_tail_out_on_its_way_back():
 def test_wheels_turned_at_a_stand_keep_within_what_they_can(slope, road):
     limits = VehicleLimits(max_curvature=0.15)
     lorry = Vehicle(length=12.0, wheelbase=6.0, rear_overhang=3.0, limits=limits)
-    second = _wheels_turned(slope, lorry.wheelbase, lorry, road)
+    second = wheels_before_start(slope, lorry.wheelbase, lorry, road)
     assert abs(road + second) <= max(0.15, abs(road)) + 1e-12
     assert second * slope <= 0.0  # towards the road, or along it
-    assert _wheels_turned(slope, 0.0, lorry, road) == 0.0
+    assert wheels_before_start(slope, 0.0, lorry, road) == 0.0

@@ -15,7 +15,6 @@ from scipy.integrate import solve_ivp
 from planner import cruise
 from planner.bodies import bodies_of, leader_of
 from planner.cruise.costs import convolve, safety_kernel, speed_deviation
-from planner.cruise.cycle import DISC_EXCESS
 from planner.cruise.feasibility import RoadBend, RoadBody, road_excess
 from planner.cruise.headway import MIN_REAR_GAP, STRIDE
 from planner.cruise.planner import NEAR_END
@@ -29,6 +28,7 @@ from planner.cruise.settings import (
     SafetyTerm,
     Weights,
 )
+from planner.cruise.surroundings import DISC_EXCESS
 from planner.errors import InvalidInputError
 from planner.interface import PlanStatus
 from planner.reference_path.frenet import frenet_to_cartesian

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from planner.cruise import proposed
-from planner.cruise.cycle import wheels_turned
 from planner.cruise.planner import CruisePlanner
+from planner.cruise.steering import wheels_turned
 from planner.interface import PlanStatus
 from planner.scene import OFF_ROAD_TOLERANCE, RoadBounds
 from tests.planner.scenes import (

@@ -22,6 +22,7 @@ from planner.route.lane_frame import (
 )
 from planner.route.lane_need import lane_ends, lanes_to_follow
 from planner.route.memory import LaneManoeuvre
+from planner.route.standing import has_no_way
 from planner.scene import Lanes, RoadBounds
 from planner.vehicle import Vehicle, VehicleLimits
 from tests.planner.scenes import Car, bend, cars, ego_on, make_scene, road, straight
@@ -418,7 +419,7 @@ def test_a_change_without_a_way_follows_the_path_at_its_lane_s_end_only(
         scene = replace(scene, stop_lines=(front + case["line"],))
     before = memory_of(planner.plan(scene, None), Phase.CHANGE)
     look = planner._look(scene, replace(before, stood=case["stood"]))
-    assert planner._has_no_way(look, before.manoeuvre) is follows
+    assert has_no_way(look, before.manoeuvre, planner.settings) is follows
 
 
 def test_the_path_itself_is_driven_along_towards_the_next_lane():
