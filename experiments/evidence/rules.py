@@ -26,7 +26,9 @@ with its 95 % interval by Wilson; *collided* counts runs with a contact, whoever
 it, *line violations* and *encroachments* runs with at least one. The waiting time is
 the mean over the runs, travel time over those that arrived on the road, PET at
 junctions the median of the runs in which the ego and another have used the same zone.
-What the columns are stands in [Metrics](reference/metrics.md).
+What the columns are stands in [Metrics](reference/metrics.md). In turns SUMO's driver
+keeps the speed of its lane, whatever the radius; ours keeps to the lateral acceleration
+of the ego's limits: that alone makes it slower where a route turns.
 """
 
 
