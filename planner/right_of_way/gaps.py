@@ -66,8 +66,17 @@ def ego_interval(
     start = standing if ego.speed < SLOW else 0.0
     slow = min(ego.speed, through)
     pulls = LATE_EGO + hurry * (LATE_IN_A_HURRY - LATE_EGO)
-    late = travel_time(foe.end_s - ego.rear, slow, pulls, through)
+    late = travel_time(_clear_at(foe) - ego.rear, slow, pulls, through)
     return early, start + late
+
+
+def _clear_at(foe: Foe) -> float:
+    """Return where the ego's rear has to be for the other to come [m].
+
+    Beyond the zone; where both go on in one lane the zone does not end, and the other
+    is behind the ego as soon as that is in it.
+    """
+    return foe.begin_s if foe.merges else foe.end_s
 
 
 def foe_interval(foe: Foe) -> tuple[float, float]:
@@ -112,13 +121,14 @@ def _early_arrival(foe: Foe) -> float:
 def _catching_up(ego: AtJunction, junction: JunctionAhead, foe: Foe) -> float:
     """Compute the time that another behind a merging ego needs for slowing down [s].
 
-    It is faster than the ego when that has left the junction, and brakes gently.
+    It is faster than the ego that has just come into their lane, and brakes gently.
     """
     if not foe.merges:
         return 0.0
-    way = max(foe.end_s - ego.rear, 0.0)
-    slow = min(ego.speed, junction.speed)
-    own = min(math.sqrt(slow * slow + 2.0 * LATE_EGO * way), ego.target_speed)
+    way = max(_clear_at(foe) - ego.rear, 0.0)
+    through = min(junction.speed, ego.target_speed)
+    slow = min(ego.speed, through)
+    own = min(math.sqrt(slow * slow + 2.0 * LATE_EGO * way), through)
     fast = max(foe.speed, min(foe.limit, ego.target_speed))
     return max(fast - own, 0.0) ** 2 / (2.0 * GENTLE) / fast
 

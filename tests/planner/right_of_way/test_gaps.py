@@ -1,6 +1,7 @@
 """Times and gaps at a junction, against step-by-step integration and by hand."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -8,8 +9,10 @@ from hypothesis import strategies as st
 
 from planner.right_of_way.gaps import (
     EARLY_FOE,
+    GENTLE,
     LATE_EGO,
     LATE_IN_A_HURRY,
+    SLOW,
     START,
     START_IN_A_HURRY,
     counts,
@@ -116,14 +119,42 @@ def test_the_ego_passes_behind_a_foe_that_leaves():
     assert not is_open(far, JUNCTION, stuck, 1.5)
 
 
-def test_merging_needs_more_before_a_fast_foe():
-    entry = next(
-        way
-        for way in range(1, 200)
-        if is_open(WAITING, JUNCTION, FOE._replace(to_line=way, entry=way + 3.0), 1.5)
-    )
-    just = FOE._replace(to_line=float(entry), entry=entry + 3.0)
-    assert not is_open(WAITING, JUNCTION, just._replace(merges=True), 1.5)
+@given(
+    st.floats(5.0, 20.0), st.floats(0.0, 8.0), st.floats(3.0, 10.0), st.floats(0.5, 2.5)
+)
+def test_who_is_merged_before_brakes_gently_and_keeps_its_distance(
+    fast, speed, through, gap
+):
+    """The nearest foe for which the gap is open, step by step."""
+    junction = replace(JUNCTION, speed=through)
+    ego = WAITING._replace(speed=speed, target_speed=13.9)
+
+    def at(entry):
+        foe = FOE._replace(to_line=entry - 3.0, entry=entry, speed=fast, limit=fast)
+        return foe._replace(turn_speed=fast, merges=True)
+
+    entry = next(way for way in range(4, 400) if is_open(ego, junction, at(way), gap))
+    way = FOE.begin_s - ego.rear  # until the ego is in the lane of both
+    time, step, own = (START if speed < SLOW else 0.0), 1e-3, min(speed, through)
+    while way > 0.0:
+        own = min(own + LATE_EGO * step, through)
+        way -= own * step
+        time += step
+    apart = entry - fast * time  # from the other's front to where the ego's rear is
+    braking = max(fast - own, 0.0) ** 2 / (2.0 * GENTLE)
+    assert apart - braking >= gap * fast - 0.02 * fast
+    foe = at(float(entry - 2))
+    if fast <= 13.9 and foe.entry > 0.0:  # and not much later than it has to be
+        assert not is_open(ego, junction, foe, gap)
+
+
+def test_a_merging_ego_needs_no_more_than_one_that_crosses():
+    for way in range(1, 200):
+        foe = FOE._replace(to_line=float(way), entry=way + 3.0, speed=8.0, limit=8.0)
+        foe = foe._replace(turn_speed=8.0)
+        if is_open(WAITING, JUNCTION, foe, 1.5):
+            assert is_open(WAITING, JUNCTION, foe._replace(merges=True), 1.5)
+            break
 
 
 def test_who_counts():
