@@ -8,15 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.numerics.compiled import compiled, inlined
-from planner.reference_path.linear_curvature import point_at
 from planner.reference_path.path import PathTable
 from planner.reference_path.projection import EVERYWHERE, NO_DIRECTION, foot
 from planner.scene import Prediction, Scene
 from planner.shapes.disc_clearance import gaps_to
 from planner.states import BoolArray, FloatArray, Trajectory
 
-ALONG_THE_ROAD = 0.5  # who changes lanes is turned less against the road [rad]
-ROOM_TO_FOLLOWER = 0.5  # by which one behind may overlap the ego's rear [m]
 CORRIDOR_MARGIN = 0.3  # lateral overlap is judged this much wider than the bodies [m]
 
 
@@ -24,8 +21,7 @@ class BodyTable(NamedTuple):
     """Numbers of all bodies, static ones first; arrays are (n,) or (n, n_steps).
 
     A body is a rectangle of half extents grown by `radius`. `follower` marks vehicles
-    behind the ego in its corridor, or that change into it behind: they react to the
-    ego, not the ego to them.
+    behind the ego in its corridor: they react to the ego, not the ego to them.
     """
 
     poses: FloatArray  # (n, 4, n_steps): x, y [m], cos and sin of the heading
@@ -56,8 +52,8 @@ class Leader:
     id: str
     s: FloatArray  # rearmost point at each step, (n_steps,) [m]
     speed: FloatArray  # (n_steps,) [m/s]
-    l: float  # of its centre now [m]
-    half_width: float  # [m]
+    l: FloatArray  # of its centre, (n_steps,) [m]
+    half_width: float  # across itself or along, whichever is less [m]
 
 
 def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
@@ -80,12 +76,7 @@ def bodies_of(scene: Scene, n_steps: int, step: float | None = None) -> Bodies:
         (ahead.x, ahead.y, ahead.heading, ahead.s, ahead.l),
         (step or scene.step) / ahead.step,
         n_steps,
-        (
-            ego.s - scene.vehicle.rear_overhang,
-            ego.l,
-            scene.vehicle.width / 2.0,
-            ego.s_dot * (step or scene.step),
-        ),
+        (ego.s - scene.vehicle.rear_overhang, ego.l, scene.vehicle.width / 2.0),
     )
     return Bodies((*fixed.ids, *moving.ids), table, step or scene.step)
 
@@ -98,7 +89,7 @@ def _gather(
     ahead: tuple[FloatArray, ...],
     ratio: float,
     n_steps: int,
-    ego: tuple[float, float, float, float],
+    ego: tuple[float, float, float],
 ) -> BodyTable:
     """Fill the table from the columns of obstacles and predicted vehicles.
 
@@ -109,7 +100,7 @@ def _gather(
         ahead: x, y, heading, s, l, (n_moving, columns).
         ratio: Columns in one step.
         n_steps: Wanted.
-        ego: s of its rear, l, half its width, and its way in one step [m].
+        ego: s of its rear, l, and half its width [m].
     """
     x, y, heading, length, width, radius = fixed
     speed_now, moving_length, moving_width = moving
@@ -139,9 +130,7 @@ def _gather(
     size = np.empty(n)
     for b in range(n):
         size[b] = math.hypot(extents[b, 0], extents[b, 1]) + extents[b, 2]
-    follower = np.zeros(n, np.bool_)
-    for b in range(n_fixed, n):
-        follower[b] = _comes_behind(b, path, poses, (s, l), extents, ego)
+    follower = _followers(s, l, extents, n_fixed, ego)
     return BodyTable(poses, s, l, speed, extents, size, stride, spin, follower, n_fixed)
 
 
@@ -183,42 +172,28 @@ def _copy_prediction(
 
 @inlined
 def _overlaps(
-    b: int, i: int, l: FloatArray, extents: FloatArray, ego_l: float, half_width: float
+    b: int, l: FloatArray, extents: FloatArray, ego_l: float, half_width: float
 ) -> bool:
-    """Check whether a body shares the ego's present corridor at a step."""
+    """Check whether a body shares the ego's corridor now."""
     reach = extents[b, 1] + extents[b, 2] + half_width + CORRIDOR_MARGIN
-    return bool(abs(l[b, i] - ego_l) < reach)
+    return bool(abs(l[b, 0] - ego_l) < reach)
 
 
 @inlined
-def _comes_behind(
-    b: int,
-    path: PathTable,
-    poses: FloatArray,
-    place: tuple[FloatArray, FloatArray],
+def _followers(
+    s: FloatArray,
+    l: FloatArray,
     extents: FloatArray,
-    ego: tuple[float, float, float, float],
-) -> bool:
-    """Check whether a vehicle is behind the ego in its corridor, or changes into it.
-
-    One that changes lanes gives way to who is there: an ego that keeps its speed is
-    still ahead when the other comes into the corridor. To brake for it would be what
-    makes it hit.
-    """
-    rear, ego_l, half_width, way = ego
-    s, l = place
-    front = extents[b, 0] + extents[b, 2] - ROOM_TO_FOLLOWER
-    if not s[b, 0] + front < rear:
-        return False
-    for i in range(s.shape[1]):
-        if _overlaps(b, i, l, extents, ego_l, half_width):
-            if not s[b, i] + front < rear + i * way:
-                return False
-            heading = point_at(path.knots, path.bins, s[b, 0])[6]
-            cos, sin = math.cos(heading), math.sin(heading)
-            along = cos * poses[b, 2, 0] + sin * poses[b, 3, 0]
-            return i == 0 or along > math.cos(ALONG_THE_ROAD)
-    return False
+    n_static: int,
+    ego: tuple[float, float, float],
+) -> BoolArray:
+    """Mark the vehicles behind the ego in its corridor."""
+    rear, ego_l, half_width = ego
+    follower = np.zeros(s.shape[0], np.bool_)
+    for b in range(n_static, s.shape[0]):
+        behind = s[b, 0] + extents[b, 0] + extents[b, 2] < rear + 0.5
+        follower[b] = behind and _overlaps(b, l, extents, ego_l, half_width)
+    return follower
 
 
 def _standing(scene: Scene) -> Prediction:
@@ -240,9 +215,9 @@ def leader_of(scene: Scene, bodies: Bodies) -> Leader | None:
     )
     if index < 0:
         return None
-    _, half_width, radius = bodies.table.extents[index].tolist()
-    l = float(bodies.table.l[index, 0])
-    return Leader(bodies.ids[index], s, speed, l, half_width + radius)
+    *halves, radius = bodies.table.extents[index].tolist()
+    l = bodies.table.l[index]
+    return Leader(bodies.ids[index], s, speed, l, min(halves) + radius)
 
 
 @compiled
@@ -258,7 +233,7 @@ def _nearest_ahead(
     nearest, found = np.inf, -1
     for b in range(s.shape[0]):
         ahead = ego_s < s[b, 0] < nearest
-        if ahead and _overlaps(b, 0, l, extents, ego_l, half_width):
+        if ahead and _overlaps(b, l, extents, ego_l, half_width):
             nearest, found = s[b, 0], b
     n = s.shape[1] if found >= 0 else 0
     rear, speed = np.empty(n), np.empty(n)

@@ -68,9 +68,9 @@ def narrower_areas(
 ) -> tuple[BaseGeometry, ...]:
     """Leave out of an area what others use who drive beside the route.
 
-    These are the other lanes of its edges, and the lanes that lead from there over a
-    junction to the same edge: two who turn side by side each keep to their own lane,
-    and nobody waits at a line across two lanes.
+    These are the other lanes of its edges, its own lanes where its line is not on them,
+    and the lanes that lead from there over a junction to the same edge: two who turn
+    side by side each keep to their own lane, and nobody waits at a line across two.
 
     Args:
         net: The network.
@@ -181,6 +181,8 @@ def _used_parts(use: LaneUse) -> list[BaseGeometry]:
         return [_strip(use.left)]
     low, high = sorted((use.entered.index, use.left.index))
     length = float(np.hypot(*np.diff(use.left.points, axis=0).T).sum())
+    if length == 0.0:
+        return []  # damaged: whoever makes the line says so
     begin, end = change_span(length, high - low)
     parts = []
     for lane in use.entered.edge.drivable_lanes:

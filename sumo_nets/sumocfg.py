@@ -150,7 +150,8 @@ def read_sumocfg(file: Path) -> DemandFiles:
     begin = _seconds(values.get("begin") or "0")
     if not 0.0 <= begin < math.inf:
         raise NetworkError(
-            f'{file}: begin: is "{values["begin"]}"; allowed: seconds >= 0, or H:M:S'
+            f'{file}: begin: is "{values["begin"]}"; '
+            "allowed: seconds >= 0, H:M:S, D:H:M:S"
         )
     options = [
         (name, value) for name, value in values.items() if name in TRAFFIC_OPTIONS
@@ -173,6 +174,8 @@ def _seconds(text: str) -> float:
     try:
         *more, hours, minutes, seconds = [0.0, 0.0, *map(float, parts)]
     except ValueError:
+        return math.nan
+    if min(*more, hours, minutes, seconds) < 0.0:
         return math.nan
     return DAY * sum(more) + HOUR * hours + MINUTE * minutes + seconds
 

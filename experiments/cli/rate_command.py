@@ -76,7 +76,7 @@ def _lines(one: "EventRate") -> str:
     if one.lost:
         text += f" ({one.lost} more without a result)"
     if one.broken:
-        text += f"; {one.broken} of them ended early: the planner or simulator failed"
+        text += f"; in {one.broken} of the runs planner or simulator failed on the way"
     text += f"\n  per run       {_interval(one.share)}\n"
     if one.per_1000_km is not None:
         text += f"  per 1,000 km  {_interval(one.per_1000_km)}"

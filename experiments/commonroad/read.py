@@ -34,6 +34,7 @@ HINTS: Final = {
     "routes": _DEMAND,
     "additional": _DEMAND,
     "net": "it is a network of SUMO; allowed: the same file, named X.net.xml",
+    "sumoConfiguration": "it configures SUMO; allowed: the same, named X.sumocfg",
     "configuration": "it configures SUMO; allowed: the same file, named X.sumocfg",
 }
 SHORTEST_STEP: Final = 0.01  # [s]

@@ -185,6 +185,8 @@ def make_planner(name: str, settings: Mapping[str, Any]) -> Planner:
 
 def require_planner_name(name: str) -> None:
     """Raise ConfigError unless a name is registered, or names a factory of a module."""
+    if not isinstance(name, str):
+        raise ConfigError(f"planner: {name!r}: is no name; allowed: that of a planner")
     if name not in PLANNERS and ":" not in name:
         known = f"{unknown_name(name, list(PLANNERS))}, module:factory"
         problem = f"no such planner; {file_hint(name) or known}"

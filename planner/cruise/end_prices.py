@@ -148,7 +148,7 @@ def _price_dead_end(
         lack: Share of the room that is missing.
     """
     q, done = point
-    in_time = False  # motions over time have ended here, see `_onward`
+    in_time = False  # motions over time have ended here, see `onward_of`
     l, slope, _, _ = lateral_at(in_time, onward.back, done, 0.0, 0.0, 0.0)
     unit, unit_slope, _, _ = lateral_at(in_time, onward.unit, done, 0.0, 0.0, 0.0)
     apart = beside - l - q * slope

@@ -7,6 +7,7 @@ from planner.cruise.feasibility import TOLERANCE
 from planner.cruise.sampling.longitudinal import front_limit
 from planner.scene import Scene
 
+STAYS = 0.1  # who moves less to the side stays where it is [m]
 SLACK = 0.5  # by which a starting body may reach over an edge, at most [m]
 
 
@@ -25,9 +26,9 @@ def is_held(scene: Scene, leader: Leader | None, least: float) -> bool:
         return True
     if leader is None or leader.s.max() - front > least:
         return False
+    if not np.ptp(leader.l) < STAYS:  # it may clear the way
+        return False
     left, right = scene.road.at(leader.s[:1])
-    free = max(
-        float(left[0]) - leader.l - leader.half_width,
-        leader.l - leader.half_width - float(right[0]),
-    )
+    l, half = float(leader.l[0]), leader.half_width
+    free = max(float(left[0]) - l - half, l - half - float(right[0]))
     return bool(np.isfinite(free)) and free < scene.vehicle.width - SLACK

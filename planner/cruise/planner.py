@@ -19,6 +19,7 @@ from planner.cruise.selection import Pricing
 from planner.cruise.settings import CruiseSettings
 from planner.cruise.steering import wheels_turned
 from planner.cruise.surroundings import disc_cover
+from planner.fallback.behind import behind
 from planner.fallback.ladder import fallback
 from planner.interface import Alternative, PlanResult, PlanStats, PlanStatus
 from planner.scene import Scene
@@ -218,6 +219,7 @@ def _fall_back(
     threshold = cycle.tables.around.threshold
     line = front_limit(scene) + TOLERANCE
     discs, more_discs, radius = disc_cover(scene, settings)
+    theirs = behind(scene, cycle.bodies)
 
     def blocker(trajectory: Trajectory) -> str | None:
         if trajectory.s[-1] + scene.vehicle.front_reach > line:
@@ -226,16 +228,14 @@ def _fall_back(
         return touched_by(
             trajectory,
             bodies,
-            bodies.table.follower,
+            theirs,
             (*discs, *more_discs.tolist()),
             radius,
             threshold,
         )
 
     def contacts(trajectory: Trajectory, margin: float) -> tuple[Contact, ...]:
-        bodies = cycle.bodies
-        ignored = bodies.table.follower
-        return contacts_of(trajectory, scene.vehicle, bodies, ignored, margin)
+        return contacts_of(trajectory, scene.vehicle, cycle.bodies, theirs, margin)
 
     horizon = settings.horizon or max(settings.times)
     status, trajectory = fallback(scene, cycle.last, blocker, horizon, contacts)

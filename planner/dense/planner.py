@@ -16,6 +16,7 @@ from planner.dense.speed import DrivablePath, knot_times, plan_drive
 from planner.dense.turning import Momentum, Turning
 from planner.dense.vehicles_ahead import bound_by_vehicles
 from planner.dense.vehicles_behind import cut_off_by
+from planner.fallback.behind import behind
 from planner.fallback.ladder import fallback
 from planner.interface import PlanResult, PlanStats, PlanStatus
 from planner.path_velocity import trajectory_on
@@ -166,12 +167,13 @@ def _fall_back(
     duration = settings.drive.duration
     bodies = bodies_of(scene, round(duration / scene.step) + 1)
 
+    theirs = behind(scene, bodies)
+
     def blocker(trajectory: Trajectory) -> str | None:
-        return touched_body(scene, bodies, trajectory)
+        return touched_body(scene, bodies, trajectory, theirs)
 
     def contacts(trajectory: Trajectory, margin: float) -> tuple[Contact, ...]:
-        ignored = bodies.table.follower
-        return contacts_of(trajectory, scene.vehicle, bodies, ignored, margin)
+        return contacts_of(trajectory, scene.vehicle, bodies, theirs, margin)
 
     status, trajectory = fallback(scene, last.trajectory, blocker, duration, contacts)
     memory = DenseMemory(trajectory, last.sides)
@@ -179,16 +181,21 @@ def _fall_back(
     return PlanResult(status, trajectory, memory, stats)
 
 
-def touched_body(scene: Scene, bodies: Bodies, trajectory: Trajectory) -> str | None:
+def touched_body(
+    scene: Scene,
+    bodies: Bodies,
+    trajectory: Trajectory,
+    theirs: BoolArray | None = None,
+) -> str | None:
     """Name the obstacle or vehicle that a trajectory would touch, None if none.
 
-    Followers do not count: it is for them to keep clear.
+    Those do not count whose part it is to keep clear: `theirs`, (n,), or followers.
     """
     cover = Cover.of(scene.vehicle)
     return touched_by(
         trajectory,
         bodies,
-        bodies.table.follower,
+        bodies.table.follower if theirs is None else theirs,
         cover.offsets,
         cover.radius,
         HARD_GAP,

@@ -129,7 +129,7 @@ def _catching_up(ego: AtJunction, junction: JunctionAhead, foe: Foe) -> float:
     through = min(junction.speed, ego.target_speed)
     slow = min(ego.speed, through)
     own = min(math.sqrt(slow * slow + 2.0 * LATE_EGO * way), through)
-    fast = max(foe.speed, min(foe.limit, ego.target_speed))
+    fast = max(foe.speed, foe.limit)
     return max(fast - own, 0.0) ** 2 / (2.0 * GENTLE) / fast
 
 

@@ -21,7 +21,7 @@ from planner.scene import (
     SpeedLimits,
     Vehicles,
 )
-from planner.states import FloatArray, Trajectory
+from planner.states import BoolArray, FloatArray, Trajectory
 from planner.vehicle import Vehicle
 
 SPACING = 1.0  # of the table [m]
@@ -69,7 +69,7 @@ class LaneFrame:
 
     def to_reference(self, s: FloatArray) -> FloatArray:
         """Move arc lengths of this frame to the reference path."""
-        return np.asarray(np.interp(s, self.s, self.at))
+        return _moved(s, self.s, self.at)
 
 
 def lane_frame(scene: Scene, lane: int) -> LaneFrame | None:
@@ -200,8 +200,10 @@ def _frame(
     moved = np.interp(road.s, at, offset)
     left, right = road.left - moved, road.right - moved
     own = np.interp(road.s, at, need)
+    along = _moved(road.s, at, s)
+    kept = _first_ones(along)
     bounds = RoadBounds(
-        _moved(road.s, at, s), np.maximum(left, own), np.minimum(right, -own)
+        along[kept], np.maximum(left, own)[kept], np.minimum(right, -own)[kept]
     )
     there = np.interp(lanes.s, at, offset)
     return LaneFrame(
@@ -227,7 +229,7 @@ def _moved_lanes(lanes: Lanes, s: FloatArray, offset: FloatArray) -> Lanes:
         s: Of their samples in the frame, (n,) [m].
         offset: Of the frame there, (n,) [m].
     """
-    kept = np.concatenate([[True], s[1:] > np.maximum.accumulate(s)[:-1]])
+    kept = _first_ones(s)
     return Lanes(
         s[kept],
         (lanes.centre - offset)[:, kept],
@@ -236,6 +238,11 @@ def _moved_lanes(lanes: Lanes, s: FloatArray, offset: FloatArray) -> Lanes:
         lanes.solid_left[:, kept],
         lanes.solid_right[:, kept],
     )
+
+
+def _first_ones(s: FloatArray) -> BoolArray:
+    """Mark samples that lie beyond all those before them, (n,)."""
+    return np.concatenate([[True], s[1:] > np.maximum.accumulate(s)[:-1]])
 
 
 def _moved_limits(limits: SpeedLimits, s: FloatArray) -> SpeedLimits:

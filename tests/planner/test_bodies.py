@@ -82,34 +82,6 @@ def test_followers_are_vehicles_behind_in_the_egos_corridor(path, car, follows):
     assert bool(bodies.table.follower[0]) is follows
 
 
-def changing(path, s, speed, drift, turn=0.0):
-    """A vehicle in the lane beside that moves over, `drift` to the left [m/s]."""
-    now = cars(path, [Car(s, 3.5, speed)])
-    ahead = now.prediction
-    l = ahead.l + drift * STEP * np.arange(ahead.l.shape[1])
-    y, heading = ahead.y + l - ahead.l, ahead.heading + turn
-    moved = Prediction(ahead.step, ahead.x, y, heading, ahead.s, l)
-    return replace(now, prediction=moved)
-
-
-@pytest.mark.parametrize(
-    ("s", "speed", "drift", "turn", "follows"),
-    [
-        (85.0, 12.0, -1.3, -0.1, True),  # comes in behind an ego that goes on
-        (85.0, 12.0, 1.3, 0.1, False),  # to the other side
-        (85.0, 25.0, -1.3, -0.1, False),  # is past the ego's rear by then
-        (100.0, 12.0, -1.3, -0.1, False),  # beside the ego
-        (85.0, 12.0, -1.3, -0.9, False),  # crosses the road
-    ],
-)
-def test_who_changes_into_the_egos_lane_behind_it_follows(
-    path, s, speed, drift, turn, follows
-):
-    vehicles = changing(path, s, speed, drift, turn)
-    bodies = bodies_of(scene_at(path, vehicles=vehicles), N)
-    assert bool(bodies.table.follower[0]) is follows
-
-
 def test_an_obstacle_never_follows(path):
     bodies = bodies_of(scene_at(path, obstacles=[Disc(85.0, 0.0, 1.0)]), N)
     assert not bodies.table.follower.any()

@@ -2,7 +2,7 @@
 
 What netgenerate does not make is in them: streets that bend between corners, junctions
 at odd angles and a few metres apart, dual carriageways, roundabouts, turn lanes that
-open before a junction, one-way streets, stop signs, ramps.
+open before a junction, one-way streets, stop signs.
 """
 
 import math
@@ -28,13 +28,14 @@ RING: Final = (11.0, 18.0)  # radius of a roundabout [m]
 RING_CORNERS: Final = 12
 ROUNDABOUTS: Final = 0.12  # share of the corners
 SIGNALS: Final = 0.6  # share of the corners of two main streets
-STOPS: Final = 0.3  # share of the ways from side to main streets
+STOPS: Final = 0.3  # share of the side streets, at one of their ends
 POCKET: Final = (25.0, 45.0)  # length of turn lanes [m]
 TURN_LANES: Final = 0.4  # share of the ways from main streets to signals
 ONE_WAY: Final = 0.15  # share of the side streets
 DIAGONAL: Final = 4  # rows from which a street leads across the blocks
 DUAL: Final = 0.5  # share of the wide streets with two carriageways
-NEAR: Final = 30.0  # a stop sign is so far before the corner at most [m]
+NEAR: Final = 30.0  # a side street is this long before its corner, for a sign [m]
+SIGN: Final = 0.3  # of that, from the sign to the corner
 
 
 class Street(NamedTuple):
@@ -149,7 +150,7 @@ def write_street_map(number: int, file: Path) -> None:
 
 
 def _street(draw: Random, k: int) -> Street:
-    """Draw the kind of a street: every second or third is a main one."""
+    """Draw the kind of a street: about every second is a main one."""
     return draw.choice(MAIN if k % 2 == draw.randint(0, 1) else SIDE)
 
 
@@ -253,7 +254,7 @@ def _two_way(
     tags: dict[str, str],
     towards: tuple[Street, bool],
 ) -> None:
-    """Draw one carriageway, with turn lanes before a signal or a stop sign."""
+    """Draw one carriageway, with turn lanes before a signal, or with a stop sign."""
     begin, points, end = line
     street, signal = towards
     inside = [drawn.node(*p) for p in points]
@@ -280,7 +281,7 @@ def _two_way(
         drawn.way([opens, end], {**tags, **more})
         return
     if not street.is_main and left > NEAR and draw.random() < STOPS:
-        share = 1.0 - 0.3 * NEAR / left
+        share = 1.0 - SIGN * NEAR / left
         stop = drawn.node(
             x + share * (x1 - x),
             y + share * (y1 - y),

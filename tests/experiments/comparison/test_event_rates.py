@@ -95,6 +95,17 @@ def test_a_sweep_is_counted_by_planner(tmp_path):
             event_rates(sweep, event, weight)
 
 
+def test_runs_that_a_failure_has_ended_are_told(tmp_path, capsys):
+    sweep = write_sweep(tmp_path / "sweep")
+    file = next(iter(sorted(sweep.glob("runs/*/*/metrics.json"))))
+    row = json.loads(file.read_text(encoding="utf-8"))
+    file.write_text(json.dumps({**row, "status": "planner_failed"}))
+    assert sum(one.broken for one in event_rates(sweep)) == 1
+    with pytest.raises(SystemExit):
+        app(["rate", str(sweep)])
+    assert "in 1 of the runs planner or simulator failed" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
