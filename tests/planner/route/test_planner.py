@@ -15,6 +15,8 @@ from planner.route import RouteSettings, proposed
 from planner.route.gaps import gap_beside
 from planner.route.lane_corridor import LaneCorridor, corridor
 from planner.route.lane_frame import (
+    KEPT_BEHIND,
+    USED,
     in_frame,
     lane_frame,
     on_reference,
@@ -136,6 +138,33 @@ def test_a_gap_is_safe_just_when_nobody_has_to_brake_too_hard(ahead, speed):
         left = front_gap - max(need, 0.0)
     if abs(left) > 0.6 and abs(ahead - 1.4) > 0.5:  # the car's length is drawn
         assert gap.is_safe == (left > 0.0)
+
+
+def test_a_frame_is_made_for_a_stretch_and_made_anew_behind_it():
+    path = straight(2000.0)
+    ego_s = 400.0
+    scene = scene_on(path, ego_on(path, ego_s, -WIDTH))
+    scene = replace(scene, lanes=replace(scene.lanes, s=np.array([0.0, path.length])))
+    frame = lane_frame(scene, 0)
+    assert (frame.begin, frame.end) == (ego_s - KEPT_BEHIND, ego_s + USED)
+    assert frame.path.length < 0.5 * path.length
+    at = np.array([0.0, 300.0, 700.0, 1999.0])  # places beyond it too
+    assert frame.to_reference(frame.to_s(at)) == pytest.approx(at)
+    seen = seen_from(
+        scene, frame, corridor(scene.lanes, frame, LaneCorridor.LANE, None), ()
+    )
+    left, right = seen.road.at(frame.to_s(np.array([1500.0])))
+    assert (left[0], right[0]) == pytest.approx((WIDTH / 2, -WIDTH / 2), abs=0.05)
+    plans = []
+    for s in (ego_s, ego_s + USED + 20.0):
+        there = replace(
+            scene_on(path, ego_on(path, s, -WIDTH, 10.0)), lanes=scene.lanes
+        )
+        memory = plans[-1].memory if plans else None
+        plans.append(proposed().plan(there, memory))
+    first, later = (next(iter(plan.memory.frames.values())) for plan in plans)
+    assert later.begin == pytest.approx(first.begin + USED + 20.0)
+    assert plans[-1].status is PlanStatus.OK
 
 
 @pytest.mark.parametrize("path", [straight(300.0), bend(60.0)])
