@@ -27,8 +27,8 @@ it, *line violations* and *encroachments* runs with at least one. The waiting ti
 the mean over the runs, travel time over those that arrived on the road, PET at
 junctions the median of the runs in which the ego and another have used the same zone.
 What the columns are stands in [Metrics](reference/metrics.md). In turns SUMO's driver
-keeps the speed of its lane, whatever the radius; ours keeps to the lateral acceleration
-of the ego's limits: that alone makes it slower where a route turns.
+keeps the speed of the lane inside the junction, which is set for a higher lateral
+acceleration than the comfort that ours keeps to: that alone makes ours slower there.
 """
 
 
