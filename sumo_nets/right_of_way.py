@@ -6,10 +6,13 @@ it meets (`foes`) and to which of them it has to give way (`response`).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from sumo_nets.errors import NetworkError
 from sumo_nets.lane_choice import LaneUse, via_lanes
-from sumo_nets.net_records import Link, Net, NetLane, Request
+from sumo_nets.net_records import Junction, Link, Net, NetLane, Request
+
+UNREGULATED: Final = "unregulated"  # kind of a junction
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,6 +47,7 @@ class Passage:
     may_wait_inside: bool  # at the end of its first lane inside
     foes: tuple[FoeMovement, ...]
     crossings: tuple[CrossedPavement, ...] = ()
+    regulated: bool = True  # without rules the others do not look at each other
 
 
 def passages(net: Net, uses: Sequence[LaneUse]) -> tuple[Passage | None, ...]:
@@ -69,7 +73,11 @@ def passages(net: Net, uses: Sequence[LaneUse]) -> tuple[Passage | None, ...]:
 def _passage(net: Net, link: Link) -> Passage | None:
     """Find the movements that one over a junction meets."""
     junction = net.junctions.get(link.source.edge.end)
-    if junction is None or not junction.requests:
+    if junction is None:
+        return None
+    if junction.kind == UNREGULATED:
+        return _without_rules(net, junction, link)
+    if not junction.requests:
         return None
     movements = net.movements(junction)
     own = next((n for n, other in enumerate(movements) if other is link), -1)
@@ -100,6 +108,26 @@ def _passage(net: Net, link: Link) -> Passage | None:
     return Passage(
         junction.id, link, inside, request.cont, tuple(foes), tuple(crossings)
     )
+
+
+def _without_rules(net: Net, junction: Junction, link: Link) -> Passage | None:
+    """List who may come over a junction whose vehicles do not look at each other.
+
+    SUMO keeps no foes of such a junction. The route gives way to whoever comes from
+    another road.
+    """
+    foes = tuple(
+        FoeMovement(other, via_lanes(net, other), goes_first=True, gives_way=False)
+        for other in net.movements(junction)
+        if other.via
+        and other.source.edge is not link.source.edge
+        and other.source.drivable
+        and other.target.drivable
+    )
+    if not foes:
+        return None
+    inside = via_lanes(net, link)
+    return Passage(junction.id, link, inside, False, foes, regulated=False)
 
 
 def _crossed(

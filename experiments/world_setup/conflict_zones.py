@@ -18,7 +18,7 @@ from planner.right_of_way.records import JunctionAhead, Rule
 from planner.states import BoolArray, FloatArray, IntArray
 from planner.vehicle import Vehicle
 from sumo_nets.net_records import Link
-from sumo_nets.right_of_way import CrossedPavement, FoeMovement
+from sumo_nets.right_of_way import CrossedPavement, FoeMovement, Passage
 from sumo_nets.route_path import JunctionSpan, RoutePath
 
 SPACING = 0.25  # of the places that are looked at [m]
@@ -74,7 +74,7 @@ def _junction(
     sharpest = float(np.abs(places.curvature[at <= end]).max(initial=0.0))
     junction = JunctionAhead(
         id=span.passage.junction,
-        rule=Rule(link.state) if link.state in set(Rule) else Rule.MAJOR,
+        rule=_rule(span.passage),
         stop_s=begin,
         exit_s=end,
         speed=min(math.sqrt(COMFORTABLE / max(sharpest, 1e-6)), FASTEST),
@@ -88,6 +88,14 @@ def _junction(
     return RoadJunction(
         junction, there, link.signal, link.signal_link, crossings=crossings
     )
+
+
+def _rule(passage: Passage) -> Rule:
+    """Return the right of way of the ego at a junction."""
+    if not passage.regulated:
+        return Rule.MINOR
+    state = passage.link.state
+    return Rule(state) if state in set(Rule) else Rule.MAJOR
 
 
 def _crossing(

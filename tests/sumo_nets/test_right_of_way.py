@@ -116,3 +116,20 @@ def test_left_turn_at_signals_waits_inside_for_oncoming_traffic():
     passage = only_passage("unprotected_left", ("west_in", "north_out"))
     assert passage.may_wait_inside
     assert "east_in_0" in sources(passage, goes_first=True)
+
+
+def test_where_nobody_looks_the_route_gives_way_to_everybody(tmp_path):
+    """SUMO's table names no foe there, and its vehicles drive through each other."""
+    file = generate(tmp_path, "--spider", "--spider.omit-center", "-j", "unregulated")
+    net = read_net(file)
+    found = 0
+    for edge in net.roads:
+        for link in edge.lanes[0].links:
+            passage = route_passage(net, link)
+            if passage is None:
+                continue
+            assert not passage.regulated
+            assert all(foe.goes_first and not foe.gives_way for foe in passage.foes)
+            assert edge.id not in {foe.link.source.edge.id for foe in passage.foes}
+            found += 1
+    assert found > 10
