@@ -73,12 +73,13 @@ def passages(net: Net, uses: Sequence[LaneUse]) -> tuple[Passage | None, ...]:
 def _passage(net: Net, link: Link) -> Passage | None:
     """Find the movements that one over a junction meets."""
     junction = net.junctions.get(link.source.edge.end)
-    if junction is None:
-        return None
-    if junction.kind == UNREGULATED:
+    if junction is not None and junction.kind == UNREGULATED:
         return _without_rules(net, junction, link)
-    if not junction.requests:
-        return None
+    return _by_table(net, junction, link) if junction and junction.requests else None
+
+
+def _by_table(net: Net, junction: Junction, link: Link) -> Passage | None:
+    """Read from SUMO's table whom a movement meets, and who goes first."""
     movements = net.movements(junction)
     own = next((n for n, other in enumerate(movements) if other is link), -1)
     request = junction.requests.get(own)
@@ -127,7 +128,9 @@ def _without_rules(net: Net, junction: Junction, link: Link) -> Passage | None:
     if not foes:
         return None
     inside = via_lanes(net, link)
-    return Passage(junction.id, link, inside, False, foes, regulated=False)
+    return Passage(
+        junction.id, link, inside, may_wait_inside=False, foes=foes, regulated=False
+    )
 
 
 def _crossed(

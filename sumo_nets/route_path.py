@@ -9,16 +9,15 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from shapely.geometry.base import BaseGeometry
 
 from sumo_nets.centre_line import FloatArray
-from sumo_nets.drivable_area import drivable_area, narrower_areas, wider_areas
 from sumo_nets.errors import NetworkError
 from sumo_nets.join_lanes import Piece, blend, densify, resample, stitch
 from sumo_nets.lane_choice import LaneUse, choose_lanes, via_lanes
 from sumo_nets.net_reader import read_net
 from sumo_nets.net_records import Net, NetLane
 from sumo_nets.right_of_way import Passage, passages
+from sumo_nets.route_areas import AreasOfEdges, RouteAreas
 from sumo_nets.route_check import check_route
 
 # Largest distance of neighbouring points [m].
@@ -85,9 +84,7 @@ class RoutePath:
 
     `left` and `right` are the edges of the carriageway as lateral offsets from the
     points: left > 0 > right. Only lanes in the route's direction that cars may use
-    count. Inside junctions the edges are interpolated. `area` is all that a body on
-    the route may use; `narrower`, the narrowest first, what it leaves to others beside;
-    `wider`, the widest last, with oncoming lanes, where nothing else will do.
+    count. Inside junctions the edges are interpolated.
     """
 
     points: FloatArray  # x, y [m], at most SPACING apart
@@ -96,11 +93,9 @@ class RoutePath:
     right: FloatArray  # [m]
     stop_lines: tuple[StopLine, ...]
     spans: tuple[LaneSpan, ...]
-    area: BaseGeometry
+    areas: RouteAreas  # where a body may be
     left_hand: bool = False  # whether traffic keeps to the left
     junctions: tuple[JunctionSpan, ...] = ()
-    narrower: tuple[BaseGeometry, ...] = ()
-    wider: tuple[BaseGeometry, ...] = ()
 
     @property
     def lanes(self) -> tuple[str, ...]:
@@ -133,9 +128,6 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
     uses = choose_lanes(net, route, lane)
     try:
         pieces, limits = _pieces(net, uses)
-        area = drivable_area(net, uses)
-        narrower = narrower_areas(net, uses, area)
-        wider = wider_areas(net, uses, area)
     except NetworkError as error:
         message = str(error)
         if str(path) not in message:
@@ -179,9 +171,9 @@ def route_path(net_file: str | Path, route: Sequence[str], lane: int) -> RoutePa
         column.setflags(write=False)
     stop_lines = _stop_lines(uses, spans)
     junctions = _junctions(passages(net, uses), spans)
-    return RoutePath(
-        *columns, stop_lines, spans, area, net.left_hand, junctions, narrower, wider
-    )
+    begins = [spans[k].begin for k in edges]
+    areas = AreasOfEdges(net, uses, begins)
+    return RoutePath(*columns, stop_lines, spans, areas, net.left_hand, junctions)
 
 
 def _pieces(net: Net, uses: Sequence[LaneUse]) -> tuple[list[Piece], list[float]]:

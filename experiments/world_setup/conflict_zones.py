@@ -228,10 +228,11 @@ def swings(
         vehicle: The ego.
     """
     path = driven.path
-    area = found.area.buffer(OUTSIDE)
-    shapely.prepare(area)
     out = []
     for stretch in driven.planned:
+        begin, end = (float(x) for x in np.interp(stretch, s_found, found.s))
+        area = found.areas.between(begin, end).own.buffer(OUTSIDE)
+        shapely.prepare(area)
         s = np.arange(stretch.begin, stretch.end, 2.0 * SPACING)
         at = path.at(s)
         x, y = outline_points(at.x, at.y, at.heading, body_outline(vehicle, 0.0))

@@ -5,7 +5,8 @@ the road, the path is planned anew inside the area that the route has: lanes of 
 direction and junctions. Everywhere else it is the smoothed line of the lanes.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -28,13 +29,14 @@ from planner.reference_path.corners import rounded_corners
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.steerable import SHIFTS, SteerablePath, steerable_path
 from planner.reference_path.steered_motion import SteeringLimits
-from planner.states import BoolArray, FloatArray
+from planner.states import BoolArray, FloatArray, IntArray
 from planner.vehicle import Vehicle
 from sumo_nets.drivable_area import boundary_about
 from sumo_nets.errors import NetworkError
 from sumo_nets.route_path import RoutePath
 
 STEP = 0.5  # [m], between the places that are checked
+CHECKED = 100.0  # of the path at once, against the area there [m]
 TOLERANCE = 0.15  # how far the body may reach over the area [m]
 ABRUPT = 0.06  # a lane's curvature that changes faster needs one [1/m²]
 SHARPEST = (0.97, 0.94, 0.91)  # most of it; smoothing may add to it
@@ -165,10 +167,26 @@ def body_polygons(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> BaseG
 def _bad_places(found: RoutePath, path: ReferencePath, vehicle: Vehicle) -> FloatArray:
     """List arc lengths of the route where the ego cannot follow the path [m]."""
     s = np.arange(0.0, path.length, STEP)
-    bad = _is_bad(path, s, found.area, vehicle)
     own, _ = path.project(found.points[:, 0], found.points[:, 1], near=found.s)
-    own = np.maximum.accumulate(own)
-    return np.asarray(np.interp(s[bad], own, found.s))
+    along = np.interp(s, np.maximum.accumulate(own), found.s)
+    bad = np.zeros(s.size, dtype=bool)
+    for rows, area in areas_along(found, along):
+        bad[rows] = _is_bad(path, s[rows], area, vehicle)
+    return np.asarray(along[bad])
+
+
+def areas_along(
+    found: RoutePath, along: FloatArray
+) -> Iterator[tuple[IntArray, BaseGeometry]]:
+    """Yield the area about some places of a route at a time.
+
+    Args:
+        found: The route.
+        along: Arc lengths of the places on the route, growing, (n,) [m].
+    """
+    count = math.ceil((along[-1] - along[0]) / CHECKED)
+    for rows in np.array_split(np.arange(along.size), max(count, 1)):
+        yield rows, found.areas.between(along[rows[0]], along[rows[-1]]).own
 
 
 def _is_bad(
@@ -281,29 +299,31 @@ def _planned(
             f"lanes over {stretch.end - stretch.begin:.0f} m",
             lane,
         )
-    first = found.narrower[0] if found.narrower else found.area
+    area = found.areas.between(*stretch)
+    first = area.narrower[0] if area.narrower else area.own
     path = attempts.first(first, ATTEMPTS[:2], share)
     if path is not None:
         return path
     # what does not go with all the room there is goes nowhere
     last = Attempt(share, LEAST_MARGIN, LAST_RESORT, SHIFTS)
-    widest = found.wider[-1] if found.wider else found.area
-    somehow = attempts.first(widest, (last,), share)
+    somehow = attempts.first(area.widest, (last,), share)
     if somehow is None:
-        raise NoPathError(_impossible(found, place, attempts, last), lane)
-    path = _beside_others(found.narrower, attempts, share)
-    path = path or attempts.first(found.area, ATTEMPTS, share)
-    for area in found.wider:
-        path = path or attempts.first(area, (ACROSS,), share)
-    path = path or attempts.first(found.area, (last,), share)
+        raise NoPathError(_impossible(area.own, place, attempts, last), lane)
+    path = _beside_others(area.narrower, attempts, share)
+    path = path or attempts.first(area.own, ATTEMPTS, share)
+    for wider in area.wider:
+        path = path or attempts.first(wider, (ACROSS,), share)
+    path = path or attempts.first(area.own, (last,), share)
     return path or somehow
 
 
-def _impossible(found: RoutePath, place: str, attempts: Attempts, last: Attempt) -> str:
+def _impossible(
+    area: BaseGeometry, place: str, attempts: Attempts, last: Attempt
+) -> str:
     """Say what a bend asks for that has no path."""
     guide, vehicle = attempts.guide, attempts.vehicle
-    needed = _needed(guide, boundary_about(found.area, guide, ROOM), vehicle)
-    reach = attempts.plan(found.area, last).fault - LEAST_MARGIN
+    needed = _needed(guide, boundary_about(area, guide, ROOM), vehicle)
+    reach = attempts.plan(area, last).fault - LEAST_MARGIN
     return (
         f"{place}: a bend that this body cannot take: it needs a "
         f"curvature of {needed} 1/m, the ego has {vehicle.limits.max_curvature:g} and "
@@ -382,9 +402,6 @@ def _fault(
 ) -> NoPathError | None:
     """Find what is wrong with the planned stretches once they are smooth."""
     most = vehicle.limits.max_curvature
-    widest = found.wider[-1] if found.wider else found.area
-    allowed = widest.buffer(2.0 * TOLERANCE)
-    shapely.prepare(allowed)
     for stretch, span in zip(stretches, driven.planned, strict=True):
         s = np.arange(span.begin, span.end, STEP / 2.0)
         sharpest = float(np.abs(driven.path.at(s).curvature).max())
@@ -392,6 +409,8 @@ def _fault(
         if sharpest > HELD * most:
             needs = f"needs a curvature of {sharpest:.3f} 1/m, not {most:g}"
             return NoPathError(f"{where}: {needs}", lane)
+        allowed = found.areas.between(*stretch).widest.buffer(2.0 * TOLERANCE)
+        shapely.prepare(allowed)
         if not shapely.covers(allowed, body_polygons(driven.path, s, vehicle)).all():
             return NoPathError(f"{where}: the body would leave the road", lane)
     return None

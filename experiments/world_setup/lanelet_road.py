@@ -17,6 +17,7 @@ from planner.scene import Lanes, RoadBounds, SpeedLimits
 from planner.states import FloatArray
 from planner.vehicle import Vehicle
 from sumo_nets.errors import NetworkError
+from sumo_nets.route_areas import OneArea, RouteArea
 from sumo_nets.route_path import RoutePath, StopLine
 
 SPACING = 2.0  # between places where edges and lanes are measured [m]
@@ -69,7 +70,7 @@ def lanelet_road(
         nothing,
         (),
         (),
-        corridor.area,
+        OneArea(RouteArea(corridor.area)),
         left_hand,
     )
     driven = _path_along(found, vehicle)

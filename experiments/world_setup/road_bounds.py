@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from experiments.world_setup.driven_path import DrivenPath
+from experiments.world_setup.driven_path import DrivenPath, areas_along
 from planner.reference_path.body_in_area import outline_points
 from planner.reference_path.linear_curvature import CURVATURE, RATE, S
 from planner.reference_path.path import ReferencePath
@@ -54,7 +54,7 @@ def road_bounds(
     path = driven.path
     s = np.arange(0.0, path.length, STEP)
     body = _swept(path, s, vehicle)
-    edge = _edges(found, path, s)
+    edge = _edges(found, driven, s)
     left, right = carriageway.at(s)
     planned = driven.is_planned(s)
     most = np.where(planned, np.minimum(left, edge.left), left)
@@ -139,13 +139,16 @@ def _outline(vehicle: Vehicle) -> FloatArray:
     return np.concatenate(sides)
 
 
-def _edges(found: RoutePath, path: ReferencePath, s: FloatArray) -> _Room:
+def _edges(found: RoutePath, driven: DrivenPath, s: FloatArray) -> _Room:
     """Measure the way to the edges of the area, short of the centre of curvature."""
-    at = path.at(s)
+    at = driven.path.at(s)
     points = np.column_stack([at.x, at.y])
     normal = np.column_stack([-at.sin_heading, at.cos_heading])
-    left = distances_to_edge(found.area, points, normal, FARTHEST)
-    right = -distances_to_edge(found.area, points, -normal, FARTHEST)
+    left, right = np.zeros(s.size), np.zeros(s.size)
+    for rows, area in areas_along(found, np.interp(s, driven.near, found.s)):
+        here, side = points[rows], normal[rows]
+        left[rows] = distances_to_edge(area, here, side, FARTHEST)
+        right[rows] = -distances_to_edge(area, here, -side, FARTHEST)
     centre = DOMAIN / np.where(np.abs(at.curvature) < BENT, BENT, at.curvature)
     left = np.where(centre > 0.0, np.minimum(left, centre), left)
     right = np.where(centre < 0.0, np.maximum(right, centre), right)

@@ -33,7 +33,9 @@ drivable if SUMO's own driver, in the same traffic, arrives on it. Shares have t
 """
 
 
-KINDS: Final = MappingProxyType({"net": "netgenerate", "map": "street maps"})
+KINDS: Final = MappingProxyType(
+    {"net": "netgenerate", "map": "street maps", "tour": "tours of `town`"}
+)
 
 
 def document(found: Sequence[Row]) -> str:

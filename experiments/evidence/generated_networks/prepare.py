@@ -1,5 +1,7 @@
 """Makes networks by netgenerate or street maps, a scenario for each, and their sweep.
 
+The shipped town is a source too: of long routes through one network.
+
 `python -m experiments.evidence.generated_networks.prepare FOLDER` writes them, for
 `rearview sweep FOLDER/sweep.yaml`. A number makes the same network everywhere.
 """
@@ -19,7 +21,7 @@ from experiments.config.scenario_file import load_scenario
 from experiments.errors import ExperimentError
 from experiments.evidence.generated_networks.street_maps import write_street_map
 from experiments.storage.atomic_folder import make_folder, write_atomically
-from sumo_nets.build import sumo_home
+from sumo_nets.build import net_path, sumo_home
 from sumo_nets.errors import NetworkError
 
 COUNT: Final = 60
@@ -47,8 +49,22 @@ SCENARIO: Final = MappingProxyType(
         "simulation": {"duration_s": 240, "warmup_s": 60},
     }
 )
-NETGENERATE, STREET_MAPS = "netgenerate", "street_maps"
+NETGENERATE, STREET_MAPS, TOWN = "netgenerate", "street_maps", "town"
+# A tour of the town: the traffic of its scenario, and time for its lights and queues.
+TOUR: Final = MappingProxyType(
+    {
+        "traffic": {
+            "own_veh_per_h": 100,
+            "oncoming_veh_per_h": 100,
+            "cross_veh_per_h": 80,
+        },
+        "simulation": {"duration_s": 1200, "warmup_s": 60},
+    }
+)
+TOUR_LENGTHS: Final = (1000, 3000)  # [m]
 CAR: Final = "car"
+# of the networks of a source, each before its number
+NAMES: Final = MappingProxyType({NETGENERATE: "net", STREET_MAPS: "map", TOWN: "tour"})
 BODIES: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
     {
         CAR: {},
@@ -152,7 +168,8 @@ def prepare(
         seeds: Of routes and traffic.
         planners: Who drives.
         body: In what; of `BODIES`.
-        source: Of the networks: `NETGENERATE`, or `STREET_MAPS` to be converted.
+        source: Of the networks: `NETGENERATE`, `STREET_MAPS` to be converted, or
+            `TOWN` with a tour of its own length for each number.
 
     Raises:
         NetworkError: If a network cannot be made.
@@ -161,16 +178,11 @@ def prepare(
     make_folder(folder)
     names = []
     for number in numbers:
-        if source == STREET_MAPS:
-            name = f"map_{number:02d}"
-            net = folder / f"{name}.osm"
-            write_street_map(number, net)
-        else:
-            name = f"net_{number:02d}"
-            net = folder / f"{name}.net.xml"
-            make_network(number, net)
+        name = f"{NAMES[source]}_{number:02d}"
+        net = _network(source, number, folder / name)
+        keys = _tour(number) if source == TOWN else SCENARIO
         file = folder / f"{name}.yaml"
-        write_atomically(file, yaml.safe_dump(_scenario(name, net, body)))
+        write_atomically(file, yaml.safe_dump(_scenario(name, net, body, keys)))
         load_scenario(str(file))
         names.append(file.name)
     sweep = folder / "sweep.yaml"
@@ -187,15 +199,45 @@ def prepare(
     return sweep
 
 
-def _scenario(name: str, net: Path, body: str) -> dict[str, Any]:
+def _network(source: str, number: int, stem: Path) -> Path:
+    """Make a network, or take the town's; return its file.
+
+    Args:
+        source: Of the networks.
+        number: Of the network.
+        stem: Path of the file, without its ending.
+    """
+    if source == STREET_MAPS:
+        file = stem.with_suffix(".osm")
+        write_street_map(number, file)
+        return file
+    file = stem.with_suffix(".net.xml")
+    if source == TOWN:
+        write_atomically(file, net_path(TOWN).read_text())
+    else:
+        make_network(number, file)
+    return file
+
+
+def _tour(number: int) -> dict[str, Any]:
+    """Draw a tour through the town."""
+    goal = Random(number).randint(*TOUR_LENGTHS)
+    return {**TOUR, "ego": {"goal_m": goal}}
+
+
+def _scenario(
+    name: str, net: Path, body: str, keys: Mapping[str, Any]
+) -> dict[str, Any]:
     """Return a scenario of random routes through a network."""
+    sections = {section: dict(values) for section, values in keys.items()}
+    ego = {"start_m": 20, "vehicle": dict(BODIES[body]), **sections.pop("ego", {})}
     return {
         "name": name,
         "purpose": "A random route through a network that nobody drew by hand.",
         "world": "sumo",
         "network": {"file": net.name},
-        "ego": {"start_m": 20, "vehicle": dict(BODIES[body])},
-        **{section: dict(keys) for section, keys in SCENARIO.items()},
+        "ego": ego,
+        **sections,
     }
 
 
@@ -213,8 +255,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=SEEDS, help="of each network")
     parser.add_argument("--planner", action="append", help="may be repeated")
     parser.add_argument("--body", choices=BODIES, default=CAR)
-    sources = (NETGENERATE, STREET_MAPS)
-    parser.add_argument("--source", choices=sources, default=NETGENERATE)
+    parser.add_argument("--source", choices=NAMES, default=NETGENERATE)
     given = parser.parse_args(arguments)
     if min(given.count, given.seeds) < 1:
         sys.stderr.write("--count and --seeds: allowed: at least 1\n")

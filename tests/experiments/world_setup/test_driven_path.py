@@ -92,7 +92,7 @@ def check_routes(net, count):
         s = np.arange(0.0, driven.path.length, 0.2)
         assert np.abs(driven.path.at(s).curvature).max() <= CAR.limits.max_curvature
         bodies = body_polygons(driven.path, s, CAR)
-        widest = found.wider[-1] if found.wider else found.area
+        widest = found.areas.between(0.0, found.length).widest
         assert shapely.covers(widest.buffer(2.0 * TOLERANCE), bodies).all()
         road = sumo_road(Network.from_file(net.file, route, lane), CAR)
         assert over_the_edge(road, s[5:-20]) < -0.05
