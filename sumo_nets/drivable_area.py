@@ -28,8 +28,9 @@ BEYOND = 30.0
 # it is still seen to be in its own lane [m].
 BESIDE = (0.4, 0.9)
 
-# So far over the middle of the road a body may reach first [m].
-ACROSS = 0.6
+# So far over the middle of the road a body may reach first: to where it meets nobody,
+# and to where others can still pass if they see it [m].
+ACROSS = (0.25, 0.6)
 
 # Corners of the least area.
 CORNERS = 3
@@ -128,7 +129,7 @@ def wider_areas(
         return ()
     grown = [part.buffer(SEAM, join_style="mitre") for part in oncoming]
     whole = shapely.union_all([area, *grown])
-    return (area.buffer(ACROSS).intersection(whole), whole)
+    return (*(area.buffer(reach).intersection(whole) for reach in ACROSS), whole)
 
 
 def _without(
