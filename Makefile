@@ -22,7 +22,7 @@ SHORTLY := grep --line-buffered -o -E '[^ /]+ \([0-9.]+ MB\)|^Installing collect
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs robustness-docs penetration-docs r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type contracts imports bench bench-docs bench-peers peers-docs comfort-docs nets schema ci clean
+.PHONY: help install install-dev experiment need-net figure report sweep need-sweep thesis thesis-docs results results-docs robustness-docs penetration-docs r157 r157-docs commonroad-checker commonroad-docs test test-slow cov docs lint fmt type contracts imports bench bench-docs bench-peers peers-docs comfort-docs families-docs nets schema ci clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -89,6 +89,12 @@ comfort-docs: $(DEV_STAMP) ## Drive the sweeps of comfort, or go on, and put the
 rules-docs: $(DEV_STAMP) ## Drive the sweep rules, or go on, and put its table into docs: ARGS="--limit 100"
 	@$(BIN)/rearview sweep rules --yes $(ARGS)
 	@$(BIN)/python -m experiments.evidence.rules sweeps/rules -o docs/rules.md
+
+FAMILIES := families_cruise families_dense families_lane_change
+
+families-docs: $(DEV_STAMP) ## Drive one driver beside the three families, or go on, and put the table into docs: ARGS="--limit 100"
+	@for sweep in $(FAMILIES); do $(BIN)/rearview sweep $$sweep --yes $(ARGS) || exit $$?; done
+	@$(BIN)/python -m experiments.evidence.families $(addprefix sweeps/,$(FAMILIES)) -o docs/families.md
 
 GENERATED := runs/generated_networks
 
