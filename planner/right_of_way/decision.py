@@ -33,6 +33,7 @@ STANDING = 0.1  # slower is standing [m/s]
 BEFORE_ZONE = 0.7  # from the front bumper to the zone, where the ego stops inside [m]
 DEADLOCK = 5.0  # standing before others that stand, after this the ego goes [s]
 FOES_STOOD = 3.0  # ... if they have stood for so long [s]
+QUIET = 2.0  # one that stands sets off within this once nobody comes any more [s]
 LETS_PASS = 1.0  # one that gives way inside the junction has stood for so long [s]
 LOOK_AHEAD = 1.5  # gentle braking before a line: nobody decides earlier [m/s²]
 REACTION = 1.0  # [s]
@@ -78,12 +79,28 @@ def decide(
     )
     if blocking and _is_deadlock(blocking, memory):
         blocking = ()
+    memory = memory._replace(quiet=0.0 if blocking else memory.quiet + step)
+    if not memory.goes and memory.quiet < QUIET:
+        blocking = blocking or _about_to_go(ego, junction, standing)
     if not blocking:
         return Permission(None, memory._replace(goes=True, place=math.inf), "")
     if any(_comes_through(ego, junction.wait_s, foe) for foe in foes):
         junction = replace(junction, wait_s=None)
     first = min(blocking, key=lambda foe: (foe.entry, foe.vehicle))
     return _closed(ego, junction, blocking, memory, first.vehicle)
+
+
+def _about_to_go(
+    ego: AtJunction, junction: JunctionAhead, standing: Sequence[Foe]
+) -> tuple[Foe, ...]:
+    """List those that have stood for long for the same vehicles as the ego.
+
+    When the last of these is gone they set off as the ego does, and go first. Where
+    everybody has to stop, the time of waiting decides.
+    """
+    if junction.rule is Rule.ALL_WAY_STOP or not _at_line(ego, junction):
+        return ()
+    return tuple(x for x in standing if x.goes_first and counts(x))
 
 
 def _waited(

@@ -78,6 +78,7 @@ class Waiting(NamedTuple):
     goes: bool = False  # whether it was free to go in the cycle before
     waited: float = 0.0  # for how long it has stood there, creeping apart [s]
     place: float = math.inf  # where it has to stop; inf if it may go [m]
+    quiet: float = math.inf  # since one that does not stand has blocked it [s]
 
 
 class Permission(NamedTuple):

@@ -7,6 +7,7 @@ from planner.right_of_way.decision import (
     BEFORE_ZONE,
     DEADLOCK,
     IMPATIENT,
+    QUIET,
     decide,
     is_near,
 )
@@ -198,6 +199,24 @@ def test_who_creeps_up_behind_one_that_stands_is_not_waited_for():
     bus = first._replace(to_line=20.0, entry=23.0, exit=35.0)
     comes = creeps._replace(to_line=40.0, entry=43.0, exit=53.0, speed=13.9)
     assert lines(Rule.MINOR, foes=[comes, bus], memory=waited).stop_s == 100.0
+
+
+def test_one_that_stands_for_the_same_stream_as_the_ego_goes_first_when_it_ends():
+    """A left turner inside the junction sets off once the last one has passed."""
+    turner = FOE._replace(to_line=-4.6, entry=1.3, exit=11.3, speed=0.0, stood=11.0)
+    stream = FOE._replace(vehicle="stream", begin_s=106.5, to_line=18.0, entry=20.0)
+    memory = Waiting(stopped=True, stood=9.0, waited=9.0)
+    decision = lines(Rule.MINOR, foes=[turner, stream], memory=memory)
+    assert decision.because_of == "stream"
+    quiet = 0
+    while decision.stop_s is not None:
+        decision = lines(Rule.MINOR, foes=[turner], memory=decision.memory)
+        quiet += 1
+        assert decision.because_of == ("foe" if decision.stop_s else "")
+    assert quiet == round(QUIET / STEP)  # it does not go: then the ego does
+    waits = lines(Rule.MINOR, foes=[turner, stream], memory=memory).memory
+    sets_off = turner._replace(speed=1.0, stood=0.0)
+    assert lines(Rule.MINOR, foes=[sets_off], memory=waits).because_of == "foe"
 
 
 def test_nobody_waits_inside_in_the_way_of_who_goes_first():
