@@ -5,7 +5,7 @@ it meets (`foes`) and to which of them it has to give way (`response`).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from sumo_nets.errors import NetworkError
@@ -48,6 +48,8 @@ class Passage:
     foes: tuple[FoeMovement, ...]
     crossings: tuple[CrossedPavement, ...] = ()
     regulated: bool = True  # without rules the others do not look at each other
+    # of all movements from other roads: the lane before, those inside, the one behind
+    turning: tuple[tuple[NetLane, ...], ...] = ()
 
 
 def passages(net: Net, uses: Sequence[LaneUse]) -> tuple[Passage | None, ...]:
@@ -73,9 +75,28 @@ def passages(net: Net, uses: Sequence[LaneUse]) -> tuple[Passage | None, ...]:
 def _passage(net: Net, link: Link) -> Passage | None:
     """Find the movements that one over a junction meets."""
     junction = net.junctions.get(link.source.edge.end)
+    found = None
     if junction is not None and junction.kind == UNREGULATED:
-        return _without_rules(net, junction, link)
-    return _by_table(net, junction, link) if junction and junction.requests else None
+        found = _without_rules(net, junction, link)
+    elif junction is not None and junction.requests:
+        found = _by_table(net, junction, link)
+    if junction is None or found is None:
+        return None
+    others = _from_other_roads(net, junction, link)
+    turning = tuple((x.source, *via_lanes(net, x), x.target) for x in others)
+    return replace(found, turning=turning)
+
+
+def _from_other_roads(net: Net, junction: Junction, link: Link) -> list[Link]:
+    """List the movements of cars over a junction that come from another road."""
+    return [
+        other
+        for other in net.movements(junction)
+        if other.via
+        and other.source.edge is not link.source.edge
+        and other.source.drivable
+        and other.target.drivable
+    ]
 
 
 def _by_table(net: Net, junction: Junction, link: Link) -> Passage | None:
@@ -119,11 +140,7 @@ def _without_rules(net: Net, junction: Junction, link: Link) -> Passage | None:
     """
     foes = tuple(
         FoeMovement(other, via_lanes(net, other), goes_first=True, gives_way=False)
-        for other in net.movements(junction)
-        if other.via
-        and other.source.edge is not link.source.edge
-        and other.source.drivable
-        and other.target.drivable
+        for other in _from_other_roads(net, junction, link)
     )
     if not foes:
         return None

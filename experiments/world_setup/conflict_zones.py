@@ -12,6 +12,7 @@ from experiments.cosim.junctions import (
     Swing,
 )
 from experiments.world_setup.driven_path import DrivenPath
+from experiments.world_setup.waiting_places import waiting_place
 from planner.reference_path.body_in_area import body_outline, outline_points
 from planner.reference_path.path import ReferencePath
 from planner.right_of_way.records import JunctionAhead, Rule
@@ -75,7 +76,7 @@ def _junction(
     junction = JunctionAhead(
         id=span.passage.junction,
         rule=_rule(span.passage),
-        stop_s=begin,
+        stop_s=waiting_place(begin, span.passage.turning, path, vehicle),
         exit_s=end,
         speed=min(math.sqrt(COMFORTABLE / max(sharpest, 1e-6)), FASTEST),
         wait_s=inside if span.passage.may_wait_inside else None,

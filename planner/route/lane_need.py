@@ -155,10 +155,11 @@ def wish(
         if left < room and ends[neighbour] > front and crosses:
             why = f"lane {own} ends in {left:.0f} m"
             return LaneWish(neighbour, why, forced=True)
-    if not _is_quiet(scene, front, settings):
+    if not _has_time(scene, front, settings):
         return None
     worths = lane_worths(scene, bodies, settings.cruise.standstill_gap)
-    worths = np.where(ends - front > 2.0 * settings.quiet, worths, -np.inf)
+    goes_on = (ends - front > 2.0 * settings.quiet) | (ends == np.inf)
+    worths = np.where(goes_on, worths, -np.inf)
     worths[own] = max(worths[own], 0.0)
     left_hand = scene.lanes.left_hand
     worths = _within_lines(scene, worths, own)
@@ -215,8 +216,9 @@ def leads_farthest(ends: FloatArray, own: int) -> int:
     return int(leading[np.argmin(np.abs(leading - own))])
 
 
-def _is_quiet(scene: Scene, front: float, settings: RouteSettings) -> bool:
-    """Check that no closed line and no junction is near."""
-    near = [line for line in scene.stop_lines if line > front - settings.quiet]
+def _has_time(scene: Scene, front: float, settings: RouteSettings) -> bool:
+    """Check that a change is over well before the next closed line or junction."""
+    need = settings.settle_room + settings.settle_time * max(scene.ego.speed, 0.0)
+    near = [line for line in scene.stop_lines if line > front]
     near += [x.stop_s for x in scene.junctions if x.exit_s > front]
-    return all(s - front > settings.quiet for s in near)
+    return all(s - front > need for s in near)

@@ -23,7 +23,9 @@ class RouteSettings:
     need_room: float = 60.0  # and this [m]
     end_room: float = 14.0  # kept to the end of a lane that must be left [m]
     gain: float = 3.0  # of mean speed, that is worth a change [m/s]
-    quiet: float = 120.0  # before lines and junctions, without changes for speed [m]
+    quiet: float = 120.0  # a lane taken for speed leads on for twice as long [m]
+    settle_time: float = 4.0  # from a change for speed to a line or junction [s]
+    settle_room: float = 8.0  # and this [m]
     patience: float = 12.0  # standing before what stands, then round it [s]
     stuck_after: float = 2.0  # standing before obstacles, then dense drives [s]
 

@@ -5,7 +5,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from experiments.metrics.impact import first_contact
-from experiments.metrics.right_of_way import passed_lines
+from experiments.metrics.right_of_way import STANDING, passed_lines
 from experiments.metrics.verdict.judge import judge_contact
 from experiments.metrics.verdict.records import (
     BodyTrack,
@@ -162,7 +162,11 @@ def _room(trace: Trace, rows: IntArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _yields(trace: Trace, row: int, body: str) -> str:
-    """Return who has to let the other go first, `ego`, `other` or empty."""
+    """Return who has to let the other go first, `ego`, `other` or empty.
+
+    An ego that has stood before the other's zone does let it go first: who hits it there
+    drives where it should not.
+    """
     step = float(trace.fact("step_s"))
     if any(row - RED_LINE / step <= k <= row for k in passed_lines(trace)):
         return "ego"
@@ -175,4 +179,14 @@ def _yields(trace: Trace, row: int, body: str) -> str:
     last = mine[-1]
     if foes["held"][last] or foes["gives_way"][last]:
         return "other"
+    if _stood_before(trace, row, float(foes["begin_m"][last])):
+        return "other"
     return "ego" if foes["goes_first"][last] else ""
+
+
+def _stood_before(trace: Trace, row: int, zone: float) -> bool:
+    """Check whether the ego has stood for a while before a zone that begins there."""
+    first = max(row - round(AT_CROSSING / float(trace.fact("step_s"))), 0)
+    speed = np.abs(np.ma.filled(trace.steps["speed_mps"][first : row + 1], 0.0))
+    reach = trace.fact("length_m") - trace.fact("rear_overhang_m")
+    return bool(speed.max() < STANDING and trace.steps["s_m"][row] + reach < zone)

@@ -1,5 +1,7 @@
 """Verdicts of recorded episodes: in the row, at their moment, among the events."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,9 +12,11 @@ from experiments.metrics.moments import moments
 from experiments.metrics.row import metric_row
 from experiments.metrics.verdict.of_trace import verdict_of
 from experiments.metrics.verdict.records import Fault
+from planner.right_of_way.records import JunctionAhead, Rule
 from planner.scene import Obstacles
 from planner.states import CartesianState
 from tests.experiments.traces import CAR, STEP, record, trace_of
+from tests.planner.right_of_way.test_gaps import FOE
 
 SPEED = 15.0
 FRONT = CAR.length - CAR.rear_overhang  # of the ego, before its rear axle [m]
@@ -89,6 +93,28 @@ def test_a_car_that_was_not_there_is_an_artefact():
         touched = ("car",) if k == 20 else ()
         records.append(record(k, ego, cars=cars, contacts=touched))
     assert verdict_of(trace_of(records)).fault is Fault.ARTEFACT
+
+
+@pytest.mark.parametrize(
+    ("begin", "why"),
+    [(52.0, "the ego has to give way"), (58.0, "the other has to give way")],
+    ids=["in", "before"],
+)
+def test_one_that_stands_before_a_zone_gives_way_there(begin, why):
+    """A turning vehicle with the right of way that cuts the corner hits it."""
+    records = []
+    for k in range(41):
+        ego = CartesianState(50.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        car = ("foe", 53.0, 26.0 - 6.0 * STEP * k, -np.pi / 2, 6.0, 0.0)
+        touched = ("foe",) if k == 40 else ()
+        made = record(k, ego, cars=[car], contacts=touched)
+        junctions = (JunctionAhead("j", Rule.MINOR, 55.0, 75.0, 8.0),)
+        foe = FOE._replace(begin_s=begin, end_s=begin + 6.0, entry=1.0)
+        traffic = replace(made.traffic, junctions=junctions, foes=(foe,))
+        records.append(replace(made, traffic=traffic))
+    found = verdict_of(trace_of(records))
+    assert found.why.startswith(why)
+    assert found.fault is Fault.OTHER  # which has seen it long before
 
 
 def test_leaving_the_road_is_the_egos_fault():

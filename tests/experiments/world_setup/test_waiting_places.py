@@ -1,0 +1,66 @@
+"""Nobody who waits before a junction stands where long vehicles turn."""
+
+import numpy as np
+import pytest
+import shapely
+
+from experiments.config.scenario_file import load_scenario
+from experiments.world_setup.driven_path import body_polygons
+from experiments.world_setup.layout import make_layout
+from experiments.world_setup.waiting_places import MOST_SHORT, waiting_place
+from planner.reference_path.path import ReferencePath
+from planner.vehicle import Vehicle
+from sumo_nets.lane_choice import choose_lanes
+from sumo_nets.net_reader import read_net
+from sumo_nets.right_of_way import passages
+from tests.sumo_nets.generated import generate
+
+CAR = Vehicle()
+HALF = 1.2  # of a lorry, a little less than is counted with [m]
+
+
+def lorries(lanes):
+    """Draw a 10 m lorry along its way as SUMO does: its ends are on the lanes."""
+    points = np.concatenate([lane.points for lane in lanes])
+    kept = np.append(True, np.hypot(*np.diff(points, axis=0).T) > 0.0)
+    line = shapely.LineString(points[kept])
+    for front in np.arange(10.0, line.length, 0.7):
+        back, tip = line.interpolate(front - 10.0), line.interpolate(front)
+        yield shapely.LineString([back, tip]).buffer(HALF, cap_style="flat")
+
+
+@pytest.mark.sumo
+def test_no_lorry_sweeps_over_one_that_waits(tmp_path):
+    options = ("--spider", "--spider.omit-center=false", "-j", "unregulated", "-L2")
+    net = read_net(generate(tmp_path, *options))
+    moved = 0
+    for edge in net.roads[:12]:
+        for link in edge.lanes[-1].links[:3]:
+            uses = choose_lanes(
+                net, (edge.id, link.target.edge.id), edge.lanes[-1].index
+            )
+            (passage,) = passages(net, uses)
+            if passage is None:
+                continue
+            path = ReferencePath.from_polyline(edge.lanes[-1].points)
+            line = path.length - 0.01
+            place = waiting_place(line, passage.turning, path, CAR)
+            assert line - MOST_SHORT <= place <= line
+            rear = np.array([place - CAR.front_reach])
+            (ego,) = body_polygons(path, rear, CAR)
+            swept = [x for lanes in passage.turning for x in lorries(lanes)]
+            if place == line and min(shapely.distance(swept, ego)) <= 0.0:
+                continue  # no place within reach is out of the way
+            assert min(shapely.distance(swept, ego)) > 0.1
+            moved += place < line
+    assert moved > 3
+
+
+@pytest.mark.parametrize("name", ["t_junction", "all_way_stop", "roundabout"])
+def test_on_roads_with_room_the_ego_waits_at_its_line(name):
+    """Where no turn comes near, the place is the end of the lane itself."""
+    road = make_layout(load_scenario(name)).road
+    for each in road.junctions:
+        first = min(zone.begin_s for zone in each.zones)
+        assert each.ahead.stop_s <= first
+    assert waiting_place(50.0, (), road.path, CAR) == 50.0
