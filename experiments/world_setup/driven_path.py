@@ -5,10 +5,8 @@ the road, the path is planned anew inside the area that the route has: lanes of 
 direction and junctions. Everywhere else it is the smoothed line of the lanes.
 """
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -17,44 +15,40 @@ from shapely.geometry.base import BaseGeometry
 from experiments.world_setup.path_attempts import (
     ACROSS,
     ATTEMPTS,
-    EASY,
     LAST_RESORT,
     LEAST_MARGIN,
     ROOM,
     Attempt,
     Attempts,
 )
+from experiments.world_setup.path_stretches import (
+    LONGEST,
+    STEP,
+    TOLERANCE,
+    Stretch,
+    bad_places,
+    body_polygons,
+    heading,
+    part_of_line,
+    sharp_places,
+    stretches_about,
+)
 from planner.errors import InvalidInputError
 from planner.reference_path.corners import rounded_corners
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.steerable import SHIFTS, SteerablePath, steerable_path
 from planner.reference_path.steered_motion import SteeringLimits
-from planner.states import BoolArray, FloatArray, IntArray
+from planner.states import BoolArray, FloatArray
 from planner.vehicle import Vehicle
 from sumo_nets.drivable_area import boundary_about
 from sumo_nets.errors import NetworkError
 from sumo_nets.route_path import RoutePath
 
-STEP = 0.5  # [m], between the places that are checked
-CHECKED = 100.0  # of the path at once, against the area there [m]
-TOLERANCE = 0.15  # how far the body may reach over the area [m]
-ABRUPT = 0.06  # a lane's curvature that changes faster needs one [1/m²]
 SHARPEST = (0.97, 0.94, 0.91)  # most of it; smoothing may add to it
 HELD = 0.985  # what the smooth path may have of it
 
-
 CUT = 0.4  # a corner of the lanes is cut by no more than this [m] ...
 CUT_SHARE = 0.5  # ... and this share of the room beside the body
-LEAD = 20.0  # a planned stretch begins so far before the place that needs it [m] ...
-LOOK_BACK = 10.0  # ... or up to this earlier, where the road is straight [m]
-APART = 5.0  # stretches nearer than this to each other are planned as one [m]
-LONGEST = 160.0  # of one planned stretch [m]
-# A stretch longer than the first is cut in two between places that need a plan, if
-# these are as far apart as the second [m].
-CUTS = ((70.0, 30.0), (LONGEST, 16.0))
-SEAM = 2.0  # that is left between the two [m]
-TURN_BASE = 3.0  # length over which a bend of the raw line is measured [m]
-SHARP = 0.75  # share of the ego's curvature that counts as sharp on the raw line
 HIGHER = (1.3, 1.8, 2.7)  # what a bend needs, for the message
 
 
@@ -64,13 +58,6 @@ class NoPathError(NetworkError):
     def __init__(self, message: str, lane: str = "") -> None:
         super().__init__(message)
         self.lane = lane  # where the line is sharpest; "" if it is on none
-
-
-class Stretch(NamedTuple):
-    """From where to where along a line [m]."""
-
-    begin: float
-    end: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,15 +91,17 @@ def driven_path(found: RoutePath, vehicle: Vehicle) -> DrivenPath:
     smooth: ReferencePath | None = None
     try:
         smooth = ReferencePath.from_polyline(found.points)
-        bad = _bad_places(found, smooth, vehicle)
+        bad = bad_places(found, smooth, vehicle)
     except InvalidInputError:
-        bad = _sharp_places(found, vehicle)
+        bad = sharp_places(found, vehicle)
         if not bad.size:
             raise
     if smooth is not None and not bad.size:
         return DrivenPath(smooth, found.s, ())
-    stretches = _stretches(found, bad)
-    attempts = [Attempts(_part(found, stretch), vehicle) for stretch in stretches]
+    stretches = stretches_about(found, bad)
+    attempts = [
+        Attempts(part_of_line(found, stretch), vehicle) for stretch in stretches
+    ]
     faults: list[NoPathError] = []
     for share in SHARPEST:
         planned = [
@@ -150,138 +139,6 @@ def _spare(found: RoutePath, width: float) -> FloatArray:
             s.append(float(found.s[k]))
             spare.append(max(0.5 * (lane - width), 0.0))
     return np.asarray(np.interp(found.s, s, spare) if s else np.zeros(found.s.size))
-
-
-def body_polygons(path: ReferencePath, s: FloatArray, vehicle: Vehicle) -> BaseGeometry:
-    """Place the ego's rectangle with its rear axle at arc lengths `s`, (n,)."""
-    at = path.at(s)
-    back, front, half = -vehicle.rear_overhang, vehicle.front_reach, vehicle.width / 2.0
-    corners = np.array([[back, -half], [front, -half], [front, half], [back, half]])
-    along, across = corners[:, 0], corners[:, 1]
-    cos, sin = at.cos_heading[:, None], at.sin_heading[:, None]
-    x = at.x[:, None] + cos * along - sin * across
-    y = at.y[:, None] + sin * along + cos * across
-    return shapely.polygons(np.stack([x, y], axis=-1))
-
-
-def _bad_places(found: RoutePath, path: ReferencePath, vehicle: Vehicle) -> FloatArray:
-    """List arc lengths of the route where the ego cannot follow the path [m]."""
-    s = np.arange(0.0, path.length, STEP)
-    own, _ = path.project(found.points[:, 0], found.points[:, 1], near=found.s)
-    along = np.interp(s, np.maximum.accumulate(own), found.s)
-    bad = np.zeros(s.size, dtype=bool)
-    for rows, area in areas_along(found, along):
-        bad[rows] = _is_bad(path, s[rows], area, vehicle)
-    return np.asarray(along[bad])
-
-
-def areas_along(
-    found: RoutePath, along: FloatArray
-) -> Iterator[tuple[IntArray, BaseGeometry]]:
-    """Yield the area about some places of a route at a time.
-
-    Args:
-        found: The route.
-        along: Arc lengths of the places on the route, growing, (n,) [m].
-    """
-    count = math.ceil((along[-1] - along[0]) / CHECKED)
-    for rows in np.array_split(np.arange(along.size), max(count, 1)):
-        yield rows, found.areas.between(along[rows[0]], along[rows[-1]]).own
-
-
-def _is_bad(
-    path: ReferencePath, s: FloatArray, area: BaseGeometry, vehicle: Vehicle
-) -> BoolArray:
-    """Mark the places that are too sharp, or where the body leaves the area."""
-    at = path.at(s)
-    curved = np.abs(at.curvature) > EASY * vehicle.limits.max_curvature
-    curved |= np.abs(at.curvature_rate) > ABRUPT
-    allowed = area.buffer(TOLERANCE)
-    shapely.prepare(allowed)
-    outside = ~shapely.covers(allowed, body_polygons(path, s, vehicle))
-    return np.asarray(curved | outside)
-
-
-def _sharp_places(found: RoutePath, vehicle: Vehicle) -> FloatArray:
-    """List arc lengths where the raw line of a route bends sharply [m]."""
-    s = np.arange(0.0, found.s[-1], STEP)
-    heading = _heading(found, s)
-    bend = _heading(found, s + TURN_BASE / 2.0) - _heading(found, s - TURN_BASE / 2.0)
-    most = SHARP * vehicle.limits.max_curvature
-    return np.asarray(s[np.abs(bend) / TURN_BASE > most]) if heading.size else s
-
-
-def _heading(found: RoutePath, s: FloatArray) -> FloatArray:
-    """Read the direction of the raw line [rad], unwrapped."""
-    sides = np.diff(found.points, axis=0)
-    angle = np.unwrap(np.arctan2(sides[:, 1], sides[:, 0]))
-    middles = (found.s[:-1] + found.s[1:]) / 2.0
-    return np.asarray(np.interp(s, middles, angle))
-
-
-def _stretches(found: RoutePath, bad: FloatArray) -> list[Stretch]:
-    """Gather places to stretches that begin and end where the line is straight."""
-    length = float(found.s[-1])
-    grown: list[Stretch] = []
-    for place in bad:
-        begin, end = float(place) - LEAD, float(place) + LEAD
-        if grown and begin < grown[-1].end + APART:
-            grown[-1] = Stretch(grown[-1].begin, end)
-        else:
-            grown.append(Stretch(begin, end))
-    merged: list[Stretch] = []
-    for begin, end in grown:
-        first = _straightest(found, max(begin - LOOK_BACK, 0.0), max(begin, 0.0))
-        last = _straightest(found, min(end, length), min(end + LOOK_BACK, length))
-        if merged and first < merged[-1].end + APART:
-            merged[-1] = Stretch(merged[-1].begin, last)
-        else:
-            merged.append(Stretch(first, last))
-    whole = [
-        Stretch(
-            0.0 if x.begin < APART else x.begin,
-            length if x.end > length - APART else x.end,
-        )
-        for x in merged
-    ]
-    return [part for x in whole for part in _cut(found, bad, x)]
-
-
-def _cut(found: RoutePath, bad: FloatArray, stretch: Stretch) -> list[Stretch]:
-    """Cut a stretch that is too long for one plan, where the line is straight.
-
-    It is cut in the widest gap between the places that need a plan, again and again;
-    one without gaps stays as it is.
-    """
-    inside = np.sort(bad[(bad >= stretch.begin) & (bad <= stretch.end)])
-    gaps = np.diff(inside, prepend=inside[:1])
-    widest = int(np.argmax(gaps)) if gaps.size else 0
-    length, gap = stretch.end - stretch.begin, float(gaps.max(initial=0.0))
-    least = next((room for most, room in CUTS if length > most and gap >= room), None)
-    if least is None:
-        return [stretch]
-    low, high = inside[widest - 1] + least / 2.0, inside[widest] - least / 2.0
-    at = _straightest(found, float(low), float(high))
-    first = Stretch(stretch.begin, at - SEAM / 2.0)
-    second = Stretch(at + SEAM / 2.0, stretch.end)
-    return [*_cut(found, bad, first), *_cut(found, bad, second)]
-
-
-def _straightest(found: RoutePath, begin: float, end: float) -> float:
-    """Find the place between two where the line turns least about it [m]."""
-    at = np.arange(begin, end + 1e-9, 1.0)
-    turn = np.abs(_heading(found, at + 2.0) - _heading(found, at - 2.0))
-    middle = 0.5 * (begin + end)
-    return float(at[np.argmin(turn + 1e-4 * np.abs(at - middle))])
-
-
-def _part(found: RoutePath, stretch: Stretch) -> FloatArray:
-    """Cut a stretch out of the raw line, (m, 2) [m]."""
-    inside = (found.s > stretch.begin + STEP) & (found.s < stretch.end - STEP)
-    ends = [
-        [float(np.interp(s, found.s, axis)) for axis in found.points.T] for s in stretch
-    ]
-    return np.vstack([ends[0], found.points[inside], ends[1]])
 
 
 def _planned(
@@ -365,7 +222,7 @@ def _needed(guide: FloatArray, boundary: FloatArray, vehicle: Vehicle) -> str:
 def _place(found: RoutePath, stretch: Stretch) -> tuple[str, str]:
     """Find the lane of the sharpest place of a stretch, and name the place."""
     s = np.arange(stretch.begin, stretch.end, STEP)
-    turn = np.abs(_heading(found, s + 2.0) - _heading(found, s - 2.0))
+    turn = np.abs(heading(found, s + 2.0) - heading(found, s - 2.0))
     worst = float(s[np.argmax(turn)])
     for span in found.spans:
         if span.begin <= worst <= span.end:

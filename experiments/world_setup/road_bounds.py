@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from experiments.world_setup.driven_path import DrivenPath, areas_along
+from experiments.world_setup.driven_path import DrivenPath
+from experiments.world_setup.path_stretches import areas_along
 from planner.reference_path.body_in_area import outline_points
 from planner.reference_path.linear_curvature import CURVATURE, RATE, S
 from planner.reference_path.path import ReferencePath

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from experiments.world_setup.driven_path import body_polygons
+from experiments.world_setup.path_stretches import body_polygons
 from planner.reference_path.path import ReferencePath
 from planner.vehicle import Vehicle
 from sumo_nets.net_records import NetLane

@@ -164,8 +164,8 @@ def _room(trace: Trace, rows: IntArray) -> tuple[FloatArray, FloatArray]:
 def _yields(trace: Trace, row: int, body: str) -> str:
     """Return who has to let the other go first, `ego`, `other` or empty.
 
-    An ego that has stood before the other's zone does let it go first: who hits it there
-    drives where it should not.
+    An ego that has stood before the other's zone does let it go first: who hits it
+    there drives where it should not.
     """
     step = float(trace.fact("step_s"))
     if any(row - RED_LINE / step <= k <= row for k in passed_lines(trace)):

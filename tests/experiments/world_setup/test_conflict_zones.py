@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from experiments.world_setup.conflict_zones import HALF_WIDTH
-from experiments.world_setup.driven_path import body_polygons
+from experiments.world_setup.path_stretches import body_polygons
 from experiments.world_setup.road import sumo_road
 from planner.right_of_way.records import Rule
 from planner.vehicle import Vehicle, VehicleLimits

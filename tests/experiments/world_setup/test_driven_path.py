@@ -7,10 +7,9 @@ import shapely
 from experiments.cosim.collision_monitor import OUTLINE
 from experiments.world_setup.driven_path import (
     CUT,
-    TOLERANCE,
-    body_polygons,
     driven_path,
 )
+from experiments.world_setup.path_stretches import TOLERANCE, body_polygons
 from experiments.world_setup.road import sumo_road
 from planner.reference_path.path import ReferencePath
 from planner.vehicle import Vehicle

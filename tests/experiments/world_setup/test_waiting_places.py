@@ -5,8 +5,8 @@ import pytest
 import shapely
 
 from experiments.config.scenario_file import load_scenario
-from experiments.world_setup.driven_path import body_polygons
 from experiments.world_setup.layout import make_layout
+from experiments.world_setup.path_stretches import body_polygons
 from experiments.world_setup.waiting_places import MOST_SHORT, waiting_place
 from planner.reference_path.path import ReferencePath
 from planner.vehicle import Vehicle
