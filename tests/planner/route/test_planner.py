@@ -345,7 +345,7 @@ def test_a_change_has_both_lanes_up_to_where_the_old_one_must_be_left(target, or
 
 def test_the_lane_that_turns_is_kept_where_the_path_is_not_in_its_middle_yet():
     """A lane left of it ends before the turn, and is left in time."""
-    path = bend(-10.0, 100.0, 0.5 * math.pi)
+    path = bend(-9.0, 100.0, 0.5 * math.pi)
     s = np.array([0.0, 90.0, 110.0, 130.0])
     own = np.array([-0.8, -0.8, -0.4, 0.0])
     lanes = Lanes(s, np.array([own, own + WIDTH]), np.full((2, 4), WIDTH))
