@@ -149,6 +149,12 @@ class _Handler:
         """
         if self.root != "net":
             raise NetworkError(f"the root element is <{self.root}>, not <net>")
+        ruled = next((x.id for x in self.junctions.values() if x.requests), None)
+        if ruled is not None and not self.connections:
+            raise NetworkError(
+                f'no <connection> leads over junction "{ruled}", or any other: rebuild '
+                "the network by netconvert"
+            )
         for link in self.connections:
             try:
                 source = self.edges[link["from"]].lanes[int(link["fromLane"])]

@@ -90,11 +90,11 @@ class Scenario:
         if seed is not None:
             key = ("simulation", "seed")
             listed.append((key, _plain(seed), f"seed={seed!r}"))
-        for name, value in (settings or {}).items():
+        for name, value in _mapping(settings, "settings").items():
             words = f"settings[{name!r}]"
             listed.append((("planner", "settings", name), _plain(value), words))
-        for name, value in (changes or {}).items():
-            path = parse_key(name)
+        for name, value in _mapping(changes, "changes").items():
+            path = parse_key(str(name))
             if path is None:
                 problem = "is not a key; allowed: key.path, as in traffic.density"
                 raise ConfigError(f"with_: {name!r}: {problem}")
@@ -155,6 +155,16 @@ class Scenario:
         return isinstance(other, Scenario) and self.config == other.config
 
     __hash__ = None  # type: ignore[assignment] # holds dictionaries
+
+
+def _mapping(given: object, name: str) -> Mapping[Any, Any]:
+    """Take what is to map keys to values; nothing is an empty mapping."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        problem = "allowed: a mapping of keys to values"
+        raise ConfigError(f"with_: {name} is {given!r}; {problem}")
+    return given
 
 
 def _plain(value: Any) -> Any:

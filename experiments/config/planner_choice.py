@@ -26,6 +26,6 @@ def default_planner(data: Mapping[str, Any]) -> str:
     """
     network, world = data.get("network"), data.get("world", "sumo")
     of_user = isinstance(network, Mapping) and network.get("file") is not None
-    if world == "sumo" and of_user and data.get("egos") is None:
+    if world == "sumo" and of_user:
         return NETWORK_PLANNER
     return DEFAULT_PLANNER

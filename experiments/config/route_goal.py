@@ -58,23 +58,23 @@ def complete_goal(document: Document) -> None:
         return
     start = _number(ego.get("start_m"), 0.0)
     try:
-        goal, is_end = _goal(document, network, ego, start)
+        goal = _goal(document, network, ego, start)
     except NetworkError as error:
         where = document.where(("network",))
         raise ConfigError(f"{where}: network: {error}") from error
     if goal is not None:
         _write(document, GOAL, goal)
-    if goal is not None and is_end and not _is_given(document, simulation, DURATION):
-        _write(document, DURATION, usual_duration(goal - start))
+        if not _is_given(document, simulation, DURATION):
+            _write(document, DURATION, usual_duration(goal - start))
 
 
 def _goal(
     document: Document, network: dict[str, Any], ego: dict[str, Any], start: float
-) -> tuple[float | None, bool]:
-    """Return the goal [m], None if the scenario has to say it; and if it is an end."""
+) -> float | None:
+    """Return the goal [m], None if the scenario has to say it."""
     is_named = any(network.get(key) is not None for key in NAMED_BY)
     if not is_named and not is_network_file(network["file"]):
-        return None, False  # of another world, perhaps
+        return None  # of another world, perhaps
     net = read_net(_network_file(network["file"]))
     data: Any = document.data
     traffic = data.get("traffic")
@@ -83,7 +83,7 @@ def _goal(
         raise ConfigError(f"{where}: network.vehicle: {VEHICLE_OF_FILES}")
     route = _named_route(net, network, traffic)
     if route is None:
-        return (None if is_named else drawn_goal(net, start)), False
+        return None if is_named else drawn_goal(net, start)
     length = _length(net, route, network.get("lane"))
     goal = _end(length, ego)
     if goal <= start:
@@ -92,7 +92,7 @@ def _goal(
             f"which is too short for an ego that starts at {start:g} m; allowed: a "
             "longer one"
         )
-    return goal, True
+    return goal
 
 
 def _is_given(document: Document, section: dict[str, Any], key: KeyPath) -> bool:

@@ -18,6 +18,7 @@ from experiments.config.commonroad_scenario import (
     is_commonroad_file,
 )
 from experiments.config.ego import TUBE_WORDS
+from experiments.config.egos import read_groups
 from experiments.config.file_kinds import hint_at_search, hint_at_sweep
 from experiments.config.network_scenario import (
     drop_usual_flows,
@@ -361,8 +362,24 @@ def _step_into(node: Any, part: str | int, following: str | int) -> Any:
 
 
 def _choose_planner(document: Document, name: str) -> None:
-    """Replace the planner; settings of the file apply only to their own planner."""
-    current = document.data.get("planner") if isinstance(document.data, dict) else None
+    """Replace the planner; settings of the file apply only to their own planner.
+
+    Raises:
+        ConfigError: If it would drive nobody: all groups of egos name their own.
+    """
+    data: Any = document.data if isinstance(document.data, dict) else {}
+    groups = read_groups(data.get("egos")) or ()
+    if (
+        isinstance(groups, (list, tuple))
+        and groups
+        and all(isinstance(group, dict) and group.get("planner") for group in groups)
+    ):
+        raise ConfigError(
+            f"{document.where(('egos',))}: egos name their own planners, so that "
+            f"--planner {name} drives nobody; allowed: without it, or egos without "
+            "planner"
+        )
+    current = data.get("planner")
     if isinstance(current, dict) and current.get("name") == name:
         return
     _override(document, ("planner",), {"name": name}, f"--planner {name}")

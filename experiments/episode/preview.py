@@ -201,9 +201,10 @@ def _traffic(scenario: Scenario, layout: Layout) -> Said:
     if network is None:
         return [("traffic", f"{len(scenario.vehicles)} scripted vehicles")], []
     files = checked_demand(scenario, network.net_file)
+    if scenario.network is not None and scenario.network.file is not None:
+        _let_sumo_read(scenario, layout)
     if files is not None:
         names = ", ".join(file.name for file in files.files)
-        _let_sumo_read(scenario, layout)
         missed = missed_demand(scenario)
         words = f"that of {names}, from {files.begin:g} s on"
         return [("traffic", words)], [missed] if missed else []
@@ -226,7 +227,7 @@ def _traffic(scenario: Scenario, layout: Layout) -> Said:
 
 
 def _let_sumo_read(scenario: Scenario, layout: Layout) -> None:
-    """Raise what SUMO finds wrong with a user's own demand as it loads it."""
+    """Raise what SUMO finds wrong with a user's network or demand as it loads it."""
     with tempfile.TemporaryDirectory() as folder:
         world = make_world(scenario, layout, Path(folder))
         if isinstance(world, SumoWorld):

@@ -61,7 +61,7 @@ def _check_single_keys(scenario: ScenarioSections) -> None:
     if scenario.network is not None and scenario.network.vehicle is not None:
         raise mismatch("network.vehicle", "is of a single ego; allowed with ego")
     if scenario.network is not None and scenario.network.is_drawn:
-        problem = "is missing; allowed with egos: a network with a route"
+        problem = "is missing; allowed with egos: network.route, or from and to"
         raise mismatch("network.route", problem)
     for key in ("without_ego", "placebo"):
         if getattr(scenario.simulation, key):

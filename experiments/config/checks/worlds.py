@@ -1,6 +1,7 @@
 """Worlds: what each has of its own, and what has to be on its road."""
 
 from experiments.config.base import mismatch
+from experiments.config.ego import Ego
 from experiments.config.road import VEHICLE_OF_FILES
 from experiments.config.sections import ScenarioSections
 from experiments.config.traffic import SumoTraffic
@@ -31,9 +32,8 @@ def _check_sumo_or_kinematic(scenario: ScenarioSections) -> None:
     if not sumo and scenario.obstacles.closure is not None:
         problem = "is of SUMO's traffic; allowed in world kinematic: a list"
         raise mismatch("obstacles.closure", problem)
-    vehicle = scenario.network is not None and scenario.network.vehicle is not None
-    if vehicle and not isinstance(scenario.traffic, SumoTraffic):
-        raise mismatch("network.vehicle", VEHICLE_OF_FILES)
+    if scenario.network is not None and scenario.network.vehicle is not None:
+        _check_taken(scenario)
     if not sumo and scenario.simulation.without_ego:
         problem = "is for world sumo, where vehicles react; allowed: false"
         raise mismatch("simulation.without_ego", problem)
@@ -43,6 +43,20 @@ def _check_sumo_or_kinematic(scenario: ScenarioSections) -> None:
     beyond = beyond_road(scenario, scenario.road.length) if scenario.road else None
     if beyond is not None:
         raise mismatch(dotted(beyond[0]), beyond[1])
+
+
+def _check_taken(scenario: ScenarioSections) -> None:
+    """Reject where and how fast an ego enters that takes a vehicle's place."""
+    if not isinstance(scenario.traffic, SumoTraffic):
+        raise mismatch("network.vehicle", VEHICLE_OF_FILES)
+    ego = scenario.single_ego
+    if ego is None or scenario.conflict is not None:
+        return  # they are not of each other: that is said first
+    usual = Ego(goal_m=ego.goal_m)
+    for key in ("start_m", "start_offset_m", "depart_speed_mps"):
+        if getattr(ego, key) != getattr(usual, key):
+            problem = "is that of the vehicle; allowed with network.vehicle: without it"
+            raise mismatch(f"ego.{key}", problem)
 
 
 def _check_without_recording(scenario: ScenarioSections) -> None:

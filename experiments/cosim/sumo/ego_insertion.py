@@ -103,7 +103,6 @@ def replace_vehicle(
     _allow(sumo, speed, str(sumo.vehicle.getLaneID(name)))
     x, y = sumo.vehicle.getPosition(name)
     angle = float(sumo.vehicle.getAngle(name))
-    sumo.vehicle.remove(name)
     rear = frames.rear_axle_from_front(x, y, angle, body)
     s, l = path.project(np.array(rear[:1]), np.array(rear[1:2]))
     ego = state_on_path(
@@ -115,6 +114,9 @@ def replace_vehicle(
     x, y, angle = frames.front_from_rear_axle(ego, body)
     sumo.vehicle.moveToXY(EGO_ID, "", -1, x, y, angle, KEEP_ROUTE_EXACT)
     sumo.simulationStep()
+    # until now it has kept the place free of those who wait to enter there
+    if name in sumo.vehicle.getIDList():
+        sumo.vehicle.remove(name)
     return ego, steps
 
 

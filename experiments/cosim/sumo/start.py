@@ -18,7 +18,6 @@ from experiments.cosim.sumo.settings import (
     SumoSettings,
     command_line,
 )
-from experiments.cosim.sumo.sumo_errors import sumo_errors
 from experiments.cosim.sumo.system_libraries import load_libsumo
 from experiments.errors import ConfigError, SimulationError
 from planner.vehicle import Vehicle
@@ -26,6 +25,8 @@ from sumo_nets.demand_files import explained_refusal
 from sumo_nets.demand_records import DemandFiles
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
+
+TOLD = 3  # errors of SUMO; what follows comes of them for the most part
 
 
 def ready_libsumo(net_file: Path) -> Libsumo:
@@ -48,14 +49,11 @@ def start(sumo: Libsumo, settings: SumoSettings | FleetSettings) -> None:
     """Start SUMO on the settings' files.
 
     Raises:
-        ConfigError: If it refuses the user's own demand; in its words, with the file.
-        SimulationError: If it does not start for another reason.
+        ConfigError: If it refuses the network or the user's own demand; in its words,
+            with the file.
+        SimulationError: If it does not read what was written for it.
     """
     command, demand = command_line(settings), settings.demand
-    if demand is None:
-        with sumo_errors(sumo, "starting"):
-            sumo.start(command)
-        return
     with tempfile.TemporaryFile() as said:
         try:
             with _stderr_to(said.fileno()):
@@ -63,8 +61,15 @@ def start(sumo: Libsumo, settings: SumoSettings | FleetSettings) -> None:
         except (sumo.TraCIException, sumo.FatalTraCIError) as error:
             others, words = split_messages(_text(said))
             sys.stderr.write(others)
-            problem = explained_refusal(demand, words or str(error))
-            raise ConfigError(problem) from error
+            words = words or " ".join(str(error).split())
+            if settings.route_file.name in words:
+                raise SimulationError(f"SUMO failed while starting: {words}") from error
+            if demand is not None:
+                raise ConfigError(explained_refusal(demand, words)) from error
+            raise ConfigError(
+                f"{settings.net_file}: SUMO does not load it: {words}; rebuild it by "
+                "netconvert, or take another network"
+            ) from error
         sys.stderr.write(_text(said))
 
 
@@ -72,12 +77,14 @@ def split_messages(text: str) -> tuple[str, str]:
     """Split what was written to stderr while SUMO failed.
 
     Returns:
-        What is not SUMO's, and SUMO's errors in one line.
+        What is not SUMO's, and the first of SUMO's errors in one line.
     """
     others, *errors = re.split(r"^Error: ", text, flags=re.MULTILINE)
     words = [" ".join(error.split()).rstrip(".") for error in errors]
     # the name of its exception is no news
-    return others, "; ".join(word for word in words if word != "Process Error")
+    told = list(dict.fromkeys(word for word in words if word != "Process Error"))
+    more = f"; and {len(told) - TOLD} more" if len(told) > TOLD else ""
+    return others, "; ".join(told[:TOLD]) + more
 
 
 @contextmanager

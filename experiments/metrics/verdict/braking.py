@@ -8,6 +8,7 @@ import numpy as np
 
 from experiments.metrics.followers import followings
 from experiments.metrics.verdict.encroachment import MOVED, in_way
+from experiments.metrics.verdict.own_braking import own_braking
 from experiments.metrics.verdict.records import (
     USUAL_LIMITS,
     BodyTrack,
@@ -118,12 +119,12 @@ def _of_ego(trace: Trace, stretch: BrakingStretch) -> BrakingVerdict:
     """Judge the ego's own braking."""
     found = _reason(trace, stretch)
     if found is None:
-        why = "brakes for nothing that is in its way"
-        return BrakingVerdict(stretch, Fault.EGO, why)
-    fault = {"cause": Fault.OTHER, "braker": Fault.EGO, "both": Fault.SHARED}
+        fault, why = own_braking(trace, stretch.first, stretch.last)
+        return BrakingVerdict(stretch, fault, why)
+    faults = {"cause": Fault.OTHER, "braker": Fault.EGO, "both": Fault.SHARED}
     if found.stands and found.blamed == "cause":
         return BrakingVerdict(stretch, Fault.UNAVOIDABLE, found.why, found.cause)
-    return BrakingVerdict(stretch, fault[found.blamed], found.why, found.cause)
+    return BrakingVerdict(stretch, faults[found.blamed], found.why, found.cause)
 
 
 def _of_follower(

@@ -29,7 +29,9 @@ def load(town, network, traffic, planner=None):
     content = {
         "name": "town",
         "network": {"file": net_file.name, **network},
-        "ego": {"start_m": 10.0, "goal_m": 60.0},
+        "ego": {"goal_m": 60.0}
+        if "vehicle" in network
+        else {"start_m": 10.0, "goal_m": 60.0},
         "traffic": traffic,
         "simulation": {"warmup_s": 40, "duration_s": 60},
     }
@@ -79,6 +81,20 @@ def test_ego_takes_the_place_of_a_vehicle(town, tmp_path):
     assert outcome.ending.status == "arrived"
     assert f"v{DRIVEN}" not in seen
     assert seen
+
+
+def test_who_waits_to_enter_where_the_ego_takes_over_waits_on(town, tmp_path):
+    """Two trips begin on one edge at one time: SUMO lets them in one by one."""
+    route = " ".join(town[3][DRIVEN])
+    trips = [
+        f'<vehicle id="{name}" depart="30"><route edges="{route}"/></vehicle>'
+        for name in ("me", "other")
+    ]
+    (town[0] / "two.rou.xml").write_text(f"<routes>{''.join(trips)}</routes>")
+    scenario = load(town, {"vehicle": "me"}, {"route_files": ["two.rou.xml"]})
+    outcome, seen = watch(scenario, tmp_path)
+    assert outcome.ending.status == "arrived"
+    assert "other" in seen
 
 
 def test_a_vehicle_that_speeds_can_be_taken_over(town, tmp_path):

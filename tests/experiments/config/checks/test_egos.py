@@ -65,7 +65,8 @@ DRAWN = "obstacles={random: {first_m: 140}}"
         (
             "platoon",
             ["network={file: a.net.xml}"],
-            "network.route: is missing; allowed with egos: a network with a route",
+            "network.route: is missing; allowed with egos: network.route, or from and "
+            "to",
         ),
         (
             "platoon",

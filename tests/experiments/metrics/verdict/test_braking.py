@@ -1,5 +1,7 @@
 """Verdicts of hard braking: made-up motions with a known answer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from experiments.metrics.verdict.braking import braking_verdicts, hardest_brakin
 from experiments.metrics.verdict.records import Fault
 from planner.scene import Obstacles
 from planner.states import CartesianState
-from tests.experiments.traces import STEP, record, trace_of
+from tests.experiments.traces import CAR, STEP, record, trace_of
 
 STEPS = 80
 BRAKES = 5.0  # [m/s²]
@@ -95,6 +97,25 @@ def test_braking_for_nothing_is_ones_own_doing():
     found = hardest_braking(drive(motion(START, 15.0, 30)))
     assert found.fault is Fault.EGO
     assert found.cause == ""
+
+
+@pytest.mark.parametrize(
+    ("closes_at", "fault", "why"),
+    [
+        (30, Fault.UNAVOIDABLE, "brakes for a line that closed before it"),
+        (0, Fault.EGO, "brakes late for a closed line"),
+    ],
+)
+def test_a_line_that_closes_too_near_is_nobodys_fault(closes_at, fault, why):
+    """45 m from the line 2.5 m/s² would do, and after 3 s they are gone."""
+    line = START + CAR.front_reach + 45.0 + 24.0
+    records = []
+    for k, (x, y, speed, rate) in enumerate(motion(START, 15.0, 31)):
+        state = CartesianState(x, y, 0.0, 0.0, speed, rate)
+        lines = (line,) if k >= closes_at else ()
+        records.append(replace(record(k, state), stop_lines=lines))
+    found = hardest_braking(trace_of(records))
+    assert (found.fault, found.why) == (fault, why)
 
 
 def test_an_obstacle_is_no_excuse():
