@@ -64,13 +64,17 @@ def network_of_map(file: Path) -> Path:
     stem = file.name.partition(".")[0]
     target = _folder() / f"{stem}-{content[:16]}.net.xml"
     if not target.is_file():
-        text = _converted(file)
+        text, _ = _converted(file)
         target.parent.mkdir(parents=True, exist_ok=True)
         aside = target.with_name(f".{target.name}.{os.getpid()}")
         aside.write_text(text, encoding="utf-8")
         aside.replace(target)
     if not any(edge.drivable_lanes for edge in read_net(target).roads):
-        raise NetworkError(f"{file}: no road for cars came out of the conversion")
+        said = _converted(file)[1]
+        words = f": {said}" if said else ""
+        raise NetworkError(
+            f"{file}: no road for cars came out of the conversion{words}"
+        )
     return target
 
 
@@ -138,8 +142,12 @@ def _road_of(edge: Edge) -> str:
     return edge.id.removeprefix("-").partition(".")[0]
 
 
-def _converted(file: Path) -> str:
-    """Convert a map; returns the text of the network, comments stripped."""
+def _converted(file: Path) -> tuple[str, str]:
+    """Convert a map.
+
+    Returns:
+        The text of the network, comments stripped, and of what netconvert warns first.
+    """
     drive = str(file).endswith(OPENDRIVE)
     source = "--opendrive-files" if drive else "--osm-files"
     try:
@@ -157,7 +165,8 @@ def _converted(file: Path) -> str:
         if done.returncode != 0 or not built.is_file():
             raise NetworkError(f"{file}: netconvert cannot read it: {_reason(done)}")
         text = built.read_text(encoding="utf-8")
-    return re.sub(r"<!--.*?-->\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r"<!--.*?-->\s*", "", text, flags=re.DOTALL)
+    return text, _reason(done) if done.stderr.strip() else ""
 
 
 def _run(command: Sequence[str], home: Path) -> subprocess.CompletedProcess[str]:

@@ -6,11 +6,12 @@ stay text until they are asked for: of a city's network a route needs a few.
 """
 
 import gzip
+import math
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import IO, cast
+from typing import IO, Any, cast
 from xml.parsers import expat
 
 from sumo_nets.errors import NetworkError
@@ -84,7 +85,7 @@ class _Handler:
     def _restrict(self, attributes: dict[str, str]) -> None:
         """Keep a speed limit that is for cars alone."""
         if attributes["vClass"] == VEHICLE_CLASS:
-            self._restrictions[self._type] = float(attributes["speed"])
+            self._restrictions[self._type] = _number(attributes, "speed")
 
     def _open_edge(self, attributes: dict[str, str]) -> None:
         """Add an edge; its lanes follow."""
@@ -106,9 +107,9 @@ class _Handler:
             attributes["id"],
             self._edge,
             int(attributes["index"]),
-            float(attributes.get("width", DEFAULT_WIDTH)),
-            float(attributes["speed"]) if limit is None else limit,
-            float(attributes["length"]),
+            _number({"width": DEFAULT_WIDTH, **attributes}, "width"),
+            _number(attributes, "speed") if limit is None else limit,
+            _number(attributes, "length"),
             _allows_cars(attributes),
             attributes["shape"],
             leads_up=_has_cars(attributes.get("changeLeft", "")),
@@ -197,7 +198,7 @@ def read_net(net_file: Path) -> Net:
     except OSError as error:
         raise NetworkError(f"{net_file}: no such network file") from error
     if not net_file.is_file():
-        raise NetworkError(f"{net_file}: no such network file")
+        raise NetworkError(f"{net_file}: is no file; allowed: a network")
     return _read(net_file, state.st_mtime_ns, state.st_size)
 
 
@@ -222,6 +223,17 @@ def _read(net_file: Path, _changed: int, _size: int) -> Net:
     except OSError as error:
         raise NetworkError(f"{net_file}: cannot be read ({error})") from error
     return Net(net_file, handler.left_hand, handler.edges, handler.junctions)
+
+
+def _number(attributes: Mapping[str, Any], key: str) -> float:
+    """Read a number that is finite."""
+    try:
+        number = float(attributes[key])
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise ValueError(f'{key}="{attributes[key]}" is not a number')
+    return number
 
 
 def _named(tag: str, attributes: dict[str, str]) -> str:

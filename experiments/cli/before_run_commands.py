@@ -93,6 +93,7 @@ def net(
     Exit status: 0 done, 2 bad input.
     """
     with report_user_errors():
+        from experiments.report.figures.save import require_picture
         from experiments.trace.road_map import whole_map
         from sumo_nets.build import net_path
         from sumo_nets.catalogue import networks
@@ -105,6 +106,8 @@ def net(
                 f"{network}: is neither a network file nor a shipped network; "
                 f"{unknown_name(network, list(shipped))}"
             )
+        if output is not None:
+            require_picture(output)
         found = read_net(file)
         roads = [edge for edge in found.roads if edge.drivable_lanes]
         roads.sort(key=lambda edge: -edge.drivable_lanes[0].length)

@@ -81,6 +81,8 @@ def results(
         from experiments.sweep.folder import require_sweep
 
         require_sweep(folder)
+        if sql is not None and not sql.strip():
+            raise ConfigError("--sql: is empty; allowed: a SELECT on the table runs")
         if rebuild:
             count = found.rebuild(folder)
             sys.stderr.write(f"{folder}: {count} rows\n")

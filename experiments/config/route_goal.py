@@ -149,7 +149,7 @@ def _demand(traffic: Any) -> DemandFiles | None:
     if isinstance(traffic.get("sumocfg"), str):
         return read_sumocfg(Path(traffic["sumocfg"]))
     names = [traffic.get(key) for key in FILES[1:]]
-    if not isinstance(names[0], (list, tuple)):
+    if not isinstance(names[0], (list, tuple)) or not names[0]:
         return None
     return DemandFiles(tuple(Path(str(name)) for name in names[0]))
 

@@ -10,7 +10,7 @@ import numpy as np
 from experiments.errors import ResultsError
 from experiments.metrics.moments import moments
 from experiments.storage.atomic_folder import require_there
-from experiments.trace.files import file_name, read_trace, require_single_ego
+from experiments.trace.files import read_trace, require_single_ego
 from experiments.trace.road_map import RoadMap, read_map
 from experiments.trace.schema import Column, Table, Trace
 from planner.states import BoolArray, FloatArray
@@ -45,11 +45,6 @@ def read_run(folder: Path) -> RunRecord:
     """
     require_there(folder)
     require_single_ego(folder)
-    if not (folder / file_name("steps")).is_file():
-        raise ResultsError(
-            f"{folder}: is not a run folder; allowed: one written by rearview run, "
-            f"with {file_name('steps')} in it"
-        )
     trace = read_trace(folder)
     if len(trace.steps["index"]) == 0:
         raise ResultsError(

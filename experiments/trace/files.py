@@ -101,16 +101,22 @@ def read_trace(folder: Path) -> Trace:
 
 
 def require_single_ego(folder: Path) -> None:
-    """Raise if a folder is of a run with many egos, which has other tables.
+    """Raise unless a folder is of a run with one ego; many have other tables.
 
     Raises:
-        ResultsError: If so.
+        ResultsError: If it is not, or is no run folder.
     """
-    if (folder / MANY_EGOS).exists() and not (folder / file_name("steps")).exists():
+    if any((folder / file_name(name)).exists() for name in ("steps", "episode")):
+        return
+    if (folder / MANY_EGOS).exists():
         raise ResultsError(
             f"{folder}: is a run with many egos, whose tables begin with {MANY_EGOS}; "
             "allowed: a run with one ego"
         )
+    raise ResultsError(
+        f"{folder}: is not a run folder; allowed: one written by rearview run, with "
+        f"{file_name('steps')} in it"
+    )
 
 
 def read_tables(folder: Path) -> Trace:

@@ -137,6 +137,11 @@ def save_picture(command: str, file: Path, draw: "Callable[[], Figure]") -> Path
     return file
 
 
+def require_picture(file: Path) -> None:
+    """Raise a ConfigError unless a file's suffix is that of a picture."""
+    _format(file)
+
+
 def _format(target: Path) -> str:
     """Return the format of a picture by its suffix."""
     kind = target.suffix.removeprefix(".").lower()
