@@ -104,7 +104,7 @@ def test_packed_network_is_the_same(tmp_path):
     [
         ({"connection": LINK.replace('"b"', '"c"')}, 'from "a" to "c" has no lane'),
         ({"connection": LINK.replace('toLane="0"', 'toLane="4"')}, "has no lane"),
-        ({"allow": 'width="wide"'}, '<lane id="b_0">: could not convert'),
+        ({"allow": 'width="wide"'}, '<lane id="b_0">: width="wide" is not a number'),
     ],
 )
 def test_damaged_elements_are_named(tmp_path, parts, message):

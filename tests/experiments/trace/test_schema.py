@@ -120,7 +120,7 @@ def test_another_schema_version_is_refused(tmp_path, monkeypatch):
 
 
 def test_damaged_and_missing_files_are_refused(tmp_path):
-    with pytest.raises(ResultsError, match="cannot be read"):
+    with pytest.raises(ResultsError, match="is not a run folder"):
         read_trace(tmp_path)
     write_trace(some_trace(), tmp_path)
     file = tmp_path / file_name("vehicles")
