@@ -48,8 +48,14 @@ class Passage:
     foes: tuple[FoeMovement, ...]
     crossings: tuple[CrossedPavement, ...] = ()
     regulated: bool = True  # without rules the others do not look at each other
-    # of all movements from other roads: the lane before, those inside, the one behind
-    turning: tuple[tuple[NetLane, ...], ...] = ()
+    # movements from other roads that do not meet the route, as SUMO sees it
+    beside: tuple[FoeMovement, ...] = ()
+
+    @property
+    def turning(self) -> tuple[tuple[NetLane, ...], ...]:
+        """Lanes of all movements of others: that before, those inside, that behind."""
+        every = (*self.foes, *self.beside)
+        return tuple((x.link.source, *x.inside, x.link.target) for x in every)
 
 
 def passages(net: Net, uses: Sequence[LaneUse]) -> tuple[Passage | None, ...]:
@@ -82,9 +88,13 @@ def _passage(net: Net, link: Link) -> Passage | None:
         found = _by_table(net, junction, link)
     if junction is None or found is None:
         return None
-    others = _from_other_roads(net, junction, link)
-    turning = tuple((x.source, *via_lanes(net, x), x.target) for x in others)
-    return replace(found, turning=turning)
+    met = {foe.link for foe in found.foes}
+    beside = tuple(
+        FoeMovement(other, via_lanes(net, other), goes_first=True, gives_way=False)
+        for other in _from_other_roads(net, junction, link)
+        if other not in met
+    )
+    return replace(found, beside=beside)
 
 
 def _from_other_roads(net: Net, junction: Junction, link: Link) -> list[Link]:

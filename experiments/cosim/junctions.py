@@ -28,6 +28,7 @@ class ConflictZone:
     gives_way: bool  # whether they have to give way to the ego
     signal: str  # their traffic light, "" without one
     signal_link: int
+    shortest: float = 0.0  # shorter vehicles do not come into the ego's way here [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

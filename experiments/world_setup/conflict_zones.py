@@ -12,6 +12,8 @@ from experiments.cosim.junctions import (
     Swing,
 )
 from experiments.world_setup.driven_path import DrivenPath
+from experiments.world_setup.long_vehicles import LONG, LongWay
+from experiments.world_setup.path_stretches import body_polygons
 from experiments.world_setup.waiting_places import waiting_place
 from planner.reference_path.body_in_area import body_outline, outline_points
 from planner.reference_path.path import ReferencePath
@@ -28,6 +30,8 @@ MARGIN = 0.3  # between two bodies that just miss each other [m]
 ON_FOOT = 1.0  # from the ego's side to where somebody on foot is out of its way [m]
 PAST_LINE = 0.5  # an ego that waits at its line is not on the crossing behind it [m]
 ENDS = 2  # of a line
+SWEPT_MARGIN = 0.1  # between the ego and a long vehicle that just misses it [m]
+LONG_FROM = 7.0  # vehicles of this length cut corners [m]
 BEYOND = 2.0  # behind a junction where paths still lie close to each other [m]
 COMFORTABLE = 2.2  # lateral acceleration in a turn [m/s²]
 OUTSIDE = 0.25  # over the edge of its lanes a body meets nobody [m]
@@ -72,6 +76,7 @@ def _junction(
     reach = vehicle.width / 2.0 + HALF_WIDTH + MARGIN
     link = span.passage.link
     zones = [_zone(foe, link, at, points, reach) for foe in span.passage.foes]
+    zones += [_swept_zone(x, begin, end, path, vehicle) for x in span.passage.beside]
     sharpest = float(np.abs(places.curvature[at <= end]).max(initial=0.0))
     junction = JunctionAhead(
         id=span.passage.junction,
@@ -184,6 +189,59 @@ def _zone(
         gives_way=foe.gives_way,
         signal=link.signal,
         signal_link=link.signal_link,
+    )
+
+
+def _swept_zone(
+    other: FoeMovement,
+    begin: float,
+    end: float,
+    path: ReferencePath,
+    vehicle: Vehicle,
+) -> ConflictZone | None:
+    """Find where long vehicles sweep over the ego's way, though ways do not meet.
+
+    Nobody waits for the ego there, so that it waits for them.
+
+    Args:
+        other: A movement beside the route.
+        begin: Of the junction on the ego's path [m].
+        end: Of the junction [m].
+        path: Of the ego.
+        vehicle: The ego.
+    """
+    link = other.link
+    way = LongWay.along((link.source, *other.inside, link.target))
+    if way is None:
+        return None
+    at = np.arange(max(begin - vehicle.length, 0.0), min(end, path.length), 2 * SPACING)
+    egos = body_polygons(path, at, vehicle)
+    meets = shapely.distance(egos, shapely.union_all(way.bodies)) < SWEPT_MARGIN
+    if not meets.any():
+        return None
+    own = at[meets]
+    ego = shapely.union_all(egos[meets])
+    fronts = way.fronts[shapely.distance(way.bodies, ego) < SWEPT_MARGIN]
+    places = np.cumsum([0.0, *(lane.length for lane in other.inside)])
+    return ConflictZone(
+        source=link.source.id,
+        source_edge=link.source.edge.id,
+        target_edge=link.target.edge.id,
+        inside=tuple(
+            (lane.id, float(x)) for lane, x in zip(other.inside, places, strict=False)
+        ),
+        begin_s=float(own[0]) + vehicle.front_reach,
+        end_s=float(own[-1]) - vehicle.rear_overhang,
+        entry=float(fronts[0]),
+        exit=float(fronts[-1]) - LONG,
+        limit=link.source.speed,
+        turn_speed=min(lane.speed for lane in other.inside),
+        merges=False,
+        goes_first=True,
+        gives_way=False,
+        signal=link.signal,
+        signal_link=link.signal_link,
+        shortest=LONG_FROM,
     )
 
 

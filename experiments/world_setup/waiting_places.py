@@ -11,15 +11,13 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from experiments.world_setup.long_vehicles import LongWay
 from experiments.world_setup.path_stretches import body_polygons
 from planner.reference_path.path import ReferencePath
 from planner.vehicle import Vehicle
 from sumo_nets.net_records import NetLane
 
-LONG: Final = 10.0  # a vehicle that turns; as SUMO draws it, a chord of its way [m]
-HALF_WIDTH: Final = 1.25  # of it [m]
-BETWEEN: Final = 0.2  # it and the ego that waits [m]
-SPACING: Final = 0.5  # of the places at which it is looked at [m]
+BETWEEN: Final = 0.2  # a long vehicle and the ego that waits [m]
 SHORT_BY: Final = 0.25  # the ego tries to wait shorter of its line in such steps ...
 MOST_SHORT: Final = 5.0  # ... up to this; if that is no help it waits at the line [m]
 ABOUT: Final = 6.0  # movements farther from the ego at its line do not matter [m]
@@ -55,15 +53,7 @@ def waiting_place(
 
 def _swept(lanes: Sequence[NetLane], ego: BaseGeometry) -> BaseGeometry | None:
     """Return what a long vehicle sweeps over; None far from the ego at its line."""
-    lines = [shapely.LineString(x.points) for x in lanes if len(x.points) > 1]
-    points = np.concatenate([shapely.get_coordinates(x) for x in lines])
-    kept = np.append(True, np.hypot(*np.diff(points, axis=0).T) > 0.0)
-    line = shapely.LineString(points[kept])
-    if line.distance(ego) > ABOUT:
+    way = LongWay.along(lanes)
+    if way is None or way.line.distance(ego) > ABOUT:
         return None
-    begin, end = lines[0].length, line.length - lines[-1].length
-    fronts = np.arange(begin, min(end + LONG, line.length) + SPACING, SPACING)
-    ends = np.stack([fronts, np.maximum(fronts - LONG, 0.0)], axis=1)
-    chords = shapely.line_interpolate_point(line, ends)
-    pairs = shapely.linestrings(shapely.get_coordinates(chords).reshape(-1, 2, 2))
-    return shapely.union_all(shapely.buffer(pairs, HALF_WIDTH, cap_style="flat"))
+    return shapely.union_all(way.bodies)

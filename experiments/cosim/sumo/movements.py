@@ -151,7 +151,7 @@ class MovementReader:
             zone = meeting.zone
             to_line = meeting.line - self._place(mover, position, meeting)
             left = to_line + zone.exit + mover.length
-            if to_line > REACH or left <= 0.0:
+            if to_line > REACH or left <= 0.0 or mover.length < zone.shortest:
                 continue
             found.append(
                 Foe(

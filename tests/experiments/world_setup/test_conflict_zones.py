@@ -4,14 +4,18 @@ import numpy as np
 import pytest
 import shapely
 
+from experiments.config.scenario_file import load_scenario
 from experiments.world_setup.conflict_zones import HALF_WIDTH
+from experiments.world_setup.layout import make_layout
 from experiments.world_setup.path_stretches import body_polygons
 from experiments.world_setup.road import sumo_road
 from planner.right_of_way.records import Rule
 from planner.vehicle import Vehicle, VehicleLimits
+from sumo_nets.build import net_path
 from sumo_nets.catalogue import Network, network
 from sumo_nets.net_reader import read_net
 from sumo_nets.route_path import route_path
+from tests.experiments.world_setup.test_waiting_places import lorries_on
 from tests.sumo_nets.generated import generate
 
 CAR = Vehicle()
@@ -75,3 +79,26 @@ def test_signals_are_known_of_both():
     assert junction.signal == "signal"
     assert junction.ahead.wait_s is not None
     assert {zone.signal for zone in junction.zones} == {"signal"}
+
+
+def test_long_vehicles_that_cut_the_corner_have_a_zone_of_their_own():
+    """On a right turn in `town` SUMO's table knows none; elsewhere no lorry is met."""
+    layout = make_layout(load_scenario("town"))
+    path = layout.road.path
+    zones = [x for j in layout.road.junctions for x in j.zones if x.shortest > 0.0]
+    assert {(x.source_edge, x.target_edge) for x in zones} == {
+        ("33_32", "32_42"),
+        ("12_02", "02_01"),
+    }
+    net = read_net(net_path("town"))
+    for zone in zones:
+        inside = [net.lane(name) for name, _ in zone.inside]
+        lanes = [net.lane(zone.source), *inside, net.edges[zone.target_edge].lanes[0]]
+        lorries = list(lorries_on(lanes))
+        rear = np.arange(zone.begin_s - 14.0, zone.end_s + 8.0, 0.25)
+        bodies = body_polygons(path, rear, CAR)
+        touched = np.array([min(shapely.distance(lorries, x)) <= 0.0 for x in bodies])
+        front, back = rear + CAR.front_reach, rear - CAR.rear_overhang
+        within = (front >= zone.begin_s - 0.5) & (back <= zone.end_s + 0.5)
+        assert touched.any()
+        assert within[touched].all()

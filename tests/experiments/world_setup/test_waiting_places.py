@@ -19,7 +19,7 @@ CAR = Vehicle()
 HALF = 1.2  # of a lorry, a little less than is counted with [m]
 
 
-def lorries(lanes):
+def lorries_on(lanes):
     """Draw a 10 m lorry along its way as SUMO does: its ends are on the lanes."""
     points = np.concatenate([lane.points for lane in lanes])
     kept = np.append(True, np.hypot(*np.diff(points, axis=0).T) > 0.0)
@@ -48,7 +48,7 @@ def test_no_lorry_sweeps_over_one_that_waits(tmp_path):
             assert line - MOST_SHORT <= place <= line
             rear = np.array([place - CAR.front_reach])
             (ego,) = body_polygons(path, rear, CAR)
-            swept = [x for lanes in passage.turning for x in lorries(lanes)]
+            swept = [x for lanes in passage.turning for x in lorries_on(lanes)]
             if place == line and min(shapely.distance(swept, ego)) <= 0.0:
                 continue  # no place within reach is out of the way
             assert min(shapely.distance(swept, ego)) > 0.1
