@@ -49,10 +49,12 @@ from planner.route.outcome import keeping_open, told
 from planner.route.settings import RouteSettings
 from planner.route.standing import (
     gets_on,
+    gets_on_faster,
     has_no_way,
     is_caught,
     is_caught_in_bend,
     is_held,
+    is_slowed,
     is_stuck,
 )
 from planner.scene import Scene
@@ -340,7 +342,8 @@ class RoutePlanner:
         if last is None or not obstacle_ahead(look.scene, look.bodies):
             return None
         dense_drives = last.driver is Driver.DENSE
-        if not dense_drives and not is_stuck(look, self.settings):
+        slowed = is_slowed(look, last.trajectory)
+        if not (dense_drives or slowed or is_stuck(look, self.settings)):
             return None
         planner = dense_proposed(self.settings.dense)
         result = planner.plan(look.scene, last.dense if dense_drives else None)
@@ -348,6 +351,8 @@ class RoutePlanner:
         if result.status is not PlanStatus.OK or way is None:
             return None
         if not dense_drives and not gets_on(result):
+            return None
+        if not dense_drives and slowed and not gets_on_faster(way, last.trajectory):
             return None
         why = "dense: cruising found no way between the obstacles"
         scene = look.scene

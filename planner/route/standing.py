@@ -1,4 +1,4 @@
-"""Whether an ego that stands waits, or is stuck and has to find another way."""
+"""Whether an ego waits, or is stuck or slowed down and has to find another way."""
 
 import numpy as np
 
@@ -10,8 +10,12 @@ from planner.route.lane_need import TURN
 from planner.route.memory import LaneManoeuvre
 from planner.route.open_road import queues
 from planner.route.settings import RouteSettings
+from planner.states import Trajectory
 
 LEAST_DRIVEN = 3.0  # a plan that drives less stands [m]
+SLOWED = 0.9  # share of the wished way below which obstacles slow a plan down
+FASTER = 1.05  # times as fast is faster
+ALONE = 60.0  # from the ego to any vehicle [m]
 
 
 def gets_on(result: PlanResult) -> bool:
@@ -60,6 +64,28 @@ def is_caught_in_bend(look: Look, lane: int, settings: RouteSettings) -> bool:
     scene = look.scene
     at = np.arange(scene.ego_frenet.s, look.front + OVER_ROOM)
     return bool((np.abs(scene.path.at(at).curvature) > TURN).any())
+
+
+def is_slowed(look: Look, last: Trajectory) -> bool:
+    """Check whether obstacles slow an ego down that is alone among them.
+
+    Args:
+        look: This cycle.
+        last: What the cycle before has planned.
+    """
+    scene, bodies = look.scene, look.bodies
+    wished = scene.target_speed * (last.t[-1] - last.t[0])
+    if last.s[-1] - last.s[0] > SLOWED * wished:
+        return False
+    moving = bodies.s[bodies.n_static :]
+    return not (np.abs(moving - scene.ego_frenet.s) < ALONE).any()
+
+
+def gets_on_faster(way: Trajectory, last: Trajectory) -> bool:
+    """Check whether a plan leads on clearly faster than that of the cycle before."""
+    gained = (way.s[-1] - way.s[0]) / (way.t[-1] - way.t[0])
+    before = (last.s[-1] - last.s[0]) / (last.t[-1] - last.t[0])
+    return bool(gained > FASTER * before)
 
 
 def is_stuck(look: Look, settings: RouteSettings) -> bool:

@@ -36,3 +36,19 @@ def test_lanes_that_end_are_left_among_traffic(tmp_path, pytestconfig):
         if row["scenario"] != "left_hand":
             assert "change lane 0, to 1: lane" in words  # ends, or 1 is faster
             assert "committed lane 0, to 1" in words
+
+
+def travel(job):
+    road, planner, out = job
+    row = run_episode(load_scenario(road, planner=planner, seed=3), out=out).row
+    assert row["status"] == "arrived"
+    return row["travel_time_s"]
+
+
+@pytest.mark.parametrize("road", ["dense", "dense_curved"])
+def test_among_obstacles_it_drives_as_the_family_made_for_them(tmp_path, road):
+    """Cruising along a lane slows down there, and stood before another one opened."""
+    jobs = [(road, planner, tmp_path) for planner in ("dense", "route")]
+    with ProcessPoolExecutor(1, max_tasks_per_child=1) as pool:
+        by_dense, by_route = pool.map(travel, jobs)
+    assert by_route < 1.05 * by_dense
