@@ -342,17 +342,17 @@ class RoutePlanner:
         if last is None or not obstacle_ahead(look.scene, look.bodies):
             return None
         dense_drives = last.driver is Driver.DENSE
-        slowed = is_slowed(look, last.trajectory)
-        if not (dense_drives or slowed or is_stuck(look, self.settings)):
+        stuck = is_stuck(look, self.settings)
+        if not (dense_drives or stuck or is_slowed(look, last.trajectory)):
             return None
         planner = dense_proposed(self.settings.dense)
         result = planner.plan(look.scene, last.dense if dense_drives else None)
         way = result.trajectory
         if result.status is not PlanStatus.OK or way is None:
             return None
-        if not dense_drives and not gets_on(result):
-            return None
-        if not dense_drives and slowed and not gets_on_faster(way, last.trajectory):
+        if not dense_drives and not (
+            gets_on(result) and (stuck or gets_on_faster(way, last.trajectory))
+        ):
             return None
         why = "dense: cruising found no way between the obstacles"
         scene = look.scene
