@@ -213,6 +213,8 @@ def _carried_on(lane: NetLane, end: int) -> BaseGeometry:
     parts = []
     for beside in lane.edge.drivable_lanes:
         points = beside.points
+        if len(points) < CORNERS - 1:
+            continue
         tip, before = points[end], points[1 if end == 0 else -2]
         ahead = (tip - before) / max(float(np.hypot(*(tip - before))), SEAM)
         line = shapely.LineString([tip, tip + BEYOND * ahead])

@@ -81,12 +81,13 @@ def passages(net: Net, uses: Sequence[LaneUse]) -> tuple[Passage | None, ...]:
 def _passage(net: Net, link: Link) -> Passage | None:
     """Find the movements that one over a junction meets."""
     junction = net.junctions.get(link.source.edge.end)
-    found = None
-    if junction is not None and junction.kind == UNREGULATED:
+    if junction is None:
+        return None
+    if junction.kind == UNREGULATED:
         found = _without_rules(net, junction, link)
-    elif junction is not None and junction.requests:
+    elif junction.requests:
         found = _by_table(net, junction, link)
-    if junction is None or found is None:
+    else:
         return None
     met = {foe.link for foe in found.foes}
     beside = tuple(
@@ -94,6 +95,8 @@ def _passage(net: Net, link: Link) -> Passage | None:
         for other in _from_other_roads(net, junction, link)
         if other not in met
     )
+    if not (found.foes or found.crossings or beside):
+        return None
     return replace(found, beside=beside)
 
 
@@ -109,7 +112,7 @@ def _from_other_roads(net: Net, junction: Junction, link: Link) -> list[Link]:
     ]
 
 
-def _by_table(net: Net, junction: Junction, link: Link) -> Passage | None:
+def _by_table(net: Net, junction: Junction, link: Link) -> Passage:
     """Read from SUMO's table whom a movement meets, and who goes first."""
     movements = net.movements(junction)
     own = next((n for n, other in enumerate(movements) if other is link), -1)
@@ -134,15 +137,13 @@ def _by_table(net: Net, junction: Junction, link: Link) -> Passage | None:
         gives_way = back is not None and back.yields_to(own)
         goes_first = request.yields_to(index)
         foes.append(FoeMovement(other, via_lanes(net, other), goes_first, gives_way))
-    if not foes and not crossings:
-        return None
     inside = via_lanes(net, link)
     return Passage(
         junction.id, link, inside, request.cont, tuple(foes), tuple(crossings)
     )
 
 
-def _without_rules(net: Net, junction: Junction, link: Link) -> Passage | None:
+def _without_rules(net: Net, junction: Junction, link: Link) -> Passage:
     """List who may come over a junction whose vehicles do not look at each other.
 
     SUMO keeps no foes of such a junction. The route gives way to whoever comes from
@@ -152,8 +153,6 @@ def _without_rules(net: Net, junction: Junction, link: Link) -> Passage | None:
         FoeMovement(other, via_lanes(net, other), goes_first=True, gives_way=False)
         for other in _from_other_roads(net, junction, link)
     )
-    if not foes:
-        return None
     inside = via_lanes(net, link)
     return Passage(
         junction.id, link, inside, may_wait_inside=False, foes=foes, regulated=False

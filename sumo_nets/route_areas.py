@@ -5,20 +5,22 @@ junction: what it uses there later is not its own here. So areas are of stretche
 """
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Protocol
 
 from shapely.geometry.base import BaseGeometry
 
 from sumo_nets.drivable_area import drivable_area, narrower_areas, wider_areas
+from sumo_nets.errors import NetworkError
 from sumo_nets.lane_choice import LaneUse
 from sumo_nets.net_records import Net
 
 REACH: Final = 25.0  # of a body on a stretch beyond its ends, and of a plan's view [m]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class RouteArea:
     """Where a body on a stretch of the route may be; polygons [m].
 
@@ -28,8 +30,18 @@ class RouteArea:
     """
 
     own: BaseGeometry
-    narrower: tuple[BaseGeometry, ...] = ()
-    wider: tuple[BaseGeometry, ...] = ()
+    make_narrower: Callable[[], tuple[BaseGeometry, ...]] = tuple
+    make_wider: Callable[[], tuple[BaseGeometry, ...]] = tuple
+
+    @cached_property
+    def narrower(self) -> tuple[BaseGeometry, ...]:
+        """Made when asked for: few stretches need them."""
+        return self.make_narrower()
+
+    @cached_property
+    def wider(self) -> tuple[BaseGeometry, ...]:
+        """The same."""
+        return self.make_wider()
 
     @property
     def widest(self) -> BaseGeometry:
@@ -80,12 +92,23 @@ class AreasOfEdges:
             NetworkError: If the shape of a lane or junction is damaged.
         """
         first = max(bisect_right(self._begins, begin - REACH) - 1, 0)
-        last = max(bisect_left(self._begins, end + REACH), first + 1)
+        # with the edge behind: the junction before it is reached, however far it goes
+        last = bisect_left(self._begins, end + REACH) + 1
         found = self._known.get((first, last))
         if found is None:
-            uses = self._uses[first:last]
-            own = drivable_area(self._net, uses)
-            narrower = narrower_areas(self._net, uses, own)
-            wider = wider_areas(self._net, uses, own)
-            found = self._known[first, last] = RouteArea(own, narrower, wider)
+            found = _area_of(self._net, self._uses[first:last])
+            self._known[first, last] = found
         return found
+
+
+def _area_of(net: Net, uses: Sequence[LaneUse]) -> RouteArea:
+    """Unite what a few edges have."""
+    try:
+        own = drivable_area(net, uses)
+    except NetworkError as error:
+        raise NetworkError(f"{net.file}: {error}") from error
+    return RouteArea(
+        own,
+        lambda: narrower_areas(net, uses, own),
+        lambda: wider_areas(net, uses, own),
+    )

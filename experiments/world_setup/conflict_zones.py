@@ -14,7 +14,7 @@ from experiments.cosim.junctions import (
 from experiments.world_setup.driven_path import DrivenPath
 from experiments.world_setup.long_vehicles import LONG, LongWay
 from experiments.world_setup.path_stretches import body_polygons
-from experiments.world_setup.waiting_places import waiting_place
+from experiments.world_setup.waiting_places import MOST_SHORT, waiting_place
 from planner.reference_path.body_in_area import body_outline, outline_points
 from planner.reference_path.path import ReferencePath
 from planner.right_of_way.records import JunctionAhead, Rule
@@ -70,6 +70,8 @@ def _junction(
     begin, end, inside = (
         float(x) for x in np.interp([span.begin, span.end, span.first_end], found.s, s)
     )
+    lane = max((x.begin for x in found.spans if x.begin < span.begin), default=0.0)
+    lane = float(np.interp(lane, found.s, s))
     at = np.arange(begin, min(end + BEYOND, path.length), SPACING)
     places = path.at(at)
     points = np.column_stack([places.x, places.y])
@@ -81,7 +83,7 @@ def _junction(
     junction = JunctionAhead(
         id=span.passage.junction,
         rule=_rule(span.passage),
-        stop_s=waiting_place(begin, span.passage.turning, path, vehicle),
+        stop_s=waiting_place((lane, begin), span.passage.turning, path, vehicle),
         exit_s=end,
         speed=min(math.sqrt(COMFORTABLE / max(sharpest, 1e-6)), FASTEST),
         wait_s=inside if span.passage.may_wait_inside else None,
@@ -211,10 +213,11 @@ def _swept_zone(
         vehicle: The ego.
     """
     link = other.link
-    way = LongWay.along((link.source, *other.inside, link.target))
-    if way is None:
+    way = LongWay.along(link.source, other.inside, link.target)
+    if way is None or not other.inside:
         return None
-    at = np.arange(max(begin - vehicle.length, 0.0), min(end, path.length), 2 * SPACING)
+    first = begin - MOST_SHORT - vehicle.front_reach
+    at = np.arange(max(first, 0.0), min(end, path.length), 2 * SPACING)
     egos = body_polygons(path, at, vehicle)
     meets = shapely.distance(egos, shapely.union_all(way.bodies)) < SWEPT_MARGIN
     if not meets.any():
@@ -223,6 +226,7 @@ def _swept_zone(
     ego = shapely.union_all(egos[meets])
     fronts = way.fronts[shapely.distance(way.bodies, ego) < SWEPT_MARGIN]
     places = np.cumsum([0.0, *(lane.length for lane in other.inside)])
+    scale = float(places[-1]) / max(way.end - way.begin, SPACING)  # SUMO's by drawn
     return ConflictZone(
         source=link.source.id,
         source_edge=link.source.edge.id,
@@ -232,8 +236,8 @@ def _swept_zone(
         ),
         begin_s=float(own[0]) + vehicle.front_reach,
         end_s=float(own[-1]) - vehicle.rear_overhang,
-        entry=float(fronts[0]),
-        exit=float(fronts[-1]) - LONG,
+        entry=scale * float(fronts[0]),
+        exit=scale * (float(fronts[-1]) - LONG),
         limit=link.source.speed,
         turn_speed=min(lane.speed for lane in other.inside),
         merges=False,

@@ -168,9 +168,11 @@ def _planned(
         raise NoPathError(_impossible(area.own, place, attempts, last), lane)
     path = _beside_others(area.narrower, attempts, share)
     path = path or attempts.first(area.own, ATTEMPTS, share)
-    for wider in area.wider:
+    # only so far over the middle of the road, or the edge, that nobody has to wait
+    for narrow in (*area.wider[:1], area.own):
+        path = path or attempts.first(narrow, (ACROSS, last), share)
+    for wider in area.wider[1:]:
         path = path or attempts.first(wider, (ACROSS,), share)
-    path = path or attempts.first(area.own, (last,), share)
     return path or somehow
 
 

@@ -54,10 +54,9 @@ def bad_places(found: RoutePath, path: ReferencePath, vehicle: Vehicle) -> Float
 def sharp_places(found: RoutePath, vehicle: Vehicle) -> FloatArray:
     """List arc lengths where the raw line of a route bends sharply [m]."""
     s = np.arange(0.0, found.s[-1], STEP)
-    ahead = heading(found, s)
     bend = heading(found, s + TURN_BASE / 2.0) - heading(found, s - TURN_BASE / 2.0)
     most = SHARP * vehicle.limits.max_curvature
-    return np.asarray(s[np.abs(bend) / TURN_BASE > most]) if ahead.size else s
+    return np.asarray(s[np.abs(bend) / TURN_BASE > most])
 
 
 def stretches_about(found: RoutePath, bad: FloatArray) -> list[Stretch]:

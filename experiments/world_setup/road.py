@@ -16,7 +16,6 @@ from experiments.world_setup.conflict_zones import road_junctions, swings
 from experiments.world_setup.driven_path import DrivenPath, NoPathError, driven_path
 from experiments.world_setup.road_bounds import road_bounds
 from experiments.world_setup.road_lanes import growing, route_lanes
-from experiments.world_setup.waiting_places import waiting_place
 from planner.reference_path.path import ReferencePath
 from planner.reference_path.segments import Segment, arc, clothoid, line
 from planner.scene import Lanes, RoadBounds, SpeedLimits
@@ -113,18 +112,8 @@ def _whole_road(network: Network, vehicle: Vehicle, start: float | None) -> Road
     s, l = path.project(found.points[:, 0], found.points[:, 1], near=driven.near)
     if start is not None:
         _check_entry(network, found, s, start + vehicle.front_reach)
-    turning = {span.begin: span.passage.turning for span in found.junctions}
     stop_lines = tuple(
-        StopLine(
-            stop.signal,
-            stop.link,
-            waiting_place(
-                float(np.interp(stop.s, found.s, s)),
-                turning.get(stop.s, ()),
-                path,
-                vehicle,
-            ),
-        )
+        StopLine(stop.signal, stop.link, float(np.interp(stop.s, found.s, s)))
         for stop in found.stop_lines
     )
     kept = growing(s)

@@ -24,7 +24,7 @@ ABOUT: Final = 6.0  # movements farther from the ego at its line do not matter [
 
 
 def waiting_place(
-    line: float,
+    lane: tuple[float, float],
     turning: Sequence[Sequence[NetLane]],
     path: ReferencePath,
     vehicle: Vehicle,
@@ -32,14 +32,16 @@ def waiting_place(
     """Find where the ego's front waits before a junction [m].
 
     Args:
-        line: Where its lane ends, on the path [m].
+        lane: Where its lane begins and ends, on the path [m].
         turning: Of each movement of others the lane before the junction, those inside
             and the one behind it.
         path: Of the ego.
         vehicle: The ego.
     """
+    begin, line = lane
     short = np.arange(0.0, MOST_SHORT + SHORT_BY, SHORT_BY)
-    short = short[line - short > vehicle.length]
+    # with its rear on the lane: in the junction before it would be in others' way
+    short = short[line - short - vehicle.length >= begin]
     if not short.size:
         return line
     bodies = body_polygons(path, line - short - vehicle.front_reach, vehicle)
@@ -53,7 +55,8 @@ def waiting_place(
 
 def _swept(lanes: Sequence[NetLane], ego: BaseGeometry) -> BaseGeometry | None:
     """Return what a long vehicle sweeps over; None far from the ego at its line."""
-    way = LongWay.along(lanes)
+    before, *inside, behind = lanes
+    way = LongWay.along(before, inside, behind)
     if way is None or way.line.distance(ego) > ABOUT:
         return None
     return shapely.union_all(way.bodies)

@@ -100,7 +100,9 @@ def _about_to_go(
     """
     if junction.rule is Rule.ALL_WAY_STOP or not _at_line(ego, junction):
         return ()
-    return tuple(x for x in standing if x.goes_first and counts(x))
+    return tuple(
+        x for x in standing if x.goes_first and x.to_line <= AT_LINE and counts(x)
+    )
 
 
 def _waited(

@@ -158,8 +158,7 @@ def wish(
     if not _has_time(scene, front, settings):
         return None
     worths = lane_worths(scene, bodies, settings.cruise.standstill_gap)
-    goes_on = (ends - front > 2.0 * settings.quiet) | (ends == np.inf)
-    worths = np.where(goes_on, worths, -np.inf)
+    worths = np.where(ends - front > 2.0 * settings.quiet, worths, -np.inf)
     worths[own] = max(worths[own], 0.0)
     left_hand = scene.lanes.left_hand
     worths = _within_lines(scene, worths, own)

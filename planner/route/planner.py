@@ -342,6 +342,7 @@ class RoutePlanner:
         if last is None or not obstacle_ahead(look.scene, look.bodies):
             return None
         dense_drives = last.driver is Driver.DENSE
+        step = look.scene.step
         stuck = is_stuck(look, self.settings)
         if not (dense_drives or stuck or is_slowed(look, last.trajectory)):
             return None
@@ -351,7 +352,7 @@ class RoutePlanner:
         if result.status is not PlanStatus.OK or way is None:
             return None
         if not dense_drives and not (
-            gets_on(result) and (stuck or gets_on_faster(way, last.trajectory))
+            gets_on(result) and (stuck or gets_on_faster(way, last.trajectory, step))
         ):
             return None
         why = "dense: cruising found no way between the obstacles"

@@ -6,13 +6,13 @@ from planner.interface import PlanResult, PlanStatus
 from planner.lane_change.lane_choice import lane_at
 from planner.lane_change.phases.memory import Phase
 from planner.route.changes import OVER_ROOM, Look
-from planner.route.lane_need import TURN
 from planner.route.memory import LaneManoeuvre
-from planner.route.open_road import queues
+from planner.route.open_road import opens_at, queues
 from planner.route.settings import RouteSettings
 from planner.states import Trajectory
 
 LEAST_DRIVEN = 3.0  # a plan that drives less stands [m]
+BEND = 0.06  # curvature in which an ego is caught in a bend [1/m]
 SLOWED = 0.9  # share of the wished way below which obstacles slow a plan down
 FASTER = 1.05  # times as fast is faster
 ALONE = 60.0  # from the ego to any vehicle [m]
@@ -63,7 +63,7 @@ def is_caught_in_bend(look: Look, lane: int, settings: RouteSettings) -> bool:
         return False
     scene = look.scene
     at = np.arange(scene.ego_frenet.s, look.front + OVER_ROOM)
-    return bool((np.abs(scene.path.at(at).curvature) > TURN).any())
+    return bool((np.abs(scene.path.at(at).curvature) > BEND).any())
 
 
 def is_slowed(look: Look, last: Trajectory) -> bool:
@@ -78,14 +78,26 @@ def is_slowed(look: Look, last: Trajectory) -> bool:
     if last.s[-1] - last.s[0] > SLOWED * wished:
         return False
     moving = bodies.s[bodies.n_static :]
-    return not (np.abs(moving - scene.ego_frenet.s) < ALONE).any()
+    if (np.abs(moving - scene.ego_frenet.s) < ALONE).any():
+        return False
+    lane = lane_at(scene.lanes, scene.ego_frenet.s, scene.ego_frenet.l)
+    return lane < 0 or opens_at(scene, bodies, lane) < np.inf
 
 
-def gets_on_faster(way: Trajectory, last: Trajectory) -> bool:
-    """Check whether a plan leads on clearly faster than that of the cycle before."""
-    gained = (way.s[-1] - way.s[0]) / (way.t[-1] - way.t[0])
-    before = (last.s[-1] - last.s[0]) / (last.t[-1] - last.t[0])
-    return bool(gained > FASTER * before)
+def gets_on_faster(way: Trajectory, last: Trajectory, step: float) -> bool:
+    """Check whether a plan leads on faster than that of the cycle before.
+
+    Both over the same time.
+
+    Args:
+        way: Of this cycle.
+        last: Of the cycle before.
+        step: Between the two [s].
+    """
+    time = min(way.t[-1], last.t[-1] - step)
+    gained = np.interp(time, way.t, way.s) - way.s[0]
+    begin, end = np.interp([step, step + time], last.t, last.s)
+    return bool(gained > FASTER * (end - begin))
 
 
 def is_stuck(look: Look, settings: RouteSettings) -> bool:

@@ -106,6 +106,14 @@ def test_left_turn_onto_a_main_road_gives_way_to_both_sides():
     assert sources(passage, goes_first=True) == {"west_in_0", "east_in_0"}
 
 
+def test_who_meets_nobody_still_has_others_turning_beside():
+    net = read_net(net_path("town"))
+    (passage,) = passages(net, choose_lanes(net, ("33_43", "43_42"), 0))
+    assert passage.foes == ()
+    assert passage.beside
+    assert all(x.link.source.edge.id != "33_43" for x in passage.beside)
+
+
 def test_the_right_goes_first():
     passage = only_passage("right_before_left", ("south_in", "north_out"))
     assert sources(passage, goes_first=True) == {"east_in_0"}

@@ -3,6 +3,7 @@
 import pytest
 import shapely
 
+from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import read_net
 from sumo_nets.route_path import route_path
 from tests.sumo_nets.generated import generate
@@ -41,3 +42,27 @@ def test_a_stretch_over_a_joint_has_both_edges(grid):
         lane = strip(grid.lane(span.lane))
         assert shapely.area(middle.own & lane) > 0.95 * lane.area
     assert middle is path.areas.between(first.end - 4.0, last.begin + 4.0)
+
+
+def test_a_stretch_that_ends_in_a_wide_junction_has_all_of_it(tmp_path):
+    options = ("--grid", "--grid.number=4", "--grid.length=160", "-j", "priority")
+    net = read_net(generate(tmp_path, *options, "--default.junctions.radius=24"))
+    path = route_path(net.file, ["A1B1", "B1C1", "C1C2"], 0)
+    whole = path.areas.between(0.0, path.length).own
+    inside = [span for span in path.spans if span.lane.startswith(":")]
+    for span in inside:
+        place = shapely.Point(path.points[(path.s > span.begin).argmax()])
+        near = whole & place.buffer(8.0)
+        here = path.areas.between(span.begin - 60.0, span.begin + 1.0).own
+        assert shapely.area(near - here) < 0.01 * near.area
+
+
+def test_a_damaged_shape_names_the_file(tmp_path):
+    file = generate(tmp_path, "--grid", "--grid.number=3", "-L2")
+    text = file.read_text()
+    begin = text.index('<lane id="A0A1_1"')
+    at = text.index('shape="', begin) + len('shape="')
+    file.write_text(text[:at] + "x," + text[at:])
+    path = route_path(file, ["A0A1", "A1A2"], 0)
+    with pytest.raises(NetworkError, match=r'generated\.net\.xml: lane "A0A1_1"'):
+        path.areas.between(0.0, 50.0)

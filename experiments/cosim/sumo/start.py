@@ -26,6 +26,8 @@ from sumo_nets.demand_records import DemandFiles
 from sumo_nets.errors import NetworkError
 from sumo_nets.net_reader import check_complete
 
+# What SUMO speaks of where it does not read what was written for it.
+WRITTEN = r"\b(vehicle|vType|route|option|additional)\b"
 TOLD = 3  # errors of SUMO; what follows comes of them for the most part
 
 
@@ -62,7 +64,7 @@ def start(sumo: Libsumo, settings: SumoSettings | FleetSettings) -> None:
             others, words = split_messages(_text(said))
             sys.stderr.write(others)
             words = words or " ".join(str(error).split())
-            if settings.route_file.name in words:
+            if demand is None and re.search(WRITTEN, words):
                 raise SimulationError(f"SUMO failed while starting: {words}") from error
             if demand is not None:
                 raise ConfigError(explained_refusal(demand, words)) from error

@@ -27,14 +27,15 @@ some with turn lanes, some narrow, some for left-hand traffic. Street maps are r
 towns in OpenStreetMap's format, converted as a user's map would be: streets that bend,
 junctions at sharp angles and close together, dual carriageways, roundabouts, pockets
 for turning, one-way streets, stop signs. The ego drives a random route of 300 m or less
-among crossing, oncoming and own traffic. A route counts as
-drivable if SUMO's own driver, in the same traffic, arrives on it. Shares have their
-95 % interval by Wilson.
+among crossing, oncoming and own traffic; tours are random routes of 1 to 3 km through
+the shipped `town`, for comparison. A route counts as drivable if SUMO's own driver, in
+the same traffic, arrives on it. Shares have their 95 % interval by Wilson.
 """
 
 
+TOURS: Final = "tours of `town`"
 KINDS: Final = MappingProxyType(
-    {"net": "netgenerate", "map": "street maps", "tour": "tours of `town`"}
+    {"net": "netgenerate", "map": "street maps", "tour": TOURS}
 )
 
 
@@ -54,11 +55,13 @@ def document(found: Sequence[Row]) -> str:
         raise ConfigError(f"no run is by planner {SUMO}; allowed: sweeps with it")
     places = {_place(row) for row in found}
     seeds = sorted({int(row[columns.SEED]) for row in found})
-    names = len({name for name, _ in places})
+    tours = {name for name, _ in places if KINDS.get(name.partition("_")[0]) == TOURS}
+    names = {name for name, _ in places} - tours
+    of_town = " and `town`" if tours else ""
     parts = [
         INTRODUCTION,
-        f"{len(places)} routes on {names} networks; SUMO's driver arrives on "
-        f"{len(drivable)}.\n",
+        f"{len(places)} routes on {len(names)} networks{of_town}; SUMO's driver arrives "
+        f"on {len(drivable)}.\n",
         *first_look(seeds),
         "| networks | planner | of the drivable | share | of the others | "
         + " | ".join(f"runs: {words}" for words, _ in COUNTED)

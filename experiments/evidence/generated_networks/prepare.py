@@ -233,7 +233,7 @@ def _scenario(
     ego = {"start_m": 20, "vehicle": dict(BODIES[body]), **sections.pop("ego", {})}
     return {
         "name": name,
-        "purpose": "A random route through a network that nobody drew by hand.",
+        "purpose": "A random route through a network.",
         "world": "sumo",
         "network": {"file": net.name},
         "ego": ego,

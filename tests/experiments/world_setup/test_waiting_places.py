@@ -44,7 +44,7 @@ def test_no_lorry_sweeps_over_one_that_waits(tmp_path):
                 continue
             path = ReferencePath.from_polyline(edge.lanes[-1].points)
             line = path.length - 0.01
-            place = waiting_place(line, passage.turning, path, CAR)
+            place = waiting_place((0.0, line), passage.turning, path, CAR)
             assert line - MOST_SHORT <= place <= line
             rear = np.array([place - CAR.front_reach])
             (ego,) = body_polygons(path, rear, CAR)
@@ -59,8 +59,23 @@ def test_no_lorry_sweeps_over_one_that_waits(tmp_path):
 @pytest.mark.parametrize("name", ["t_junction", "all_way_stop", "roundabout"])
 def test_on_roads_with_room_the_ego_waits_at_its_line(name):
     """Where no turn comes near, the place is the end of the lane itself."""
-    road = make_layout(load_scenario(name)).road
-    for each in road.junctions:
-        first = min(zone.begin_s for zone in each.zones)
-        assert each.ahead.stop_s <= first
-    assert waiting_place(50.0, (), road.path, CAR) == 50.0
+    layout = make_layout(load_scenario(name))
+    net, path = read_net(layout.network.net_file), layout.road.path
+    ends = np.array([net.edges[x].lanes[0].points[-1] for x in layout.network.route])
+    lines, _ = path.project(ends[:, 0], ends[:, 1])
+    for each in layout.road.junctions:
+        assert np.abs(lines - each.ahead.stop_s).min() < 0.6
+
+
+def test_nobody_waits_with_its_rear_in_the_junction_before(tmp_path):
+    net = read_net(generate(tmp_path, "--spider", "-j", "unregulated", "-L2"))
+    link = net.edges["B1A1"].lanes[-1].links[0]
+    uses = choose_lanes(net, ("B1A1", link.target.edge.id), link.source.index)
+    (passage,) = passages(net, uses)
+    path = ReferencePath.from_polyline(link.source.points)
+    line = path.length - 0.01
+    assert waiting_place((0.0, line), passage.turning, path, CAR) < line
+    for room in (0.0, 0.5):
+        lane = (line - CAR.length - room, line)
+        place = waiting_place(lane, passage.turning, path, CAR)
+        assert place == line or place - CAR.length >= lane[0]
