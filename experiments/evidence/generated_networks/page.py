@@ -60,8 +60,8 @@ def document(found: Sequence[Row]) -> str:
     of_town = " and `town`" if tours else ""
     parts = [
         INTRODUCTION,
-        f"{len(places)} routes on {len(names)} networks{of_town}; SUMO's driver arrives "
-        f"on {len(drivable)}.\n",
+        f"{len(places)} routes on {len(names)} networks{of_town}; SUMO's driver "
+        f"arrives on {len(drivable)}.\n",
         *first_look(seeds),
         "| networks | planner | of the drivable | share | of the others | "
         + " | ".join(f"runs: {words}" for words, _ in COUNTED)
