@@ -83,7 +83,13 @@ def _junction(
     junction = JunctionAhead(
         id=span.passage.junction,
         rule=_rule(span.passage),
-        stop_s=waiting_place((lane, begin), span.passage.turning, path, vehicle),
+        stop_s=waiting_place(
+            (lane, begin),
+            span.passage.turning,
+            found.areas.between(span.begin, span.begin).own,
+            path,
+            vehicle,
+        ),
         exit_s=end,
         speed=min(math.sqrt(COMFORTABLE / max(sharpest, 1e-6)), FASTEST),
         wait_s=inside if span.passage.may_wait_inside else None,

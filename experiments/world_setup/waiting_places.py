@@ -1,7 +1,8 @@
 """Where an ego waits before a junction: at its line, or short of it.
 
 Long vehicles that turn sweep over more than their lanes, often over the corner of the
-one beside which they come out. Whoever waits there at its line is hit.
+one beside which they come out. Whoever waits there at its line is hit, and so is one
+that has swung out over the middle of the road before a turn of its own.
 """
 
 from collections.abc import Sequence
@@ -18,14 +19,16 @@ from planner.vehicle import Vehicle
 from sumo_nets.net_records import NetLane
 
 BETWEEN: Final = 0.2  # a long vehicle and the ego that waits [m]
+OVER: Final = 0.1  # so far over the edge of its lanes it waits in nobody's way [m]
 SHORT_BY: Final = 0.25  # the ego tries to wait shorter of its line in such steps ...
-MOST_SHORT: Final = 5.0  # ... up to this; if that is no help it waits at the line [m]
+MOST_SHORT: Final = 8.0  # ... up to this; if that is no help it waits at the line [m]
 ABOUT: Final = 6.0  # movements farther from the ego at its line do not matter [m]
 
 
 def waiting_place(
     lane: tuple[float, float],
     turning: Sequence[Sequence[NetLane]],
+    own: BaseGeometry,
     path: ReferencePath,
     vehicle: Vehicle,
 ) -> float:
@@ -35,6 +38,7 @@ def waiting_place(
         lane: Where its lane begins and ends, on the path [m].
         turning: Of each movement of others the lane before the junction, those inside
             and the one behind it.
+        own: Area of the route there.
         path: Of the ego.
         vehicle: The ego.
     """
@@ -49,8 +53,12 @@ def waiting_place(
     swept = shapely.union_all([area for area in areas if area is not None])
     if swept.is_empty:
         return line
-    free = np.flatnonzero(shapely.distance(bodies, swept) >= BETWEEN)
-    return line - float(short[free[0]]) if free.size else line
+    free = shapely.distance(bodies, swept) >= BETWEEN
+    within = shapely.covers(own.buffer(OVER), bodies)
+    for good in (free & within, free):
+        if good.any():
+            return line - float(short[good.argmax()])
+    return line
 
 
 def _swept(lanes: Sequence[NetLane], ego: BaseGeometry) -> BaseGeometry | None:

@@ -12,10 +12,12 @@ from planner.reference_path.path import ReferencePath
 from planner.vehicle import Vehicle
 from sumo_nets.lane_choice import choose_lanes
 from sumo_nets.net_reader import read_net
+from sumo_nets.net_records import Edge, NetLane
 from sumo_nets.right_of_way import passages
 from tests.sumo_nets.generated import generate
 
 CAR = Vehicle()
+ROAD = shapely.box(-1e4, -1e4, 1e4, 1e4)
 HALF = 1.2  # of a lorry, a little less than is counted with [m]
 
 
@@ -44,7 +46,7 @@ def test_no_lorry_sweeps_over_one_that_waits(tmp_path):
                 continue
             path = ReferencePath.from_polyline(edge.lanes[-1].points)
             line = path.length - 0.01
-            place = waiting_place((0.0, line), passage.turning, path, CAR)
+            place = waiting_place((0.0, line), passage.turning, ROAD, path, CAR)
             assert line - MOST_SHORT <= place <= line
             rear = np.array([place - CAR.front_reach])
             (ego,) = body_polygons(path, rear, CAR)
@@ -74,8 +76,34 @@ def test_nobody_waits_with_its_rear_in_the_junction_before(tmp_path):
     (passage,) = passages(net, uses)
     path = ReferencePath.from_polyline(link.source.points)
     line = path.length - 0.01
-    assert waiting_place((0.0, line), passage.turning, path, CAR) < line
+    assert waiting_place((0.0, line), passage.turning, ROAD, path, CAR) < line
     for room in (0.0, 0.5):
         lane = (line - CAR.length - room, line)
-        place = waiting_place(lane, passage.turning, path, CAR)
+        place = waiting_place(lane, passage.turning, ROAD, path, CAR)
         assert place == line or place - CAR.length >= lane[0]
+
+
+def test_an_ego_does_not_wait_where_it_has_swung_out():
+    """Its lanes end 0.5 m beside it from 4 m before the line on."""
+    path = ReferencePath.from_polyline(np.array([[0.0, 0.0], [60.0, 0.0]]))
+    lanes = shapely.union(
+        shapely.box(-10.0, -2.0, 46.0, 2.0), shapely.box(46.0, -2.0, 70.0, 0.5)
+    )
+    turning = read_lanes([[52.0, 30.0], [52.0, 5.0], [70.0, 5.0]])
+    place = waiting_place((0.0, 50.0), [turning], lanes, path, CAR)
+    assert 45.7 <= place <= 46.0
+    assert waiting_place((0.0, 50.0), [turning], ROAD, path, CAR) == 50.0
+
+
+def read_lanes(corners):
+    """Make lanes between corners, as far as their shapes go."""
+    edge = Edge("e", "normal", "a", "b")
+    return [
+        NetLane("e_0", edge, 0, 3.2, 10.0, 10.0, drivable=True, shape_text=text(a, b))
+        for a, b in zip(corners, [*corners[1:], [80.0, 5.0]], strict=True)
+    ]
+
+
+def text(*corners):
+    """Write corners as a network does."""
+    return " ".join(f"{x},{y}" for x, y in corners)
