@@ -206,7 +206,8 @@ class RightOfWay:
         """
         ahead = junction.ahead
         if not junction.signal:
-            return None if ahead.rule in UNGUARDED else ahead
+            swept = any(zone.shortest > 0.0 for zone in junction.zones)
+            return ahead if swept or ahead.rule not in UNGUARDED else None
         rule = OF_LETTER.get(_letter(junction, state))
         if RightOfWay._clears(junction, state, at):
             rule = Rule.MINOR

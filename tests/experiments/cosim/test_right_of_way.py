@@ -1,9 +1,11 @@
 """Which junctions are decided on, and what a signal's letter makes of a rule."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from experiments.cosim.junctions import RoadJunction
+from experiments.cosim.junctions import ConflictZone, RoadJunction
 from experiments.cosim.kinematic_world import constant_bounds
 from experiments.cosim.records import Signal, TrafficState
 from experiments.cosim.right_of_way import RightOfWay, closed_lines
@@ -61,6 +63,18 @@ def test_a_foe_closes_the_line():
 
 def test_those_on_the_main_road_do_not_wait():
     assert decide(World(FOE), junction(Rule.MAJOR))[1] == ()
+
+
+def test_on_the_main_road_too_the_ego_waits_for_lorries_that_cut_its_corner():
+    """SUMO's table knows nothing of these: nobody waits for anybody there."""
+    zone = ConflictZone(
+        "a_0", "a", "b", (), 103.0, 109.0, 3.0, 9.0, 13.9, 8.0,
+        merges=False, goes_first=True, gives_way=False, signal="", signal_link=0,
+        shortest=7.0,
+    )  # fmt: skip
+    there = replace(junction(Rule.MAJOR), zones=(zone,))
+    assert decide(World(FOE), there)[1] == (100.0,)
+    assert decide(World(), there)[1] == ()
 
 
 @pytest.mark.parametrize(
