@@ -91,13 +91,13 @@ class RouteWindow:
 
     def _tell(self, index: int) -> None:
         """Make the route that which begins on an edge."""
+        # it begins an edge before: the vehicle's rear may still be there
         before, end = max(index - 1, 0), self._ends[index]
-        self._sumo.vehicle.setRoute(self._vehicle, list(self._route[index:end]))
         name = f"{self.route_id.partition('#')[0]}#{index}"
-        # what a ghost knows begins an edge before: the ego's rear may still be there
         # others on the same route may have told it
         if name not in self._sumo.route.getIDList():
             self._sumo.route.add(name, list(self._route[before:end]))
-        # SUMO keeps edges that were passed, and goes on counting from them
+        # setRoute would keep the edges that were passed, of which one may be nearest
+        self._sumo.vehicle.setRouteID(self._vehicle, name)
         self._begin = index - int(self._sumo.vehicle.getRouteIndex(self._vehicle))
         self._end, self.route_id = end, name

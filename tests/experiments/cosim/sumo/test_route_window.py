@@ -53,8 +53,9 @@ class FakeSumo:
     def getRoadID(self, _vehicle):
         return self.road
 
-    def setRoute(self, _vehicle, edges):
-        self.told.append(edges)
+    def setRouteID(self, _vehicle, name):
+        self.told.append(self.added[name])
+        self.index = self.added[name].index(self.road)
 
     def getIDList(self):
         return tuple(self.added)
@@ -63,7 +64,7 @@ class FakeSumo:
         self.added[name] = edges
 
 
-def test_a_new_part_is_told_on_an_edge_and_a_ghosts_begins_one_before():
+def test_a_new_part_is_told_on_an_edge_and_begins_one_before():
     sumo = FakeSumo("abcdbe")
     window = RouteWindow(sumo, "ego", "route", [f"e{k}" for k in range(5)])
     assert window.is_needed
@@ -75,28 +76,33 @@ def test_a_new_part_is_told_on_an_edge_and_a_ghosts_begins_one_before():
     assert not window.update()  # inside a junction
     sumo.road = "e2"
     assert window.update()
-    assert sumo.told[-1] == ["e2", "e3", "e4"]
+    assert sumo.told[-1] == ["e1", "e2", "e3", "e4"]
     assert window.beyond() == ()
-    assert sumo.added[window.route_id] == ["e1", "e2", "e3", "e4"]
+    assert sumo.added[window.route_id] == sumo.told[-1]
     assert window.left() == ("e2", "e3", "e4")
-    sumo.index, sumo.road = 3, "e3"
+    sumo.index, sumo.road = 2, "e3"
     assert not window.update()
     assert window.left() == ("e3", "e4")
 
 
-@pytest.mark.sumo
-def test_ego_keeps_to_its_pass_where_its_route_crosses_itself(tmp_path):
-    file = generate(tmp_path, "--grid", "--grid.number=3", "--grid.length=80", "-L2")
+def drive(folder, route, note):
+    """Drive a route through a grid; returns the outcome."""
+    file = generate(folder, "--grid", "--grid.number=3", "--grid.length=80", "-L2")
     content = {
         "name": "loop",
-        "network": {"file": file.name, "route": list(LOOP)},
-        "ego": {"start_m": 40.0, "goal_m": 540.0},
+        "network": {"file": file.name, "route": list(route)},
+        "ego": {"start_m": 40.0, "goal_m": 540.0 if route is LOOP else 440.0},
         "traffic": {"own_veh_per_h": 0},
         "planner": "route",
         "simulation": {"warmup_s": 0, "duration_s": 120},
     }
-    scenario = tmp_path / "loop.yaml"
+    scenario = folder / "loop.yaml"
     scenario.write_text(yaml.safe_dump(content))
+    return run_episode(load_scenario(str(scenario)), out=folder, on_step=note)
+
+
+@pytest.mark.sumo
+def test_ego_keeps_to_its_pass_where_its_route_crosses_itself(tmp_path):
     sumo, driven = load_libsumo(), []
 
     def note(_record):
@@ -109,7 +115,22 @@ def test_ego_keeps_to_its_pass_where_its_route_crosses_itself(tmp_path):
             driven.append(edge)
 
     expected: list[str] = []
-    outcome = run_episode(load_scenario(str(scenario)), out=tmp_path, on_step=note)
+    outcome = drive(tmp_path, LOOP, note)
     assert outcome.ending.status.value == "arrived"
     assert driven == expected[: len(driven)]
     assert "B0B1" in driven
+
+
+@pytest.mark.sumo
+def test_on_the_way_back_the_way_out_is_forgotten(tmp_path):
+    """It is the lane beside: an ego that swings out would be put on it by SUMO."""
+    sumo, known = load_libsumo(), {}
+
+    def note(_record):
+        edge = sumo.vehicle.getRoadID("ego")
+        known.setdefault(edge, set(sumo.vehicle.getRoute("ego")))
+
+    route = ("A1B1", "B1C1", "C1C2", "C2B2", "B2B1", "B1A1")
+    assert drive(tmp_path, route, note).ending.status.value == "arrived"
+    assert "B1A1" in known["B1A1"]
+    assert "A1B1" not in known["B1A1"]
