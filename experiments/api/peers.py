@@ -158,6 +158,8 @@ def _from_centre(scene: Scene, native: Any) -> tuple[Trajectory, int]:
     stands = int(back[0]) if back.size else x.size
     order = np.minimum(np.arange(x.size), stands)
     moving = np.arange(x.size) < stands
+    # of the pieces on both sides of a point the next one may turn where it is
+    askew = np.clip(askew, -math.acos(LEAST_ROLL), math.acos(LEAST_ROLL))
     heading, askew = heading[order], np.where(moving, askew[order], 0.0)
     x, y = x[order] - offset * np.cos(heading), y[order] - offset * np.sin(heading)
     s, l = scene.path.project(x, y, near=np.asarray(native.s)[order] - offset)

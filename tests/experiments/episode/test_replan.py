@@ -143,7 +143,7 @@ def test_what_cannot_be_planned_again_is_refused(recorded, tmp_path, monkeypatch
         replan(recorded, 4000)
     with pytest.raises(ConfigError, match="--step: is -1"):
         replan(recorded, -1)
-    with pytest.raises(ResultsError, match="cannot be read"):
+    with pytest.raises(ResultsError, match="is not a run folder"):
         replan(tmp_path, 0)
     monkeypatch.setattr("experiments.trace.files.SCHEMA_VERSION", 7)
     with pytest.raises(ResultsError, match="schema version 6; allowed: 7"):
