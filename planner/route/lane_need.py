@@ -18,7 +18,7 @@ from planner.states import BoolArray, FloatArray
 ENDS_TOGETHER = 1.0  # lanes whose ends are nearer than this end together [m]
 
 
-TURN = 0.1  # where the path bends more, only the route's own lane is followed [1/m]
+TURN = 0.06  # where the path bends more, only the route's own lane is followed [1/m]
 BESIDE = 0.3  # a lane this far from the path is another one [m]
 SPACING = 1.0  # at which bends are looked for [m]
 CROSSING_TIME = 2.0  # in which a change crosses the line [s]
