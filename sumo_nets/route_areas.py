@@ -8,7 +8,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 from shapely.geometry.base import BaseGeometry
 
@@ -103,12 +103,16 @@ class AreasOfEdges:
 
 def _area_of(net: Net, uses: Sequence[LaneUse]) -> RouteArea:
     """Unite what a few edges have."""
-    try:
-        own = drivable_area(net, uses)
-    except NetworkError as error:
-        raise NetworkError(f"{net.file}: {error}") from error
+
+    def named(make: Callable[[], Any]) -> Any:
+        try:
+            return make()
+        except NetworkError as error:
+            raise NetworkError(f"{net.file}: {error}") from error
+
+    own = named(lambda: drivable_area(net, uses))
     return RouteArea(
         own,
-        lambda: narrower_areas(net, uses, own),
-        lambda: wider_areas(net, uses, own),
+        lambda: named(lambda: narrower_areas(net, uses, own)),
+        lambda: named(lambda: wider_areas(net, uses, own)),
     )

@@ -355,7 +355,7 @@ class RoutePlanner:
             gets_on(result) and (stuck or gets_on_faster(way, last.trajectory, step))
         ):
             return None
-        why = "dense: cruising found no way between the obstacles"
+        why = "dense: gets on better than cruising between the obstacles"
         scene = look.scene
         crawls = scene.ego.speed < CRAWLING
         memory = replace(

@@ -39,28 +39,7 @@ RIGHT_OF_WAY: Final = (
     "allway_stop",
     "traffic_light",
 )
-SCENARIO: Final = MappingProxyType(
-    {
-        "traffic": {
-            "own_veh_per_h": 400,
-            "oncoming_veh_per_h": 300,
-            "cross_veh_per_h": 200,
-        },
-        "simulation": {"duration_s": 240, "warmup_s": 60},
-    }
-)
 NETGENERATE, STREET_MAPS, TOWN = "netgenerate", "street_maps", "town"
-# A tour of the town: the traffic of its scenario, and time for its lights and queues.
-TOUR: Final = MappingProxyType(
-    {
-        "traffic": {
-            "own_veh_per_h": 100,
-            "oncoming_veh_per_h": 100,
-            "cross_veh_per_h": 80,
-        },
-        "simulation": {"duration_s": 1200, "warmup_s": 60},
-    }
-)
 TOUR_LENGTHS: Final = (1000, 3000)  # [m]
 CAR: Final = "car"
 # of the networks of a source, each before its number
@@ -77,6 +56,20 @@ BODIES: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
         },
     }
 )
+
+
+def _sections(own: int, oncoming: int, cross: int, duration: int) -> Mapping[str, Any]:
+    """Return the sections of a scenario: flows [veh/h] and time [s]."""
+    flows = {"own": own, "oncoming": oncoming, "cross": cross}
+    return {
+        "traffic": {f"{name}_veh_per_h": flow for name, flow in flows.items()},
+        "simulation": {"duration_s": duration, "warmup_s": 60},
+    }
+
+
+SCENARIO: Final = MappingProxyType(_sections(400, 300, 200, 240))
+# A tour of the town: the traffic of its scenario, and time for its lights and queues.
+TOUR: Final = MappingProxyType(_sections(100, 100, 80, 1200))
 
 
 def options(number: int) -> list[str]:
